@@ -1,7 +1,7 @@
 //! The variables of the adaptive strategies: parameters, outputs and states behind those of the law.
 
-use super::builder::Builder;
-use trueup_fmi::table::{Causality, Depends, Enumeration, Kind, Storage, Variability, Variable};
+use super::builder::ControllerTableBuilder;
+use trueup_fmi::table::{BoundaryType, Causality, Depends, Enumeration, Storage, TableVariable, Variability};
 use trueup_models::controller::{
     self,
     adaptation::{KNOTS, parameter as a, state},
@@ -9,7 +9,7 @@ use trueup_models::controller::{
 };
 
 /// State: place, name, unit, unit of the rate, description.
-type State = (usize, String, &'static str, &'static str, String);
+type AdaptationState = (usize, String, &'static str, &'static str, String);
 
 /// The type of the parameter `adaptation`.
 pub(super) fn enumeration() -> Enumeration {
@@ -26,8 +26,8 @@ pub(super) fn enumeration() -> Enumeration {
     }
 }
 
-pub(super) fn states() -> Vec<State> {
-    let mut all: Vec<State> = vec![(
+pub(super) fn states() -> Vec<AdaptationState> {
+    let mut all: Vec<AdaptationState> = vec![(
         state::OFFSET,
         "waveFrequencyOffset".into(),
         "rad/s",
@@ -57,13 +57,13 @@ pub(super) fn states() -> Vec<State> {
     all.into_iter().map(|(i, name, unit, rate, text)| (behind + i, name, unit, rate, text)).collect()
 }
 
-impl Builder {
+impl ControllerTableBuilder {
     /// Start values from `waveFrequency`: a schedule that is constant, bounds a factor of 5 away.
-    pub(super) fn adaptation_parameters(&self, wave_frequency: &[f64], threshold: f64) -> Vec<Variable> {
+    pub(super) fn adaptation_parameters(&self, wave_frequency: &[f64], threshold: f64) -> Vec<TableVariable> {
         let n = self.joints.unwrap_or(1);
         let new = |name: &str, storage: usize, variability, unit, text: &str| {
             let storage = Storage::Parameter(storage);
-            let v = Variable::new(name, Causality::Parameter, variability, storage, unit, text);
+            let v = TableVariable::new(name, Causality::Parameter, variability, storage, unit, text);
             if self.joints.is_some() { v.array(&[n]) } else { v }
         };
         let (tunable, fixed) = (Variability::Tunable, Variability::Fixed);
@@ -80,7 +80,7 @@ impl Builder {
         let nominal = wave_frequency[0];
         let mut all = vec![
             new("adaptation", own(a::ADAPTATION), fixed, "", "where omega_n of WBC_ADAPTIVE and VWBC_ADAPTIVE comes from")
-                .kind(Kind::Enumeration(1))
+                .kind(BoundaryType::Enumeration(1))
                 .start(&vec![2.0; n]),
             new("adaptationRate", own(a::RATE), fixed, "1/s", "lambda: how fast omega_n used goes from waveFrequency to what it should be, and how fast the estimate forgets; 0: waveFrequency throughout")
                 .start(&vec![1.0; n])
@@ -114,7 +114,7 @@ impl Builder {
             let itself: Vec<f64> = (1..=n).map(|j| j as f64).collect();
             let text = "number of the joint over whose angle the schedule runs";
             let mut joint = new("scheduleJoint", a::schedule_joint(n), fixed, "", text)
-                .kind(Kind::Integer)
+                .kind(BoundaryType::Integer)
                 .start(&itself)
                 .at_least(1.0);
             joint.max = Some(n as f64);
@@ -123,7 +123,7 @@ impl Builder {
         all
     }
 
-    pub(super) fn adaptation_outputs(&self, wave_frequency: f64) -> Vec<Variable> {
+    pub(super) fn adaptation_outputs(&self, wave_frequency: f64) -> Vec<TableVariable> {
         let new = |name: &str, variability, index, unit, text: &str| {
             self.variable(name, Causality::Output, variability, Storage::Output, index, unit, text)
         };
@@ -142,7 +142,7 @@ impl Builder {
             "",
             "omega_n moves: a schedule, or an estimate with enough excitation",
         )
-        .kind(Kind::Boolean);
+        .kind(BoundaryType::Boolean);
         // A schedule may run over any joint's angle.
         used.depends = Depends::All;
         active.depends = Depends::All;

@@ -1,9 +1,9 @@
 //! A controller's table in the making.
 
-use trueup_fmi::table::{Causality, Storage, Variability, Variable};
+use trueup_fmi::table::{Causality, Storage, TableVariable, Variability};
 
 /// What the two controllers call differently.
-pub(super) struct Names {
+pub(super) struct ControllerNames {
     pub(super) load: &'static str,
     pub(super) output: &'static str,
     pub(super) unit: &'static str,
@@ -14,13 +14,13 @@ pub(super) struct Names {
     pub(super) threshold: f64,
 }
 
-pub(super) struct Builder {
-    pub(super) names: Names,
+pub(super) struct ControllerTableBuilder {
+    pub(super) names: ControllerNames,
     /// Number of joints; `None`: one, as scalars.
     pub(super) joints: Option<usize>,
 }
 
-impl Builder {
+impl ControllerTableBuilder {
     pub(super) fn variable(
         &self,
         name: &str,
@@ -30,9 +30,9 @@ impl Builder {
         index: usize,
         unit: &'static str,
         text: &str,
-    ) -> Variable {
+    ) -> TableVariable {
         let n = self.joints.unwrap_or(1);
-        let v = Variable::new(name, causality, variability, storage(index * n), unit, text);
+        let v = TableVariable::new(name, causality, variability, storage(index * n), unit, text);
         match self.joints {
             Some(n) => v.array(&[n]),
             None => v,

@@ -1,16 +1,17 @@
 //! The variable tables of JointController and ManipulatorController.
 
 use super::adaptation;
-use super::builder::{Builder, Names};
+use super::builder::{ControllerNames, ControllerTableBuilder};
 use trueup_fmi::table::{
-    Causality, Depends, Enumeration, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
+    BoundaryType, Causality, Depends, Enumeration, ModelTable, Storage, TableExperiment, TableVariable,
+    Terminal, Variability,
 };
 use trueup_models::controller::{input, output, parameter, state};
 
 /// Table of JointController; the defaults fit joint 1 of ESA's DELIAN arm (n = 44340, J_m = 1.2e-7 kg.m2).
 pub fn joint_controller() -> ModelTable {
     let n = 44340.0;
-    let names = Names {
+    let names = ControllerNames {
         load: "load",
         output: "motorCurrent",
         unit: "A",
@@ -20,7 +21,8 @@ pub fn joint_controller() -> ModelTable {
         threshold: 5e-5,
     };
     let defaults = [[2.5], [7.2e-6 * n * n], [0.1], [n], [0.02], [0.25], [41.648], [1.0]];
-    let mut table = Builder { names, joints: None }.table(&defaults.each_ref().map(|d| d.as_slice()));
+    let mut table =
+        ControllerTableBuilder { names, joints: None }.table(&defaults.each_ref().map(|d| d.as_slice()));
     table.name = "JointController".into();
     table.description = "P/PI and wave-based control of one flexible joint, with current limit".into();
     table
@@ -30,7 +32,7 @@ pub fn joint_controller() -> ModelTable {
 /// 1 flexible with a motor of 5.6 kg.m2; joints 2 and 3 rigid with 0.578 and 0.098 kg.m2 as they float freely),
 /// the last joint's serving for all further ones.
 pub fn manipulator_controller(joints: usize) -> ModelTable {
-    let names = Names {
+    let names = ControllerNames {
         load: "joint",
         output: "jointTorque",
         unit: "N.m",
@@ -50,15 +52,16 @@ pub fn manipulator_controller(joints: usize) -> ModelTable {
         [0.05, 0.1, 0.1],
     ];
     let defaults = test_bed.map(|d| (0..joints).map(|j| d[j.min(2)]).collect::<Vec<_>>());
-    let mut table = Builder { names, joints: Some(joints) }.table(&defaults.each_ref().map(|d| d.as_slice()));
+    let mut table = ControllerTableBuilder { names, joints: Some(joints) }
+        .table(&defaults.each_ref().map(|d| d.as_slice()));
     table.name = "ManipulatorController".into();
     table.description = "P/PI and wave-based control of the joints of an arm, with torque limits".into();
-    table.experiment = Experiment { stop_time: 60.0, tolerance: 1e-6, step_size: 0.01 };
+    table.experiment = TableExperiment { stop_time: 60.0, tolerance: 1e-6, step_size: 0.01 };
     table
 }
 
-impl Builder {
-    fn parameters(&self, defaults: &[&[f64]; parameter::COUNT]) -> Vec<Variable> {
+impl ControllerTableBuilder {
+    fn parameters(&self, defaults: &[&[f64]; parameter::COUNT]) -> Vec<TableVariable> {
         use parameter as p;
         let names = &self.names;
         let new = |name: &str, index: usize, variability, unit, text: &str| {
@@ -86,17 +89,17 @@ impl Builder {
                 .above(0.0),
             new("washoutFrequency", p::WASHOUT_FREQUENCY, tunable, "rad/s", "omega_h of VWBC_WASHOUT: below it P_PI replaces the waves")
                 .above(0.0),
-            Variable::new("samplePeriod", Causality::Parameter, fixed, Storage::Parameter(scalars), "s", "sample period T_s of the controller, output held in between; 0: continuous")
+            TableVariable::new("samplePeriod", Causality::Parameter, fixed, Storage::Parameter(scalars), "s", "sample period T_s of the controller, output held in between; 0: continuous")
                 .start(&[0.0])
                 .nominal(1e-3)
                 .at_least(0.0),
-            Variable::new("strategy", Causality::Parameter, fixed, Storage::Parameter(scalars + 1), "", "what makes the velocity reference v")
-                .kind(Kind::Enumeration(0))
+            TableVariable::new("strategy", Causality::Parameter, fixed, Storage::Parameter(scalars + 1), "", "what makes the velocity reference v")
+                .kind(BoundaryType::Enumeration(0))
                 .start(&[1.0]),
         ]
     }
 
-    fn inputs(&self) -> Vec<Variable> {
+    fn inputs(&self) -> Vec<TableVariable> {
         let load = self.names.load;
         let n = self.joints.unwrap_or(1);
         let new = |name: &str, index, unit, text: &str| {
@@ -183,8 +186,8 @@ impl Builder {
         self.inputs().into_iter().map(|v| v.name).chain(states).collect()
     }
 
-    fn output(&self) -> Variable {
-        let Names { output, unit, .. } = self.names;
+    fn output(&self) -> TableVariable {
+        let ControllerNames { output, unit, .. } = self.names;
         let text = format!("command to the motor, {output} = tau/(n K_t) within its limit");
         let mut v = self.variable(
             output,
@@ -200,7 +203,7 @@ impl Builder {
     }
 
     /// States with their rates.
-    fn states(&self) -> Vec<Variable> {
+    fn states(&self) -> Vec<TableVariable> {
         let local = |name: &str, storage, index, unit, text: &str| {
             self.variable(name, Causality::Local, Variability::Continuous, storage, index, unit, text)
         };
@@ -225,7 +228,7 @@ impl Builder {
     }
 
     fn table(&self, defaults: &[&[f64]; parameter::COUNT]) -> ModelTable {
-        let time = Variable::new(
+        let time = TableVariable::new(
             "time",
             Causality::Independent,
             Variability::Continuous,
@@ -299,7 +302,7 @@ impl Builder {
                 members: members.map(|m| (m.clone(), m)).to_vec(),
             }],
             indicators: 3 * self.joints.unwrap_or(1),
-            experiment: Experiment { stop_time: 10.0, tolerance: 1e-6, step_size: 1e-3 },
+            experiment: TableExperiment { stop_time: 10.0, tolerance: 1e-6, step_size: 1e-3 },
         };
         table.number();
         table

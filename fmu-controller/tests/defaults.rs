@@ -7,7 +7,7 @@ use trueup_fmi::table::{ModelTable, Storage};
 use trueup_models::arm::{self, PlanarManipulator};
 use trueup_models::controller::{self, JointController, ManipulatorController};
 use trueup_models::joint::{self, TwoMassJoint};
-use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
+use trueup_numerics::driver::{Driver, DriverMemory, DriverOptions, DriverState, Flow, Solver, StepInputs};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 const NO_EFFECTS: &[&str] = &[];
@@ -33,11 +33,12 @@ fn drive<P: Hybrid, C: Hybrid>(
     sense: impl Fn(&[f64]) -> Vec<f64>,
 ) -> Vec<f64> {
     let n = plant.sizes();
-    let options = Options { solver: Solver::Stiff, tolerance: 1e-5, ..Options::default() };
+    let options = DriverOptions { solver: Solver::Stiff, tolerance: 1e-5, ..DriverOptions::default() };
     let mut driver = Driver::new(n, &[], options);
     let (mut t, mut x, mut u) = (0.0, vec![0.0; n.states], vec![0.0; n.inputs]);
-    let (mut modes, mut memory) = (vec![0; n.modes], Memory::default());
-    let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: pp, modes: &mut modes, memory: &mut memory };
+    let (mut modes, mut memory) = (vec![0; n.modes], DriverMemory::default());
+    let mut s =
+        DriverState { t: &mut t, x: &mut x, u: &mut u, p: pp, modes: &mut modes, memory: &mut memory };
     driver.initialise(plant, &mut s).expect("starts");
     let c = controller.sizes();
     let (mut cx, mut cmodes) = (vec![0.0; c.states], vec![0; c.modes]);
@@ -53,7 +54,7 @@ fn drive<P: Hybrid, C: Hybrid>(
         controller.outputs(At { t, x: &cx, u: &cu, p: cp, modes: &cmodes }, &mut command);
         let commands = c.outputs / controller::output::COUNT;
         s.u[..commands].copy_from_slice(&command[..commands]);
-        driver.advance_to(plant, &mut s, t + h, Inputs::Hold, &mut |_| Flow::Continue).expect("goes on");
+        driver.advance_to(plant, &mut s, t + h, StepInputs::Hold, &mut |_| Flow::Continue).expect("goes on");
     }
     y
 }

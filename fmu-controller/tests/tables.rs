@@ -1,14 +1,14 @@
 //! The variable tables against the models that they describe.
 
 use fmu_controller::variables::{joint_controller, manipulator_controller};
-use trueup_fmi::table::{Causality, Depends, Kind, ModelTable, Storage};
+use trueup_fmi::table::{BoundaryType, Causality, Depends, ModelTable, Storage};
 use trueup_models::controller::{JointController, ManipulatorController, parameter};
-use trueup_numerics::hybrid::{Hybrid, Sizes};
+use trueup_numerics::hybrid::{Hybrid, ModelSizes};
 
 /// Every place of every storage class is named exactly once, with unit, bounds and references that resolve.
-fn fits(table: &ModelTable, sizes: Sizes) {
+fn fits(table: &ModelTable, sizes: ModelSizes) {
     let class = |pick: fn(Storage) -> Option<usize>| -> Vec<usize> {
-        let of = |v: &trueup_fmi::table::Variable| pick(v.storage).map(|i| i..i + v.len());
+        let of = |v: &trueup_fmi::table::TableVariable| pick(v.storage).map(|i| i..i + v.len());
         let mut all: Vec<usize> = table.variables.iter().filter_map(of).flatten().collect();
         all.sort_unstable();
         all
@@ -31,7 +31,7 @@ fn fits(table: &ModelTable, sizes: Sizes) {
             v.name,
             v.unit
         );
-        assert!(!v.unit.is_empty() || v.kind != Kind::Real, "{} has no unit", v.name);
+        assert!(!v.unit.is_empty() || v.kind != BoundaryType::Real, "{} has no unit", v.name);
         if matches!(v.causality, Causality::Input | Causality::Parameter) {
             assert_eq!(v.start.len(), v.len(), "{}", v.name);
         }

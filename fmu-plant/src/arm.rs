@@ -1,19 +1,19 @@
 //! The variable table of `PlanarManipulator`.
 
-use crate::builder::Builder;
+use crate::builder::PlantTableBuilder;
 use crate::experiment::TOLERANCE;
-use trueup_fmi::table::{Experiment, Kind, ModelTable};
+use trueup_fmi::table::{BoundaryType, ModelTable, TableExperiment};
 use trueup_models::arm::layout::states;
 use trueup_models::arm::{BASE, BASE_CHOICE, FIXED_BASE, PlanarManipulator, input, output, parameter};
-use trueup_models::effect::Plant;
+use trueup_models::effect::PlantKind;
 use trueup_numerics::hybrid::Hybrid;
 
 const ONE: &[usize] = &[];
 
 /// The table of a manipulator of that structure with those start values (in the model's order).
 pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
-    let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
-    let mut b = Builder::new(
+    let experiment = TableExperiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
+    let mut b = PlantTableBuilder::new(
         "PlanarManipulator",
         "Planar free-floating manipulator with flexible joints (CBK PAN test-bed, eq. 1-23)",
         experiment,
@@ -24,7 +24,7 @@ pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
     b.inputs(&input::list(&s));
     b.outputs(&output::list(&s));
     b.moved(&states(&s));
-    b.effects(model.effects(), Plant::Arm);
+    b.effects(model.effects(), PlantKind::Arm);
     drive(&mut b);
     b.terminal(
         "tip",
@@ -35,13 +35,19 @@ pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
 }
 
 /// What is fixed when packed.
-pub(crate) fn constants(b: &mut Builder, model: &PlanarManipulator) {
+pub(crate) fn constants(b: &mut PlantTableBuilder, model: &PlanarManipulator) {
     let flexible: Vec<f64> = model.flexible().iter().map(|f| f64::from(*f)).collect();
     let n = flexible.len();
-    b.constant("numberOfLinks", Kind::Integer, ONE, &[n as f64], "Number of links, n (fixed when packed)");
+    b.constant(
+        "numberOfLinks",
+        BoundaryType::Integer,
+        ONE,
+        &[n as f64],
+        "Number of links, n (fixed when packed)",
+    );
     b.constant(
         "jointFlexible",
-        Kind::Boolean,
+        BoundaryType::Boolean,
         &[n],
         &flexible,
         "The joint has its spring (fixed when packed)",
@@ -52,7 +58,7 @@ pub(crate) fn constants(b: &mut Builder, model: &PlanarManipulator) {
 }
 
 /// What a controller is wired to.
-pub(crate) fn drive(b: &mut Builder) {
+pub(crate) fn drive(b: &mut PlantTableBuilder) {
     b.terminal(
         "drive",
         "What a manipulator controller is wired to",

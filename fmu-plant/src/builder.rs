@@ -1,16 +1,17 @@
 //! Puts a variable table together: storage indices count up in the order in which variables are named.
 
 use trueup_fmi::table::{
-    Causality, Depends, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
+    BoundaryType, Causality, Depends, ModelTable, Storage, TableExperiment, TableVariable, Terminal,
+    Variability,
 };
-use trueup_models::effect::{Choice, EffectSet, ParameterSpec, Plant, Scope, SignalSpec};
+use trueup_models::effect::{EffectChoice, EffectSet, ParameterSpec, PlantKind, Scope, SignalSpec};
 use trueup_models::joint;
 
 /// A state and its rate: name, unit, unit of the rate, dimensions, nominal value, what the rate depends on, text.
-pub(crate) type State<'a> = (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str);
+pub(crate) type TableState<'a> = (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str);
 
 /// A table in the making.
-pub(crate) struct Builder {
+pub(crate) struct PlantTableBuilder {
     table: ModelTable,
     next: [usize; 4],
 }
@@ -20,9 +21,9 @@ const INPUT: usize = 1;
 const OUTPUT: usize = 2;
 const STATE: usize = 3;
 
-impl Builder {
-    pub(crate) fn new(name: &str, description: &str, experiment: Experiment) -> Self {
-        let time = Variable::new(
+impl PlantTableBuilder {
+    pub(crate) fn new(name: &str, description: &str, experiment: TableExperiment) -> Self {
+        let time = TableVariable::new(
             "time",
             Causality::Independent,
             Variability::Continuous,
@@ -48,9 +49,9 @@ impl Builder {
         first
     }
     /// An enumeration type, which is there once; returns its index.
-    pub(crate) fn enumeration(&mut self, e: trueup_fmi::table::Enumeration) -> Kind {
+    pub(crate) fn enumeration(&mut self, e: trueup_fmi::table::Enumeration) -> BoundaryType {
         let known = self.table.enumerations.iter().position(|k| *k == e);
-        Kind::Enumeration(known.unwrap_or_else(|| {
+        BoundaryType::Enumeration(known.unwrap_or_else(|| {
             self.table.enumerations.push(e);
             self.table.enumerations.len() - 1
         }))
@@ -63,7 +64,7 @@ impl Builder {
         dims: &[usize],
         start: &[f64],
         text: &str,
-    ) -> &mut Variable {
+    ) -> &mut TableVariable {
         self.parameter(name, Variability::Tunable, unit, dims, start, text)
     }
     /// A parameter that is fixed once the run has begun.
@@ -74,7 +75,7 @@ impl Builder {
         dims: &[usize],
         start: &[f64],
         text: &str,
-    ) -> &mut Variable {
+    ) -> &mut TableVariable {
         self.parameter(name, Variability::Fixed, unit, dims, start, text)
     }
     fn parameter(
@@ -85,9 +86,9 @@ impl Builder {
         dims: &[usize],
         start: &[f64],
         text: &str,
-    ) -> &mut Variable {
+    ) -> &mut TableVariable {
         let at = Storage::Parameter(self.take(PARAMETER, dims));
-        self.push(Variable::new(name, Causality::Parameter, v, at, unit, text).array(dims).start(start))
+        self.push(TableVariable::new(name, Causality::Parameter, v, at, unit, text).array(dims).start(start))
     }
     /// An input, 0 unless set.
     pub(crate) fn input(
@@ -96,11 +97,11 @@ impl Builder {
         unit: &'static str,
         dims: &[usize],
         text: &str,
-    ) -> &mut Variable {
+    ) -> &mut TableVariable {
         let at = Storage::Input(self.take(INPUT, dims));
         let zeros = vec![0.0; dims.iter().product()];
         self.push(
-            Variable::new(name, Causality::Input, Variability::Continuous, at, unit, text)
+            TableVariable::new(name, Causality::Input, Variability::Continuous, at, unit, text)
                 .array(dims)
                 .start(&zeros),
         )
@@ -113,43 +114,50 @@ impl Builder {
         dims: &[usize],
         depends: Depends,
         text: &str,
-    ) -> &mut Variable {
+    ) -> &mut TableVariable {
         let at = Storage::Output(self.take(OUTPUT, dims));
         let v = self.push(
-            Variable::new(name, Causality::Output, Variability::Continuous, at, unit, text).array(dims),
+            TableVariable::new(name, Causality::Output, Variability::Continuous, at, unit, text).array(dims),
         );
         v.depends = depends;
         v
     }
     /// A Boolean output that changes at events.
     pub(crate) fn flag(&mut self, name: &str, dims: &[usize], text: &str) {
-        self.item(name, Kind::Boolean, dims, text);
+        self.item(name, BoundaryType::Boolean, dims, text);
     }
     /// An output of that kind that changes at events.
-    pub(crate) fn item(&mut self, name: &str, kind: Kind, dims: &[usize], text: &str) {
+    pub(crate) fn item(&mut self, name: &str, kind: BoundaryType, dims: &[usize], text: &str) {
         let at = Storage::Output(self.take(OUTPUT, dims));
         self.push(
-            Variable::new(name, Causality::Output, Variability::Discrete, at, "", text)
+            TableVariable::new(name, Causality::Output, Variability::Discrete, at, "", text)
                 .array(dims)
                 .kind(kind),
         );
     }
     /// Something that is fixed when packed.
-    pub(crate) fn constant(&mut self, name: &str, kind: Kind, dims: &[usize], value: &[f64], text: &str) {
+    pub(crate) fn constant(
+        &mut self,
+        name: &str,
+        kind: BoundaryType,
+        dims: &[usize],
+        value: &[f64],
+        text: &str,
+    ) {
         self.push(
-            Variable::new(name, Causality::Local, Variability::Constant, Storage::Constant, "", text)
+            TableVariable::new(name, Causality::Local, Variability::Constant, Storage::Constant, "", text)
                 .array(dims)
                 .kind(kind)
                 .start(value),
         );
     }
     /// States and their rates.
-    pub(crate) fn states(&mut self, list: &[State]) {
+    pub(crate) fn states(&mut self, list: &[TableState]) {
         for (name, unit, _, dims, nominal, _, text) in list {
             let at = Storage::State(self.take(STATE, dims));
             let name = format!("state.{name}");
             self.push(
-                Variable::new(&name, Causality::Local, Variability::Continuous, at, unit, text)
+                TableVariable::new(&name, Causality::Local, Variability::Continuous, at, unit, text)
                     .array(dims)
                     .nominal(*nominal),
             );
@@ -157,7 +165,7 @@ impl Builder {
         let mut at = self.next[STATE] - list.iter().map(|s| s.3.iter().product::<usize>()).sum::<usize>();
         for (name, _, unit, dims, _, depends, text) in list {
             let (state, text) = (format!("state.{name}"), format!("Rate: {text}"));
-            let v = Variable::new(
+            let v = TableVariable::new(
                 &format!("der({state})"),
                 Causality::Local,
                 Variability::Continuous,
@@ -170,12 +178,12 @@ impl Builder {
         }
     }
     /// Parameters, inputs, states and outputs of the effects.
-    pub(crate) fn effects(&mut self, effects: &EffectSet, plant: Plant) {
+    pub(crate) fn effects(&mut self, effects: &EffectSet, plant: PlantKind) {
         for e in effects.iter() {
             let (sites, choice) = (e.sites, e.choice);
             let dims = e.dimensions(plant);
             for p in choice.parameters() {
-                let start = if plant == Plant::Joint { p.joint_start } else { p.arm_start };
+                let start = if plant == PlantKind::Joint { p.joint_start } else { p.arm_start };
                 let (name, unit) = (choice.variable(p.name), choice.unit(p.unit));
                 let v = self.tunable(&name, unit, &dims, &vec![start; sites], p.description);
                 bounds(v, p);
@@ -235,7 +243,7 @@ impl Builder {
         let members = members.iter().map(|(m, v)| ((*m).to_owned(), (*v).to_owned())).collect();
         self.table.terminals.push(Terminal { name: name.to_owned(), description: text.to_owned(), members });
     }
-    fn push(&mut self, v: Variable) -> &mut Variable {
+    fn push(&mut self, v: TableVariable) -> &mut TableVariable {
         self.table.variables.push(v);
         let last = self.table.variables.len() - 1;
         &mut self.table.variables[last]
@@ -248,12 +256,12 @@ impl Builder {
     }
 }
 
-fn bounds(v: &mut Variable, p: &ParameterSpec) {
+fn bounds(v: &mut TableVariable, p: &ParameterSpec) {
     v.min = p.min.is_finite().then_some(p.min);
     v.max = p.max.is_finite().then_some(p.max);
     v.exclusive = p.above_min;
 }
 
-fn state<'a>(name: &'a str, s: &'a SignalSpec, choice: Choice, dims: &'a [usize]) -> State<'a> {
+fn state<'a>(name: &'a str, s: &'a SignalSpec, choice: EffectChoice, dims: &'a [usize]) -> TableState<'a> {
     (name, choice.unit(s.unit), choice.unit(s.rate_unit), dims, s.nominal, Depends::All, s.description)
 }

@@ -2,13 +2,13 @@
 
 use crate::arm;
 use crate::arm::TEST_BED;
-use crate::builder::Builder;
+use crate::builder::PlantTableBuilder;
 use crate::experiment::{CAPTURE_TOLERANCE, TOLERANCE};
 use crate::structure::{
-    BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, TOUCHES, Wanted, choices, chosen, planar,
+    BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, RequestedStructure, TOUCHES, choices, chosen, planar,
 };
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Experiment, Kind, ModelTable};
+use trueup_fmi::table::{BoundaryType, ModelTable, TableExperiment};
 use trueup_models::arm::layout::states;
 use trueup_models::arm::{PlanarManipulator, input, output, parameter};
 use trueup_models::contact::layout::{
@@ -17,7 +17,7 @@ use trueup_models::contact::layout::{
     SceneStates, States,
 };
 use trueup_models::contact::{
-    Against, CaptureScene, Chaser, Closing, FreeBody, GripperContact, Mount, RigidChaser, Structure,
+    CaptureScene, Chaser, Closing, FreeBody, GripperContact, GripperStructure, Mount, PortShape, RigidChaser,
 };
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -64,15 +64,15 @@ pub(crate) fn build(c: &Configuration) -> Result<Contact, String> {
     if c.model == "FreeBody" {
         return FreeBody::new(chosen(PORTS).unwrap_or(1)).map(Contact::Body);
     }
-    let structure = Structure {
-        balls: chosen(BALLS).unwrap_or(Structure::default().balls),
+    let structure = GripperStructure {
+        balls: chosen(BALLS).unwrap_or(GripperStructure::default().balls),
         closing: match chosen(CLOSES) {
             Some(2) => Closing::Command,
             Some(3) => Closing::Motor,
             _ => Closing::Schedule,
         },
         mount: if chosen(MOUNTED) == Some(2) { Mount::Elastic } else { Mount::Rigid },
-        against: if chosen(TOUCHES) == Some(2) { Against::Plate } else { Against::Ball },
+        against: if chosen(TOUCHES) == Some(2) { PortShape::Plate } else { PortShape::Ball },
     };
     if c.model == "GripperContact" {
         GripperContact::new(structure).map(Contact::Gripper)
@@ -137,12 +137,12 @@ impl Contact {
 }
 
 /// What is fixed when packed.
-fn constants(b: &mut Builder, model: &str, values: &[usize]) {
-    b.constant("dimension", Kind::Integer, &[], &[2.0], "The model moves in the plane");
+fn constants(b: &mut PlantTableBuilder, model: &str, values: &[usize]) {
+    b.constant("dimension", BoundaryType::Integer, &[], &[2.0], "The model moves in the plane");
     for (choice, value) in choices(model).iter().zip(values) {
         let kind = match choice.wanted {
-            Wanted::Count(_) => Kind::Integer,
-            Wanted::Item(items) => b.items(items),
+            RequestedStructure::Count(_) => BoundaryType::Integer,
+            RequestedStructure::Item(items) => b.items(items),
         };
         let text = format!("{} (fixed when packed)", choice.text);
         b.constant(choice.name, kind, &[], &[*value as f64], &text);
@@ -150,14 +150,17 @@ fn constants(b: &mut Builder, model: &str, values: &[usize]) {
 }
 
 /// In the order of a gripper's choices.
-fn numbers(s: &Structure) -> [usize; 4] {
+fn numbers(s: &GripperStructure) -> [usize; 4] {
     [s.balls, s.closing as usize + 1, s.mount as usize + 1, s.against as usize + 1]
 }
 
 fn body(m: &FreeBody) -> ModelTable {
-    let experiment = Experiment { stop_time: 10.0, tolerance: CAPTURE_TOLERANCE, step_size: 1e-2 };
-    let mut b =
-        Builder::new("FreeBody", "Rigid body that floats in the plane, with docking points", experiment);
+    let experiment = TableExperiment { stop_time: 10.0, tolerance: CAPTURE_TOLERANCE, step_size: 1e-2 };
+    let mut b = PlantTableBuilder::new(
+        "FreeBody",
+        "Rigid body that floats in the plane, with docking points",
+        experiment,
+    );
     let ports = m.ports();
     constants(&mut b, "FreeBody", &[ports]);
     b.parameters(&BodyParameters::list(&ports), &m.defaults());
@@ -177,9 +180,9 @@ fn body(m: &FreeBody) -> ModelTable {
 }
 
 fn gripper(m: &GripperContact) -> ModelTable {
-    let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
+    let experiment = TableExperiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
     let text = "Contact of a gripper of balls with a docking port (dynamics of on-orbit capture, eq. 20-22)";
-    let mut b = Builder::new("GripperContact", text, experiment);
+    let mut b = PlantTableBuilder::new("GripperContact", text, experiment);
     let s = m.structure();
     constants(&mut b, "GripperContact", &numbers(s));
     b.parameters(&[Parameters::list(s), HostParameters::list(&())].concat(), &m.defaults());
@@ -204,30 +207,30 @@ trait Tabled: Chaser {
     const CHOICE: u32;
     /// Of the default experiment.
     const TOLERANCE: f64;
-    fn add_constants(&self, _b: &mut Builder) {}
-    fn add_parameters(&self, b: &mut Builder, start: &[f64]);
-    fn add_inputs(&self, b: &mut Builder);
-    fn add_outputs(&self, b: &mut Builder);
-    fn add_states(&self, b: &mut Builder);
-    fn add_plugs(&self, b: &mut Builder);
+    fn add_constants(&self, _b: &mut PlantTableBuilder) {}
+    fn add_parameters(&self, b: &mut PlantTableBuilder, start: &[f64]);
+    fn add_inputs(&self, b: &mut PlantTableBuilder);
+    fn add_outputs(&self, b: &mut PlantTableBuilder);
+    fn add_states(&self, b: &mut PlantTableBuilder);
+    fn add_plugs(&self, b: &mut PlantTableBuilder);
 }
 
 impl Tabled for RigidChaser {
     const CHOICE: u32 = RIGID;
     const TOLERANCE: f64 = CAPTURE_TOLERANCE;
-    fn add_parameters(&self, b: &mut Builder, start: &[f64]) {
+    fn add_parameters(&self, b: &mut PlantTableBuilder, start: &[f64]) {
         b.parameters(&ChaserParameters::list(&()), start);
     }
-    fn add_inputs(&self, b: &mut Builder) {
+    fn add_inputs(&self, b: &mut PlantTableBuilder) {
         b.inputs(&ChaserInputs::list(&()));
     }
-    fn add_outputs(&self, b: &mut Builder) {
+    fn add_outputs(&self, b: &mut PlantTableBuilder) {
         b.outputs(&ChaserOutputs::list(&()));
     }
-    fn add_states(&self, b: &mut Builder) {
+    fn add_states(&self, b: &mut PlantTableBuilder) {
         b.moved(&ChaserStates::list(&()));
     }
-    fn add_plugs(&self, b: &mut Builder) {
+    fn add_plugs(&self, b: &mut PlantTableBuilder) {
         b.plug("chaser", "What drives the chaser", &[("force", "chaserForce"), ("torque", "chaserTorque")]);
     }
 }
@@ -235,18 +238,18 @@ impl Tabled for RigidChaser {
 impl Tabled for PlanarManipulator {
     const CHOICE: u32 = PLANAR;
     const TOLERANCE: f64 = TOLERANCE;
-    fn add_constants(&self, b: &mut Builder) {
+    fn add_constants(&self, b: &mut PlantTableBuilder) {
         arm::constants(b, self);
     }
-    fn add_parameters(&self, b: &mut Builder, start: &[f64]) {
+    fn add_parameters(&self, b: &mut PlantTableBuilder, start: &[f64]) {
         b.parameters(&parameter::list(&self.layout()), start);
     }
-    fn add_inputs(&self, b: &mut Builder) {
+    fn add_inputs(&self, b: &mut PlantTableBuilder) {
         b.inputs(&input::list(&self.layout()));
         b.retell("tipForce", "On the last link at its tip in addition to the contact, inertial frame");
         b.retell("tipTorque", "On the last link in addition to the contact");
     }
-    fn add_outputs(&self, b: &mut Builder) {
+    fn add_outputs(&self, b: &mut PlantTableBuilder) {
         b.outputs(&output::list(&self.layout()));
         b.retell("linearMomentum", "Of manipulator, target and a ball on a mount");
         b.retell(
@@ -256,19 +259,19 @@ impl Tabled for PlanarManipulator {
         b.retell("kineticEnergy", "Of manipulator, target and a ball on a mount, rotors included");
         b.retell("potentialEnergy", "Of the joints, V (eq. 7)");
     }
-    fn add_states(&self, b: &mut Builder) {
+    fn add_states(&self, b: &mut PlantTableBuilder) {
         b.moved(&states(&self.layout()));
     }
-    fn add_plugs(&self, b: &mut Builder) {
+    fn add_plugs(&self, b: &mut PlantTableBuilder) {
         arm::drive(b);
     }
 }
 
 fn scene<C: Tabled>(m: &CaptureScene<C>) -> ModelTable {
-    let experiment = Experiment { stop_time: 30.0, tolerance: C::TOLERANCE, step_size: 0.05 };
+    let experiment = TableExperiment { stop_time: 30.0, tolerance: C::TOLERANCE, step_size: 0.05 };
     let text =
         "Capture in the plane: chaser, gripper and target in one (dynamics of on-orbit capture, eq. 20-22)";
-    let mut b = Builder::new("CaptureScene", text, experiment);
+    let mut b = PlantTableBuilder::new("CaptureScene", text, experiment);
     let (s, chaser, start) = (m.structure(), m.chaser(), m.defaults());
     constants(&mut b, "CaptureScene", &[&[C::CHOICE as usize][..], &numbers(s)].concat());
     chaser.add_constants(&mut b);

@@ -1,8 +1,10 @@
 //! Lists of a model's variables ([`trueup_models::layout`]) as a table.
 
-use crate::builder::Builder;
-use trueup_fmi::table::{Depends, Enumeration, Factor, Kind};
-use trueup_models::layout::{Allowed, Entry, Items, Parameter, Shows, Start, State, TermFactor};
+use crate::builder::PlantTableBuilder;
+use trueup_fmi::table::{BoundaryType, Depends, Enumeration, LinearFactor};
+use trueup_models::layout::{
+    AllowedValues, InputStart, Items, LayoutEntry, LayoutState, Parameter, Shows, TermFactor,
+};
 
 fn owned(names: &[&str]) -> Vec<String> {
     names.iter().map(|n| (*n).to_owned()).collect()
@@ -16,9 +18,9 @@ fn depends(shows: Shows) -> Depends {
         Shows::On(names) => Depends::On(owned(names)),
         Shows::Linear(terms) => {
             let factor = |f| match f {
-                TermFactor::Constant => Factor::Constant,
-                TermFactor::Fixed => Factor::Fixed,
-                TermFactor::Tunable => Factor::Tunable,
+                TermFactor::Constant => LinearFactor::Constant,
+                TermFactor::Fixed => LinearFactor::Fixed,
+                TermFactor::Tunable => LinearFactor::Tunable,
             };
             Depends::Linear(terms.iter().map(|(name, f)| ((*name).to_owned(), factor(*f))).collect())
         }
@@ -26,20 +28,20 @@ fn depends(shows: Shows) -> Depends {
     }
 }
 
-impl Builder {
+impl PlantTableBuilder {
     /// An enumeration type, which is there once.
-    pub(crate) fn items(&mut self, items: &Items) -> Kind {
+    pub(crate) fn items(&mut self, items: &Items) -> BoundaryType {
         let own = Enumeration { name: items.name, description: items.text, items: items.items.to_vec() };
         self.enumeration(own)
     }
     /// Parameters with those start values, in order.
-    pub(crate) fn parameters(&mut self, entries: &[Entry<Parameter>], start: &[f64]) {
+    pub(crate) fn parameters(&mut self, entries: &[LayoutEntry<Parameter>], start: &[f64]) {
         let mut rest = start;
         for e in entries {
             let (own, behind) = rest.split_at(e.len().min(rest.len()));
             rest = behind;
             let kind = match e.kind.allowed {
-                Allowed::Item(items) => Some(self.items(items)),
+                AllowedValues::Item(items) => Some(self.items(items)),
                 _ => None,
             };
             let v = if e.kind.tunable {
@@ -48,14 +50,14 @@ impl Builder {
                 self.fixed(e.name, e.unit, &e.dimensions, own, e.text)
             };
             match e.kind.allowed {
-                Allowed::Any | Allowed::Item(_) => {}
-                Allowed::Positive => {
+                AllowedValues::Any | AllowedValues::Item(_) => {}
+                AllowedValues::Positive => {
                     v.bounded_above(0.0);
                 }
-                Allowed::NotNegative => {
+                AllowedValues::NotNegative => {
                     v.bounded(0.0);
                 }
-                Allowed::OneUp => {
+                AllowedValues::OneUp => {
                     v.bounded(1.0);
                 }
             }
@@ -66,14 +68,14 @@ impl Builder {
         }
     }
     /// Inputs with their start values.
-    pub(crate) fn inputs(&mut self, entries: &[Entry<Start>]) {
+    pub(crate) fn inputs(&mut self, entries: &[LayoutEntry<InputStart>]) {
         for e in entries {
             let start = if e.kind.is_empty() { vec![0.0; e.len()] } else { e.kind.to_vec() };
             self.input(e.name, e.unit, &e.dimensions, e.text).start = start;
         }
     }
     /// Outputs.
-    pub(crate) fn outputs(&mut self, entries: &[Entry<Shows>]) {
+    pub(crate) fn outputs(&mut self, entries: &[LayoutEntry<Shows>]) {
         for e in entries {
             match e.kind {
                 Shows::Flag => self.flag(e.name, &e.dimensions, e.text),
@@ -88,9 +90,9 @@ impl Builder {
         }
     }
     /// States and their rates.
-    pub(crate) fn moved(&mut self, entries: &[Entry<State>]) {
+    pub(crate) fn moved(&mut self, entries: &[LayoutEntry<LayoutState>]) {
         let rate = |shows| if shows == Shows::Flag { Depends::On(Vec::new()) } else { depends(shows) };
-        let states: Vec<crate::builder::State<'_>> = entries
+        let states: Vec<crate::builder::TableState<'_>> = entries
             .iter()
             .map(|e| {
                 (e.name, e.unit, e.kind.rate, &e.dimensions[..], e.kind.nominal, rate(e.kind.depends), e.text)

@@ -1,18 +1,18 @@
 //! The variable table of `FlexibleArm`, and arms as configurations.
 
-use crate::builder::Builder;
+use crate::builder::PlantTableBuilder;
 use crate::experiment::TOLERANCE;
 use crate::space::{STIFFENING, constants, differing, encoded, is_robot, stiffening, structure};
 use crate::structure::chosen;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Experiment, ModelTable};
+use trueup_fmi::table::{ModelTable, TableExperiment};
 use trueup_models::flexible_arm::layout::{
     AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, FIXED, LINKS_CHOICE, SHAPES_CHOICE, SOLVER, SOLVER_CHOICE, inputs,
     outputs, parameters,
 };
 use trueup_models::flexible_arm::presets::{self, delian};
-use trueup_models::flexible_arm::{FlexibleArm, Structure};
-use trueup_models::space::design::Design;
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure};
+use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::{COUPLING, States};
 use trueup_numerics::hybrid::Hybrid;
 
@@ -39,7 +39,7 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
     }
     if is_robot(c) {
         let by_current = item(c, DRIVE_CHOICE) != Some(BY_TORQUE);
-        let arm = FlexibleArm::new(Structure { robot: structure(c)?, by_current })?;
+        let arm = FlexibleArm::new(FlexibleArmStructure { robot: structure(c)?, by_current })?;
         let start = arm.defaults();
         return Ok((arm, start));
     }
@@ -50,13 +50,13 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
     }
     let design = linked(design, &chosen)?;
     let by_current = chosen(DRIVE_CHOICE) != Some(BY_TORQUE);
-    let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current })?;
+    let arm = FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current })?;
     let start = presets::parameters(&arm, &design);
     Ok((arm, start))
 }
 
 /// The design with links as they are chosen by name.
-fn linked(mut design: Design, chosen: &impl Fn(&str) -> Option<usize>) -> Result<Design, String> {
+fn linked(mut design: RobotDesign, chosen: &impl Fn(&str) -> Option<usize>) -> Result<RobotDesign, String> {
     if let Some(n) = chosen(SHAPES_CHOICE) {
         if design.flexures.is_empty() {
             return Err(format!(
@@ -79,7 +79,7 @@ fn linked(mut design: Design, chosen: &impl Fn(&str) -> Option<usize>) -> Result
 ///
 /// # Errors
 /// A choice that there is not, with the remedy.
-pub fn with_links(design: Design, choices: &[(String, Vec<u32>)]) -> Result<Design, String> {
+pub fn with_links(design: RobotDesign, choices: &[(String, Vec<u32>)]) -> Result<RobotDesign, String> {
     let asked = Configuration { structure: choices.to_vec(), ..Configuration::of("FlexibleArm") };
     linked(design, &chosen(&asked)?)
 }
@@ -88,9 +88,9 @@ pub fn with_links(design: Design, choices: &[(String, Vec<u32>)]) -> Result<Desi
 ///
 /// # Errors
 /// A structure that cannot be had, with the remedy.
-pub fn of_arm(design: &Design, choices: &[(String, Vec<u32>)]) -> Result<Configuration, String> {
-    let design = Design { held: true, ..design.clone() };
-    let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: true })?;
+pub fn of_arm(design: &RobotDesign, choices: &[(String, Vec<u32>)]) -> Result<Configuration, String> {
+    let design = RobotDesign { held: true, ..design.clone() };
+    let arm = FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current: true })?;
     let own = arm.defaults();
     let mut wanted = own.clone();
     let of_bodies = design.parameters();
@@ -107,9 +107,9 @@ pub fn of_arm(design: &Design, choices: &[(String, Vec<u32>)]) -> Result<Configu
 /// The table of a model with those start values (in the model's order), its steps of fixed size or not.
 pub(crate) fn table(arm: &FlexibleArm, start: &[f64], fixed: bool) -> ModelTable {
     let s = arm.structure();
-    let experiment = Experiment { stop_time: 0.2, tolerance: TOLERANCE, step_size: 1e-3 };
+    let experiment = TableExperiment { stop_time: 0.2, tolerance: TOLERANCE, step_size: 1e-3 };
     let text = "Arm on the ground with flexible joints and links, stick-slip in its motors (DELIAN, eq. 1-6)";
-    let mut b = Builder::new("FlexibleArm", text, experiment);
+    let mut b = PlantTableBuilder::new("FlexibleArm", text, experiment);
     b.items(&COUPLING);
     let kind = b.items(&DRIVE);
     let item = if s.by_current { 1.0 } else { BY_TORQUE as f64 };

@@ -1,9 +1,9 @@
 //! The variable table of `TwoMassJoint`.
 
-use crate::builder::Builder;
+use crate::builder::PlantTableBuilder;
 use crate::experiment::TOLERANCE;
-use trueup_fmi::table::{Experiment, Kind, ModelTable};
-use trueup_models::effect::Plant;
+use trueup_fmi::table::{BoundaryType, ModelTable, TableExperiment};
+use trueup_models::effect::PlantKind;
 use trueup_models::joint::{TwoMassJoint, input, output, parameter, states};
 use trueup_models::presets;
 use trueup_numerics::hybrid::Hybrid;
@@ -11,19 +11,19 @@ use trueup_numerics::hybrid::Hybrid;
 /// The table of a joint of that structure; start values: DELIAN's joint 1. `gear_ratio` is the one packed, if
 /// it is another, for the nominal values.
 pub(crate) fn table(model: &TwoMassJoint, gear_ratio: Option<f64>) -> ModelTable {
-    let experiment = Experiment { stop_time: 2.0, tolerance: TOLERANCE, step_size: 1e-3 };
-    let mut b = Builder::new(
+    let experiment = TableExperiment { stop_time: 2.0, tolerance: TOLERANCE, step_size: 1e-3 };
+    let mut b = PlantTableBuilder::new(
         "TwoMassJoint",
         "Two-mass flexible joint with stick-slip friction (Comi et al., DELIAN, section 3.2)",
         experiment,
     );
-    b.constant("jointFlexible", Kind::Boolean, &[], &[f64::from(model.flexible())], "The joint has its spring; false: one rigid geared mass, motorAngle = n loadAngle (fixed when packed)");
+    b.constant("jointFlexible", BoundaryType::Boolean, &[], &[f64::from(model.flexible())], "The joint has its spring; false: one rigid geared mass, motorAngle = n loadAngle (fixed when packed)");
     let s = model.layout(gear_ratio);
     b.parameters(&parameter::list(&s), &presets::delian(1).unwrap_or_default());
     b.inputs(&input::list(&s));
     b.outputs(&output::list(&s));
     b.moved(&states(&s));
-    b.effects(model.effects(), Plant::Joint);
+    b.effects(model.effects(), PlantKind::Joint);
     b.terminal(
         "drive",
         "What a joint controller is wired to",

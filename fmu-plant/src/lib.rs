@@ -14,9 +14,9 @@ mod structure;
 pub use arm::TEST_BED;
 pub use experiment::schedule;
 pub use flexible_arm::{of_arm, with_links};
-pub use model::Plant;
+pub use model::PlantModelTable;
 pub use space::{is_robot, of_design};
-pub use structure::{Choice, Wanted, choices};
+pub use structure::{RequestedStructure, StructureOption, choices};
 
 /// The models of this library.
 pub const MODELS: &[&str] = &[
@@ -31,22 +31,22 @@ pub const MODELS: &[&str] = &[
 
 #[cfg(test)]
 mod tests {
-    use crate::{Plant, of_design};
+    use crate::{PlantModelTable, of_design};
     use trueup_fmi::configuration::Configuration;
     use trueup_fmi::table::Storage as S;
     use trueup_fmi_export::FmuModel;
     use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
     use trueup_models::effect;
     use trueup_models::flexible_arm::presets::delian;
-    use trueup_models::space::design::Design;
+    use trueup_models::space::design::RobotDesign;
     use trueup_models::space::presets;
-    use trueup_models::space::table::{Table, TabledMode};
+    use trueup_models::space::table::{ModeTable, TabledMode};
     use trueup_numerics::hybrid::Hybrid;
 
     #[test]
     fn the_tables_cover_every_value_of_the_models() {
-        let all = |plant| effect::Choice::all(plant).map(|c| c.id()).collect::<Vec<_>>();
-        let (joint, arm) = (all(effect::Plant::Joint), all(effect::Plant::Arm));
+        let all = |plant| effect::EffectChoice::all(plant).map(|c| c.id()).collect::<Vec<_>>();
+        let (joint, arm) = (all(effect::PlantKind::Joint), all(effect::PlantKind::Arm));
         let cases = [
             ("TwoMassJoint", vec![], vec![]),
             ("TwoMassJoint", vec![false], joint.clone()),
@@ -60,7 +60,7 @@ mod tests {
         ];
         let mut tabled = presets::table_1_with_panels();
         tabled.analysis = true;
-        tabled.tables.push(Table {
+        tabled.tables.push(ModeTable {
             name: "array".to_owned(),
             position: [0.0; 3],
             orientation: [1.0, 0.0, 0.0, 0.0],
@@ -94,7 +94,7 @@ mod tests {
             crate::of_arm(&delian(), &[]).unwrap(),
         ];
         for c in plain.chain(robots).chain(contact).chain(arms) {
-            let m = Plant::build(&c).unwrap();
+            let m = PlantModelTable::build(&c).unwrap();
             let t = m.table();
             let count = |pick: fn(S) -> bool| {
                 t.variables.iter().filter(|v| pick(v.storage)).map(|v| v.len()).sum::<usize>()
@@ -126,8 +126,8 @@ mod tests {
                 structure: structure.iter().map(|(name, item)| ((*name).to_owned(), vec![*item])).collect(),
                 ..Configuration::of("FlexibleArm")
             };
-            let plant = Plant::build(&c).unwrap();
-            let Plant::FlexibleArm { arm, .. } = &plant else { panic!("no arm") };
+            let plant = PlantModelTable::build(&c).unwrap();
+            let PlantModelTable::FlexibleArm { arm, .. } = &plant else { panic!("no arm") };
             let table = plant.table();
             let start = table.find("axialStiffening").unwrap().start[0];
             assert_eq!(
@@ -150,14 +150,14 @@ mod tests {
             (true, Some(true), Some(1), false),
             (true, Some(false), Some(2), true),
         ] {
-            let design = Design { held, axial_stiffening: file, ..delian() };
+            let design = RobotDesign { held, axial_stiffening: file, ..delian() };
             let choices: Vec<_> =
                 beside.into_iter().map(|item| ("axialStiffening".to_owned(), vec![item])).collect();
             let design = crate::with_links(design, &choices).unwrap();
-            let on_ground = Design { held: true, ..design.clone() };
+            let on_ground = RobotDesign { held: true, ..design.clone() };
             let arm = crate::of_arm(&design, &choices).unwrap();
             for (c, wanted) in [(of_design(&design).unwrap(), wanted), (arm, on_ground.stiffens())] {
-                let table = Plant::build(&c).unwrap().table();
+                let table = PlantModelTable::build(&c).unwrap().table();
                 let start = table.find("axialStiffening").unwrap().start[0];
                 assert_eq!(start == 2.0, wanted, "{} {held} {file:?} {beside:?}", c.model);
             }
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn a_robot_of_one_tip_has_one_terminal_for_it() {
         for preset in presets::PRESETS {
-            let t = Plant::build(&of_design(&(preset.design)()).unwrap()).unwrap().table();
+            let t = PlantModelTable::build(&of_design(&(preset.design)()).unwrap()).unwrap().table();
             let members = |name: &str| {
                 let terminal = t.terminals.iter().find(|t| t.name == name).unwrap();
                 terminal.members.iter().map(|m| t.find(&m.1).unwrap()).collect::<Vec<_>>()

@@ -16,7 +16,7 @@ use trueup_numerics::hybrid::At;
 /// A plant and its variable table.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)]
-pub enum Plant {
+pub enum PlantModelTable {
     /// `TwoMassJoint`; the gear ratio packed, if it is not the default.
     Joint(TwoMassJoint, Option<f64>),
     /// `PlanarManipulator`.
@@ -36,15 +36,15 @@ pub enum Plant {
     Contact(Contact),
 }
 
-trueup_numerics::delegate_hybrid!(Plant {
-    Plant::Joint(m, _) => m,
-    Plant::Arm(m) => m,
-    Plant::Space(m, _) => m,
-    Plant::FlexibleArm { arm, .. } => arm,
-    Plant::Contact(m) => m
+trueup_numerics::delegate_hybrid!(PlantModelTable {
+    PlantModelTable::Joint(m, _) => m,
+    PlantModelTable::Arm(m) => m,
+    PlantModelTable::Space(m, _) => m,
+    PlantModelTable::FlexibleArm { arm, .. } => arm,
+    PlantModelTable::Contact(m) => m
 });
 
-impl FmuModel for Plant {
+impl FmuModel for PlantModelTable {
     fn build(c: &Configuration) -> Result<Self, String> {
         match c.model.as_str() {
             "TwoMassJoint" => {

@@ -1,15 +1,15 @@
 //! The variable table of `SpatialFreeFlyer`, and robots as configurations.
 
-use crate::builder::Builder;
+use crate::builder::PlantTableBuilder;
 use crate::experiment::SPACE_TOLERANCE;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Enumeration, Experiment, Kind, ModelTable, Storage};
+use trueup_fmi::table::{BoundaryType, Enumeration, ModelTable, Storage, TableExperiment};
 use trueup_models::flexible_arm::layout::{AXIAL, AXIAL_CHOICE, LINK_MODES};
 use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::Design;
+use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::{COUPLING, Inputs, Outputs, Parameters, States};
-use trueup_models::space::tree::{Joint, Tree};
-use trueup_models::space::{SpatialFreeFlyer, Structure, presets};
+use trueup_models::space::tree::{JointType, Tree};
+use trueup_models::space::{RobotStructure, SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::Hybrid;
 
 /// What the configuration fixes, by these names.
@@ -43,7 +43,7 @@ pub(crate) fn build(c: &Configuration) -> Result<(SpatialFreeFlyer, Vec<f64>), S
 }
 
 /// The structure that a configuration gives body by body.
-pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
+pub(crate) fn structure(c: &Configuration) -> Result<RobotStructure, String> {
     let found = |name: &str| {
         c.structure
             .iter()
@@ -54,8 +54,8 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
     };
     let first = |name: &str| found(name).next().unwrap_or(0);
     let kind = |v: usize| match v {
-        0 => Ok(Joint::Revolute),
-        1 => Ok(Joint::Prismatic),
+        0 => Ok(JointType::Revolute),
+        1 => Ok(JointType::Prismatic),
         other => Err(format!("{JOINT_TYPE} {other} is none: 0 is revolute, 1 prismatic")),
     };
     let parent: Vec<usize> = found(PARENT).collect();
@@ -66,7 +66,7 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
         return Err(format!("{} want one number per appendage each", SHAPES.join(", ")));
     }
     let shapes = x.into_iter().zip(y).zip(torsion);
-    Ok(Structure {
+    Ok(RobotStructure {
         appendages: shapes.map(|((x, y), torsion)| Shapes { x, y, torsion }).collect(),
         tree: Tree { parent, joint: found(JOINT_TYPE).map(kind).collect::<Result<_, _>>()? },
         flexible,
@@ -92,7 +92,7 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
 ///
 /// # Errors
 /// A structure that cannot be had, with the remedy.
-pub fn of_design(design: &Design) -> Result<Configuration, String> {
+pub fn of_design(design: &RobotDesign) -> Result<Configuration, String> {
     let s = design.structure();
     let model = SpatialFreeFlyer::new(s.clone())?;
     let own = model.defaults();
@@ -119,7 +119,7 @@ pub(crate) fn differing(table: &ModelTable, own: &[f64], wanted: &[f64]) -> Vec<
 }
 
 /// A structure, body by body, as [`structure`] reads it.
-pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
+pub(crate) fn encoded(s: &RobotStructure) -> Vec<(String, Vec<u32>)> {
     let numbers = |list: &[usize]| list.iter().map(|v| *v as u32).collect::<Vec<u32>>();
     let shapes = |of: fn(&Shapes) -> usize| s.appendages.iter().map(|a| of(a) as u32).collect();
     let mut structure = vec![
@@ -127,7 +127,7 @@ pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
         (SHAPES[1], shapes(|a| a.y)),
         (SHAPES[2], shapes(|a| a.torsion)),
         (PARENT, numbers(&s.tree.parent)),
-        (JOINT_TYPE, s.tree.joint.iter().map(|j| u32::from(*j == Joint::Prismatic)).collect()),
+        (JOINT_TYPE, s.tree.joint.iter().map(|j| u32::from(*j == JointType::Prismatic)).collect()),
         (TIP, numbers(&s.tips)),
         (THRUSTERS, vec![s.thrusters as u32]),
         (HELD, vec![u32::from(s.held)]),
@@ -154,9 +154,9 @@ pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
 /// The table of a model with those start values (in the model's order).
 pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     let s = model.structure();
-    let experiment = Experiment { stop_time: 10.0, tolerance: SPACE_TOLERANCE, step_size: 1e-2 };
+    let experiment = TableExperiment { stop_time: 10.0, tolerance: SPACE_TOLERANCE, step_size: 1e-2 };
     let text = "Base with arms in space (dynamics of free-flying robots, eq. 1-18)";
-    let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
+    let mut b = PlantTableBuilder::new("SpatialFreeFlyer", text, experiment);
     b.items(&COUPLING);
     constants(&mut b, s);
     if s.links() > 0 {
@@ -188,7 +188,7 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
 }
 
 /// Whether loads along links stiffen them.
-pub(crate) fn stiffening(b: &mut Builder, s: &Structure) {
+pub(crate) fn stiffening(b: &mut PlantTableBuilder, s: &RobotStructure) {
     let kind = b.items(&AXIAL);
     let item = if s.axial_stiffening { STIFFENING as f64 } else { 1.0 };
     let text = "Whether loads along the links stiffen them (fixed when packed)";
@@ -196,7 +196,7 @@ pub(crate) fn stiffening(b: &mut Builder, s: &Structure) {
 }
 
 /// What of a robot is fixed when it is packed.
-pub(crate) fn constants(b: &mut Builder, s: &Structure) {
+pub(crate) fn constants(b: &mut PlantTableBuilder, s: &RobotStructure) {
     let kind = b.enumeration(Enumeration {
         name: "JointType",
         description: "What a joint leaves free",
@@ -205,10 +205,16 @@ pub(crate) fn constants(b: &mut Builder, s: &Structure) {
     let reals = |list: &[usize]| list.iter().map(|v| *v as f64).collect::<Vec<f64>>();
     let flags = |list: &[bool]| list.iter().map(|v| f64::from(*v)).collect::<Vec<f64>>();
     let n = s.bodies();
-    b.constant("numberOfBodies", Kind::Integer, &[], &[n as f64], "Moving bodies, n (fixed when packed)");
+    b.constant(
+        "numberOfBodies",
+        BoundaryType::Integer,
+        &[],
+        &[n as f64],
+        "Moving bodies, n (fixed when packed)",
+    );
     b.constant(
         "baseHeld",
-        Kind::Boolean,
+        BoundaryType::Boolean,
         &[],
         &flags(&[s.held]),
         "The base does not move (fixed when packed)",
@@ -217,20 +223,20 @@ pub(crate) fn constants(b: &mut Builder, s: &Structure) {
         let parent = reals(&s.tree.parent);
         b.constant(
             PARENT,
-            Kind::Integer,
+            BoundaryType::Integer,
             &[n],
             &parent,
             "Body that carries the body; 0: the base (fixed when packed)",
         );
         let types: Vec<f64> =
-            s.tree.joint.iter().map(|j| if *j == Joint::Prismatic { 2.0 } else { 1.0 }).collect();
+            s.tree.joint.iter().map(|j| if *j == JointType::Prismatic { 2.0 } else { 1.0 }).collect();
         b.constant(JOINT_TYPE, kind, &[n], &types, "Of the joint that the body hangs on (fixed when packed)");
         let text = "The joint has its spring (fixed when packed)";
-        b.constant("jointFlexible", Kind::Boolean, &[n], &flags(&s.flexible), text);
+        b.constant("jointFlexible", BoundaryType::Boolean, &[n], &flags(&s.flexible), text);
     }
     if !s.tips.is_empty() {
         let text = "Body that the end effector is fixed to (fixed when packed)";
-        b.constant(TIP, Kind::Integer, &[s.tips.len()], &reals(&s.tips), text);
+        b.constant(TIP, BoundaryType::Integer, &[s.tips.len()], &reals(&s.tips), text);
     }
     let panels = s.appendages.len();
     if panels > 0 {
@@ -244,7 +250,7 @@ pub(crate) fn constants(b: &mut Builder, s: &Structure) {
             (SHAPES[2], |a| a.torsion, "Shapes of torsion (fixed when packed)"),
         ] {
             let numbers: Vec<f64> = s.appendages.iter().map(|a| of(a) as f64).collect();
-            b.constant(name, Kind::Integer, &[panels], &numbers, text);
+            b.constant(name, BoundaryType::Integer, &[panels], &numbers, text);
         }
     }
 
@@ -253,14 +259,14 @@ pub(crate) fn constants(b: &mut Builder, s: &Structure) {
             "Shapes of the body's link along its x, along its y and of torsion; 0: rigid (fixed when packed)";
         let numbers: Vec<f64> =
             s.links.iter().flat_map(|l| [l.x, l.y, l.torsion]).map(|n| n as f64).collect();
-        b.constant(LINK_MODES, Kind::Integer, &[n, 3], &numbers, text);
+        b.constant(LINK_MODES, BoundaryType::Integer, &[n, 3], &numbers, text);
     }
     if !s.tabled_links.is_empty() {
         let text = "Modes of the body's link that is given by a table; 0: it is none (fixed when packed)";
-        b.constant(LINK_TABLE_MODES, Kind::Integer, &[n], &reals(&s.tabled_links), text);
+        b.constant(LINK_TABLE_MODES, BoundaryType::Integer, &[n], &reals(&s.tabled_links), text);
     }
     if !s.tables.is_empty() {
         let text = "Modes of an appendage that is given by a table, behind the beams (fixed when packed)";
-        b.constant(TABLE_MODES, Kind::Integer, &[s.tables.len()], &reals(&s.tables), text);
+        b.constant(TABLE_MODES, BoundaryType::Integer, &[s.tables.len()], &reals(&s.tables), text);
     }
 }

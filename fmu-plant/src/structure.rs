@@ -12,18 +12,18 @@ use trueup_models::space::ritz::MAX_LINK_SHAPES;
 
 /// Something that is chosen.
 #[derive(Clone, Copy, Debug)]
-pub struct Choice {
+pub struct StructureOption {
     /// Its name, that of the constant that shows it.
     pub name: &'static str,
     /// What may be chosen.
-    pub wanted: Wanted,
+    pub wanted: RequestedStructure,
     /// Meaning.
     pub text: &'static str,
 }
 
 /// What may be chosen.
 #[derive(Clone, Copy, Debug)]
-pub enum Wanted {
+pub enum RequestedStructure {
     /// A number from 1 to this.
     Count(usize),
     /// An item, counted from 1.
@@ -40,36 +40,67 @@ pub(crate) const CHASES: &str = "chaser";
 pub(crate) const RIGID: u32 = 1;
 pub(crate) const PLANAR: u32 = 2;
 
-static OF_ARM: [Choice; 1] =
-    [Choice { name: BASE_CHOICE, wanted: Wanted::Item(&BASE), text: "What becomes of the base" }];
-static OF_BODY: [Choice; 1] =
-    [Choice { name: PORTS, wanted: Wanted::Count(MAX_PORTS), text: "Docking points" }];
-static OF_SCENE: [Choice; 5] = [
-    Choice { name: CHASES, wanted: Wanted::Item(&CHASER), text: "What carries the hand" },
-    Choice { name: BALLS, wanted: Wanted::Count(MAX_BALLS), text: "Balls of the gripper, P1 first" },
-    Choice { name: CLOSES, wanted: Wanted::Item(&CLOSING), text: "What moves the jaws" },
-    Choice { name: MOUNTED, wanted: Wanted::Item(&MOUNT), text: "How a ball is fixed to the hand" },
-    Choice { name: TOUCHES, wanted: Wanted::Item(&AGAINST), text: "What the balls may touch" },
+static OF_ARM: [StructureOption; 1] = [StructureOption {
+    name: BASE_CHOICE,
+    wanted: RequestedStructure::Item(&BASE),
+    text: "What becomes of the base",
+}];
+static OF_BODY: [StructureOption; 1] =
+    [StructureOption { name: PORTS, wanted: RequestedStructure::Count(MAX_PORTS), text: "Docking points" }];
+static OF_SCENE: [StructureOption; 5] = [
+    StructureOption {
+        name: CHASES,
+        wanted: RequestedStructure::Item(&CHASER),
+        text: "What carries the hand",
+    },
+    StructureOption {
+        name: BALLS,
+        wanted: RequestedStructure::Count(MAX_BALLS),
+        text: "Balls of the gripper, P1 first",
+    },
+    StructureOption { name: CLOSES, wanted: RequestedStructure::Item(&CLOSING), text: "What moves the jaws" },
+    StructureOption {
+        name: MOUNTED,
+        wanted: RequestedStructure::Item(&MOUNT),
+        text: "How a ball is fixed to the hand",
+    },
+    StructureOption {
+        name: TOUCHES,
+        wanted: RequestedStructure::Item(&AGAINST),
+        text: "What the balls may touch",
+    },
 ];
 
-static OF_FLEXIBLE_ARM: [Choice; 5] = [
-    Choice {
+static OF_FLEXIBLE_ARM: [StructureOption; 5] = [
+    StructureOption {
         name: AXIAL_CHOICE,
-        wanted: Wanted::Item(&AXIAL),
+        wanted: RequestedStructure::Item(&AXIAL),
         text: "Whether loads along links stiffen them",
     },
-    Choice { name: DRIVE_CHOICE, wanted: Wanted::Item(&DRIVE), text: "What the motors are driven by" },
-    Choice { name: LINKS_CHOICE, wanted: Wanted::Item(&LINKS), text: "Whether the links bend" },
-    Choice {
+    StructureOption {
+        name: DRIVE_CHOICE,
+        wanted: RequestedStructure::Item(&DRIVE),
+        text: "What the motors are driven by",
+    },
+    StructureOption {
+        name: LINKS_CHOICE,
+        wanted: RequestedStructure::Item(&LINKS),
+        text: "Whether the links bend",
+    },
+    StructureOption {
         name: SHAPES_CHOICE,
-        wanted: Wanted::Count(MAX_LINK_SHAPES),
+        wanted: RequestedStructure::Count(MAX_LINK_SHAPES),
         text: "Shapes of each link in each direction of bending",
     },
-    Choice { name: SOLVER_CHOICE, wanted: Wanted::Item(&SOLVER), text: "How Co-Simulation integrates" },
+    StructureOption {
+        name: SOLVER_CHOICE,
+        wanted: RequestedStructure::Item(&SOLVER),
+        text: "How Co-Simulation integrates",
+    },
 ];
 
 /// What is chosen of this model's structure by name; of the others it is given by joints or by a robot.
-pub fn choices(model: &str) -> &'static [Choice] {
+pub fn choices(model: &str) -> &'static [StructureOption] {
     match model {
         "PlanarManipulator" => &OF_ARM,
         "FlexibleArm" => &OF_FLEXIBLE_ARM,
@@ -80,12 +111,12 @@ pub fn choices(model: &str) -> &'static [Choice] {
     }
 }
 
-impl Choice {
+impl StructureOption {
     /// What may be chosen, in words.
     pub fn range(&self) -> String {
         match self.wanted {
-            Wanted::Count(most) => format!("1 to {most}"),
-            Wanted::Item(items) => items.items.iter().map(|i| i.0).collect::<Vec<_>>().join(", "),
+            RequestedStructure::Count(most) => format!("1 to {most}"),
+            RequestedStructure::Item(items) => items.items.iter().map(|i| i.0).collect::<Vec<_>>().join(", "),
         }
     }
     /// The number that a text gives.
@@ -94,8 +125,10 @@ impl Choice {
     /// It gives none: what would.
     pub fn parse(&self, text: &str) -> Result<u32, String> {
         let number = match self.wanted {
-            Wanted::Count(_) => text.parse().ok(),
-            Wanted::Item(items) => items.items.iter().position(|i| i.0 == text).map(|i| i as u32 + 1),
+            RequestedStructure::Count(_) => text.parse().ok(),
+            RequestedStructure::Item(items) => {
+                items.items.iter().position(|i| i.0 == text).map(|i| i as u32 + 1)
+            }
         };
         number
             .filter(|n| self.allows(*n))
@@ -103,8 +136,8 @@ impl Choice {
     }
     fn allows(&self, number: u32) -> bool {
         let most = match self.wanted {
-            Wanted::Count(most) => most,
-            Wanted::Item(items) => items.items.len(),
+            RequestedStructure::Count(most) => most,
+            RequestedStructure::Item(items) => items.items.len(),
         };
         (1..=most).contains(&(number as usize))
     }

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use loops::{Case, LOOPS, errors, exact, folder, order, system};
 use trueup_cosim::system::Algorithm;
-use trueup_cosim::{Master, Memory, check};
+use trueup_cosim::{Master, SeriesMemory, check};
 use trueup_report::{Axis, Chart, Style, number};
 
 const ALGORITHMS: [Algorithm; 4] =
@@ -60,7 +60,7 @@ fn adapted(case: &Case, fmus: &Path, version: u32, tolerance: f64) -> Adapted {
     system.run.step = Some(case.longest);
     system.run.algorithm = Some(Algorithm::Adaptive);
     system.run.tolerance = Some(tolerance);
-    let mut memory = Memory::default();
+    let mut memory = SeriesMemory::default();
     let mut master = Master::new(check(&system).unwrap()).unwrap();
     let log = master.run(&mut memory).unwrap_or_else(|e| panic!("{}: {e}", case.name));
     let exact = (case.monolith)(case.reference, memory.time());

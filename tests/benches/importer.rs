@@ -7,7 +7,7 @@ use core::ffi::c_void;
 use core::ptr::null;
 use trueup_fmi::abi::fmi2::*;
 use trueup_fmi::abi::fmi3::*;
-use trueup_fmi_description::description::Causality;
+use trueup_fmi_description::description::DescriptionCausality;
 
 pub const TOLERANCE: f64 = 1e-6;
 
@@ -91,7 +91,7 @@ impl<'a> Importer<'a> {
             (variables.iter().map(|v| v.reference).collect(), vec![0.0; len])
         };
         let n = fmu.states;
-        let mut inputs: (Vec<u32>, Vec<f64>) = all(Causality::Input);
+        let mut inputs: (Vec<u32>, Vec<f64>) = all(DescriptionCausality::Input);
         let (ur, un, u, ul) = parts(&mut inputs);
         match &fmu.library {
             Library::Two(f) => ok!((f.fmi2GetReal)(c, ur, un, u)),
@@ -106,7 +106,7 @@ impl<'a> Importer<'a> {
             dx: vec![0.0; n],
             start: inputs.1.clone(),
             inputs,
-            outputs: all(Causality::Output),
+            outputs: all(DescriptionCausality::Output),
             _callbacks: callbacks,
         }
     }

@@ -10,10 +10,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use trueup_cosim::system::System;
-use trueup_cosim::{Master, Memory, check};
-use trueup_fmi_import::{Experiment, Fmu, Interface, Isolation, Options, fmi2, isolation};
-use trueup_testkit::{Block, Version, problems};
+use trueup_cosim::system::CosimSystem;
+use trueup_cosim::{Master, SeriesMemory, check};
+use trueup_fmi_import::{
+    ExperimentSetup, InstanceOptions, Isolation, UnpackedFmu, UsedInterface, fmi2, isolation,
+};
+use trueup_testkit::{BlockFmu, BlockVersion, problems};
 
 const HOST: &str = "host-of-an-fmu";
 const ROUNDS: usize = 7;
@@ -28,10 +30,10 @@ fn main() {
     println!(
         "| work | within: least | median | isolated: least | median | ratio of least | of median |\n|---|---|---|---|---|---|---|"
     );
-    for version in Version::ALL {
-        let problem = problems::two_mass().map(Block::plain);
+    for version in BlockVersion::ALL {
+        let problem = problems::two_mass().map(BlockFmu::plain);
         let files: Vec<_> = problem.blocks.iter().map(|b| b.build(version, folder.path()).unwrap()).collect();
-        let name = if version == Version::Two { "FMI 2.0" } else { "FMI 3.0" };
+        let name = if version == BlockVersion::Two { "FMI 2.0" } else { "FMI 3.0" };
         let one = |file: &Path| format!("[components.it]\nfmu = '{}'\n", file.display());
         row(&format!("{name}, one plain FMU: step"), |isolated| {
             run(folder.path(), &one(&files[1]), isolated)
@@ -42,13 +44,13 @@ fn main() {
             both.push_str(&format!("[components.{}]\nfmu = '{}'\n", block.name, file.display()));
         }
         row(&format!("{name}, two coupled FMUs: step"), |isolated| run(folder.path(), &both, isolated));
-        if version == Version::Two {
+        if version == BlockVersion::Two {
             row("FMI 2.0: round trip", |isolated| round_trips(&files[1], isolated));
         }
     }
 }
 
-fn isolate(fmu: &Fmu) {
+fn isolate(fmu: &UnpackedFmu) {
     fmu.isolate(&Isolation::new([HOST], None).unwrap());
 }
 
@@ -64,12 +66,12 @@ fn run(folder: &Path, components: &str, isolated: bool) -> f64 {
         format!("{links}[run]\nstop = {stop:?}\nstep = 0.001\nalgorithm = 'jacobi'\n{rest}"),
     )
     .unwrap();
-    let plan = check(&System::read(&file).unwrap()).unwrap();
+    let plan = check(&CosimSystem::read(&file).unwrap()).unwrap();
     if isolated {
         plan.components.iter().for_each(|component| isolate(&component.fmu));
     }
     let mut master = Master::new(plan).unwrap();
-    let mut rows = Memory::default();
+    let mut rows = SeriesMemory::default();
     let begun = Instant::now();
     master.run(&mut rows).unwrap();
     let spent = begun.elapsed().as_secs_f64();
@@ -79,12 +81,13 @@ fn run(folder: &Path, components: &str, isolated: bool) -> f64 {
 
 /// Seconds of `CALLS` calls.
 fn round_trips(file: &Path, isolated: bool) -> f64 {
-    let fmu: Arc<Fmu> = Fmu::open(file).unwrap();
+    let fmu: Arc<UnpackedFmu> = UnpackedFmu::open(file).unwrap();
     if isolated {
         isolate(&fmu);
     }
-    let mut it = fmi2::Instance::new(&fmu, Interface::CoSimulation, Options::default()).unwrap();
-    it.enter_initialization_mode(Experiment::default()).unwrap();
+    let mut it =
+        fmi2::Fmi2Instance::new(&fmu, UsedInterface::CoSimulation, InstanceOptions::default()).unwrap();
+    it.enter_initialization_mode(ExperimentSetup::default()).unwrap();
     it.exit_initialization_mode().unwrap();
     let mut value = [0.0];
     let begun = Instant::now();

@@ -6,7 +6,7 @@ use trueup_fmi::table::{ModelTable, Storage};
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::joint::TwoMassJoint;
 use trueup_models::space::{SpatialFreeFlyer, presets};
-use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, State};
+use trueup_numerics::driver::{Driver, DriverMemory, DriverOptions, DriverState, Flow, StepInputs};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 pub trait Native {
@@ -36,7 +36,7 @@ pub fn native(name: &str) -> Box<dyn Native> {
 struct Run<M> {
     model: M,
     driver: Driver,
-    memory: Memory,
+    memory: DriverMemory,
     t: f64,
     x: Vec<f64>,
     moved: Vec<f64>,
@@ -56,11 +56,12 @@ impl<M: Hybrid> Run<M> {
                 nominals[first..first + v.len()].fill(v.nominal.unwrap_or(1.0));
             }
         }
-        let driver = Driver::new(n, &nominals, Options { tolerance: TOLERANCE, ..Options::default() });
+        let driver =
+            Driver::new(n, &nominals, DriverOptions { tolerance: TOLERANCE, ..DriverOptions::default() });
         let mut run = Self {
             model,
             driver,
-            memory: Memory::default(),
+            memory: DriverMemory::default(),
             t: 0.0,
             x: vec![0.0; n.states],
             moved: vec![0.0; n.states],
@@ -70,7 +71,7 @@ impl<M: Hybrid> Run<M> {
             y: vec![0.0; n.outputs],
             modes: vec![0; n.modes],
         };
-        let mut state = State {
+        let mut state = DriverState {
             t: &mut run.t,
             x: &mut run.x,
             u: &mut run.u,
@@ -100,7 +101,7 @@ impl<M: Hybrid> Native for Run<M> {
     }
     fn advance(&mut self, h: f64) {
         let end = self.t + h;
-        let mut state = State {
+        let mut state = DriverState {
             t: &mut self.t,
             x: &mut self.x,
             u: &mut self.u,
@@ -108,7 +109,7 @@ impl<M: Hybrid> Native for Run<M> {
             modes: &mut self.modes,
             memory: &mut self.memory,
         };
-        let observer = &mut |_: trueup_numerics::driver::View| Flow::Continue;
-        self.driver.advance_to(&self.model, &mut state, end, Inputs::Hold, observer).unwrap();
+        let observer = &mut |_: trueup_numerics::driver::DriverView| Flow::Continue;
+        self.driver.advance_to(&self.model, &mut state, end, StepInputs::Hold, observer).unwrap();
     }
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use trueup_signals::keys::{self, Keys};
-use trueup_signals::{Case, Declared, Error, Finding, Recording};
+use trueup_signals::{Case, DeclaredFigures, Finding, Recording, SignalsError};
 
 fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/cases.md")
@@ -19,7 +19,8 @@ fn document() -> String {
 
 /// The table as docs/cases.md has it, below its head.
 fn rows(keys: &Keys) -> String {
-    let row = |k: &keys::Key| format!("| `{}` | {} | {} | {} |\n", k.name, k.meaning, k.unit, k.default);
+    let row =
+        |k: &keys::CaseFileKey| format!("| `{}` | {} | {} | {} |\n", k.name, k.meaning, k.unit, k.default);
     keys.list.iter().map(row).collect::<String>().replace("|  |", "| |")
 }
 
@@ -73,10 +74,10 @@ fn the_rows_of_a_table_are_found() {
     assert_eq!(found, ["| `x` | 1 |\n| `y` | 2 |\n", "| `z` |"]);
 }
 
-fn errors(result: Result<Vec<Finding>, Error>) -> Vec<Finding> {
+fn errors(result: Result<Vec<Finding>, SignalsError>) -> Vec<Finding> {
     match result {
         Ok(_) => Vec::new(),
-        Err(Error::Wrong(findings)) => findings.into_iter().filter(Finding::is_error).collect(),
+        Err(SignalsError::Wrong(findings)) => findings.into_iter().filter(Finding::is_error).collect(),
         Err(other) => panic!("{other}"),
     }
 }
@@ -91,7 +92,7 @@ fn every_key_is_read() {
         |text: &str| errors(Case::parse(Path::new("case.toml"), text, &[]).map(|(_, findings)| findings));
     let sidecar = |text: &str| {
         std::fs::write(folder.path().join("run.toml"), text).unwrap();
-        errors(Recording::read(&recording, &[], &Declared::default()).map(|(_, findings)| findings))
+        errors(Recording::read(&recording, &[], &DeclaredFigures::default()).map(|(_, findings)| findings))
     };
     let base = [("model", "model = \"TwoMassJoint\"\n"), ("train", "train = [\"run.csv\"]\n")];
     for keys in keys::ALL {
@@ -166,7 +167,7 @@ fn the_examples_are_read_and_use_every_key() {
     let table = "time,Encoder A,Tacho,Current,Temperature\n0,0,60,1,20\n1,1000,60,2,20\n";
     std::fs::write(folder.path().join("run.csv"), table).unwrap();
     std::fs::write(folder.path().join("run.toml"), sidecar).unwrap();
-    let declared = Declared { channels: read.channels.clone(), rate: read.rate };
+    let declared = DeclaredFigures { channels: read.channels.clone(), rate: read.rate };
     let (recording, _) = Recording::read(&folder.path().join("run.csv"), &[], &declared).unwrap();
     let last = |name: &str| recording.channels.iter().find(|c| c.name == name).unwrap().values[1];
     assert_eq!(recording.channels.len(), 3);

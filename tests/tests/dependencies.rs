@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::model_description::{configurations, written};
-use fmu_library::Model;
+use fmu_library::AnyModel;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Kind, ModelTable, Storage, Variability};
-use trueup_fmi_description::description::{Description, Unknown};
-use trueup_fmi_description::{Version, read};
+use trueup_fmi::table::{BoundaryType, ModelTable, Storage, Variability};
+use trueup_fmi_description::description::{Description, StructureUnknown};
+use trueup_fmi_description::{FmiVersion, read};
 use trueup_fmi_export::FmuModel;
 use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{At, Hybrid};
@@ -25,7 +25,7 @@ impl Random {
 
 /// Values of parameters near those of `from`, as far as the model allows them; only those that `moves` picks differ.
 fn parameters(
-    model: &Model,
+    model: &AnyModel,
     table: &ModelTable,
     from: &[f64],
     moves: impl Fn(Variability) -> bool,
@@ -34,7 +34,7 @@ fn parameters(
     let mut p = from.to_vec();
     for v in &table.variables {
         let Storage::Parameter(at) = v.storage else { continue };
-        if v.kind != Kind::Real || !moves(v.variability) {
+        if v.kind != BoundaryType::Real || !moves(v.variability) {
             continue;
         }
         for e in 0..v.len() {
@@ -53,7 +53,13 @@ fn parameters(
 }
 
 /// Derivatives of outputs, then rates, by states, then inputs, at a random point; `rest`: as the run begins.
-fn jacobian(model: &Model, table: &ModelTable, p: &[f64], rest: bool, random: &mut Random) -> Vec<Vec<f64>> {
+fn jacobian(
+    model: &AnyModel,
+    table: &ModelTable,
+    p: &[f64],
+    rest: bool,
+    random: &mut Random,
+) -> Vec<Vec<f64>> {
     let sizes = model.sizes();
     let (mut x, mut u) = (vec![0.0; sizes.states], table.input_starts());
     model.start(p, &mut x);
@@ -95,7 +101,7 @@ fn jacobian(model: &Model, table: &ModelTable, p: &[f64], rest: bool, random: &m
 }
 
 /// Where scalars are in a column (unknowns) and which column is theirs (knowns), by name.
-fn places(model: &Model, table: &ModelTable) -> BTreeMap<String, usize> {
+fn places(model: &AnyModel, table: &ModelTable) -> BTreeMap<String, usize> {
     let sizes = model.sizes();
     let place = |storage| match storage {
         Storage::Output(i) | Storage::State(i) => Some(i),
@@ -103,14 +109,14 @@ fn places(model: &Model, table: &ModelTable) -> BTreeMap<String, usize> {
         Storage::Input(i) => Some(sizes.states + i),
         Storage::Time | Storage::Parameter(_) | Storage::Constant => None,
     };
-    let elements = |v: &trueup_fmi::table::Variable| {
+    let elements = |v: &trueup_fmi::table::TableVariable| {
         let at = place(v.storage)?;
         Some((0..v.len()).map(|e| (v.element_name(e), at + e)).collect::<Vec<_>>())
     };
     table.variables.iter().filter_map(elements).flatten().collect()
 }
 
-fn unknowns(d: &Description) -> impl Iterator<Item = &Unknown> {
+fn unknowns(d: &Description) -> impl Iterator<Item = &StructureUnknown> {
     d.structure.outputs.iter().chain(&d.structure.derivatives)
 }
 fn name(d: &Description, reference: u32) -> &str {
@@ -118,7 +124,7 @@ fn name(d: &Description, reference: u32) -> &str {
 }
 /// Kinds by what depends and what it depends on.
 fn kinds(d: &Description) -> BTreeMap<(&str, &str), &'static str> {
-    let of = |u: &Unknown| {
+    let of = |u: &StructureUnknown| {
         let given = u.dependencies.clone().unwrap_or_default();
         let kinds = u.kinds.clone().unwrap_or_else(|| vec!["dependent".to_owned(); given.len()]);
         let own = name(d, u.reference);
@@ -132,7 +138,7 @@ fn kinds(d: &Description) -> BTreeMap<(&str, &str), &'static str> {
 }
 
 /// What of a description (FMI 2.0: by scalars) of that model is not so.
-fn wrong(model: &Model, table: &ModelTable, d: &Description) -> Vec<String> {
+fn wrong(model: &AnyModel, table: &ModelTable, d: &Description) -> Vec<String> {
     let places = places(model, table);
     let mut random = Random(7);
     let start = table.parameter_starts();
@@ -181,9 +187,9 @@ fn wrong(model: &Model, table: &ModelTable, d: &Description) -> Vec<String> {
     wrong
 }
 
-fn of(c: &Configuration) -> (Model, ModelTable, String) {
+fn of(c: &Configuration) -> (AnyModel, ModelTable, String) {
     let table = fmu_library::table(c).expect("a configuration that can be had");
-    (Model::build(c).expect("a model that can be had"), table, written(c, Version::V2))
+    (AnyModel::build(c).expect("a model that can be had"), table, written(c, FmiVersion::V2))
 }
 
 #[test]
@@ -199,7 +205,7 @@ fn what_is_said_of_dependencies_holds_for_every_model_with_every_effect() {
             *said.entry((c.model.clone(), kind)).or_default() += 1;
         }
         // FMI 3.0 defines the same for arrays.
-        let third = written(&c, Version::V3);
+        let third = written(&c, FmiVersion::V3);
         let third = read::read(third.as_bytes()).expect("what is written can be read");
         let base = |name: &str| name.replace(')', "").split('[').next().unwrap_or_default().to_owned();
         let of_arrays = |d: &Description| {

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use trueup_models::effect::{ALL, Choice, Kind, Place, Plant, Scope};
+use trueup_models::effect::{ALL, EffectChoice, EffectKind, EffectPlace, PlantKind, Scope};
 
 const BEGIN: &str = "<!-- written from the library: TRUEUP_BLESS=1 cargo test -p trueup-acceptance -->\n";
 const END: &str = "<!-- end -->\n";
@@ -24,23 +24,23 @@ fn names<'a>(items: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     if list.is_empty() { "none".into() } else { list.join(", ") }
 }
 
-fn model(plant: Plant) -> &'static str {
+fn model(plant: PlantKind) -> &'static str {
     match plant {
-        Plant::Joint => "TwoMassJoint",
-        Plant::Arm => "PlanarManipulator",
+        PlantKind::Joint => "TwoMassJoint",
+        PlantKind::Arm => "PlanarManipulator",
     }
 }
 
-fn section(kind: Kind, equation: &str, file: &str) -> String {
+fn section(kind: EffectKind, equation: &str, file: &str) -> String {
     let spec = kind.spec();
-    let base = |p: &Plant| if spec.acts_in(*p, false) { "" } else { " on a fixed base" };
+    let base = |p: &PlantKind| if spec.acts_in(*p, false) { "" } else { " on a fixed base" };
     let plants: Vec<_> = spec.plants.iter().map(|p| format!("{}{}", model(*p), base(p))).collect();
     let often = |scope: Scope| match scope {
         Scope::Joint => "once per joint",
         Scope::Once => "once",
         Scope::Channel => "once per element of the channel",
     };
-    let places = |p: &Place| {
+    let places = |p: &EffectPlace| {
         let models: Vec<_> = p.plants.iter().map(|p| model(*p)).collect();
         format!("`:{}` ({})", p.name, models.join(", "))
     };
@@ -63,7 +63,7 @@ fn section(kind: Kind, equation: &str, file: &str) -> String {
     // Of the channels the first one represents all.
     let shown = if spec.scope == Scope::Channel { 1 } else { spec.places.len().max(1) };
     for place in 0..shown {
-        let c = Choice { kind, place };
+        let c = EffectChoice { kind, place };
         let at = if shown > 1 { format!(" {}", c.place().map_or("", |p| p.name)) } else { String::new() };
         let own: Vec<_> = c.parameters().iter().map(|p| (c.variable(p.name), c.unit(p.unit))).collect();
         let _ = writeln!(s, "| parameters{at} | {} |", names(own.iter().map(|(n, u)| (n.as_str(), *u))));
@@ -75,7 +75,7 @@ fn section(kind: Kind, equation: &str, file: &str) -> String {
     if !spec.inputs.is_empty() {
         let _ = writeln!(s, "| inputs | {} |", names(spec.inputs.iter().map(|u| (u.name, u.unit))));
     }
-    let c = Choice { kind, place: 0 };
+    let c = EffectChoice { kind, place: 0 };
     let states: Vec<_> = spec.states.iter().map(|x| (c.variable(x.name), c.unit(x.unit))).collect();
     let _ = writeln!(s, "| states | {} |", names(states.iter().map(|(n, u)| (n.as_str(), *u))));
     let _ = writeln!(s, "| outputs | {} |", names(spec.outputs.iter().map(|y| (y.name, y.unit))));

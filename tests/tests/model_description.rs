@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::write::with_token;
-use trueup_fmi_description::{Version, check, read};
-use trueup_models::effect::{Choice, Plant};
+use trueup_fmi_description::{FmiVersion, check, read};
+use trueup_models::effect::{EffectChoice, PlantKind};
 
 mod robots {
-    pub(super) use trueup_models::space::design::{Design, Thruster};
+    pub(super) use trueup_models::space::design::{RobotDesign, Thruster};
     pub(super) use trueup_models::space::presets::{chaser, table_1, table_1_with_panels, test_bed};
-    pub(super) use trueup_models::space::table::{Table, TabledMode};
+    pub(super) use trueup_models::space::table::{ModeTable, TabledMode};
 }
 
 const MODELS: [&str; 9] = [
@@ -28,12 +28,12 @@ const MODELS: [&str; 9] = [
     "ManipulatorController",
 ];
 
-pub(crate) fn written(configuration: &Configuration, version: Version) -> String {
+pub(crate) fn written(configuration: &Configuration, version: FmiVersion) -> String {
     let table = fmu_library::table(configuration).expect("the default configuration is valid");
     with_token(&table, configuration, version).expect("the table is consistent").0
 }
 
-fn file(model: &str, version: Version) -> PathBuf {
+fn file(model: &str, version: FmiVersion) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
     root.join(model).join(format!("fmi{}.xml", version.major()))
 }
@@ -43,7 +43,7 @@ fn committed_descriptions_are_what_the_packer_writes() {
     let bless = std::env::var_os("TRUEUP_BLESS").is_some();
     let mut stale = Vec::new();
     for model in MODELS {
-        for version in Version::ALL {
+        for version in FmiVersion::ALL {
             let (path, xml) = (file(model, version), written(&Configuration::of(model), version));
             if std::fs::read_to_string(&path).ok().as_ref() == Some(&xml) {
                 continue;
@@ -67,9 +67,9 @@ fn committed_descriptions_are_what_the_packer_writes() {
 /// Every model as it is by default, with each effect, and in other structures.
 pub(crate) fn configurations() -> Vec<Configuration> {
     let plain = MODELS.map(Configuration::of);
-    let with_effect = [Plant::Joint, Plant::Arm].into_iter().flat_map(|plant| {
-        let model = if plant == Plant::Joint { "TwoMassJoint" } else { "PlanarManipulator" };
-        Choice::all(plant).map(move |c| Configuration {
+    let with_effect = [PlantKind::Joint, PlantKind::Arm].into_iter().flat_map(|plant| {
+        let model = if plant == PlantKind::Joint { "TwoMassJoint" } else { "PlanarManipulator" };
+        EffectChoice::all(plant).map(move |c| Configuration {
             effects: vec![c.id()],
             structure: if c.spec().acts_in(plant, false) {
                 vec![]
@@ -91,15 +91,15 @@ pub(crate) fn configurations() -> Vec<Configuration> {
     satellite.links.clear();
     satellite.tips.clear();
     satellite.thrusters.push(robots::Thruster { position: [1.0, 0.0, 0.0], direction: [0.0, 1.0, 0.0] });
-    let held = robots::Design { held: true, ..robots::table_1() };
-    let analysed = robots::Design { analysis: true, ..robots::table_1_with_panels() };
+    let held = robots::RobotDesign { held: true, ..robots::table_1() };
+    let analysed = robots::RobotDesign { analysis: true, ..robots::table_1_with_panels() };
     let mut tabled = analysed.clone();
     let mode = robots::TabledMode {
         frequency: 3.0,
         damping_ratio: 0.01,
         participation: [1.0, 0.0, 0.0, 0.0, 2.0, 0.0],
     };
-    tabled.tables.push(robots::Table {
+    tabled.tables.push(robots::ModeTable {
         name: "array".to_owned(),
         position: [0.0, 0.0, 1.0],
         orientation: [1.0, 0.0, 0.0, 0.0],
@@ -128,7 +128,7 @@ pub(crate) fn configurations() -> Vec<Configuration> {
 #[test]
 fn no_description_has_a_finding_with_any_effect_or_structure() {
     for configuration in configurations() {
-        for version in Version::ALL {
+        for version in FmiVersion::ALL {
             let xml = written(&configuration, version);
             let description = read::read(xml.as_bytes()).expect("what is written can be read");
             let findings: Vec<String> =

@@ -4,21 +4,22 @@
 
 use std::time::Instant;
 
-use trueup_cosim::{Column, Kind, Memory, Results, Row, Sink, Values};
+use trueup_cosim::{ColumnKind, ResultColumn, ResultRow, ResultSink, Results, RowValues, SeriesMemory};
 
 const ROWS: u64 = 1_000_000;
 const ROUNDS: usize = 5;
 
-fn columns() -> Vec<Column> {
-    let mut columns: Vec<_> = (0..10).map(|k| Column::new(format!("y[{k}]"), Kind::Real, "rad")).collect();
-    columns.push(Column::new("sticking", Kind::Boolean, ""));
+fn columns() -> Vec<ResultColumn> {
+    let mut columns: Vec<_> =
+        (0..10).map(|k| ResultColumn::new(format!("y[{k}]"), ColumnKind::Real, "rad")).collect();
+    columns.push(ResultColumn::new("sticking", ColumnKind::Boolean, ""));
     columns
 }
 
 /// ns per row; the least of the rounds.
-fn cost(mut begin: impl FnMut() -> Box<dyn Sink>, mut end: impl FnMut()) -> f64 {
+fn cost(mut begin: impl FnMut() -> Box<dyn ResultSink>, mut end: impl FnMut()) -> f64 {
     let columns = columns();
-    let mut values = Values::of(&columns);
+    let mut values = RowValues::of(&columns);
     let round = |_| {
         let mut sink = begin();
         let clock = Instant::now();
@@ -27,7 +28,7 @@ fn cost(mut begin: impl FnMut() -> Box<dyn Sink>, mut end: impl FnMut()) -> f64 
             let time = 1e-3 * point as f64;
             values.reals.iter_mut().enumerate().for_each(|(k, v)| *v = (time + k as f64) * 0.123_456_789);
             values.integers[0] = (point % 2) as i64;
-            sink.row(Row { time, point: Some(point), values: &values }).unwrap();
+            sink.row(ResultRow { time, point: Some(point), values: &values }).unwrap();
         }
         drop(sink);
         end();
@@ -39,11 +40,11 @@ fn cost(mut begin: impl FnMut() -> Box<dyn Sink>, mut end: impl FnMut()) -> f64 
 /// Finishes its file when it is dropped.
 struct Whole(Option<Results>);
 
-impl Sink for Whole {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), trueup_cosim::Error> {
+impl ResultSink for Whole {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), trueup_cosim::CosimError> {
         self.0.begin(columns)
     }
-    fn row(&mut self, row: Row<'_>) -> Result<(), trueup_cosim::Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), trueup_cosim::CosimError> {
         self.0.row(row)
     }
 }
@@ -64,7 +65,7 @@ fn main() {
             move || std::fs::remove_file(&remove).unwrap(),
         )
     };
-    let memory = cost(|| Box::new(Memory::default()), || ());
+    let memory = cost(|| Box::new(SeriesMemory::default()), || ());
     println!("{ROWS} rows of 11 columns, ns per row, least of {ROUNDS} rounds");
     for (name, cost) in [("memory", memory), ("Parquet", file("r.parquet")), ("CSV", file("r.csv"))] {
         println!("{name:8} {cost:8.1} ns   {:6.2} x memory", cost / memory);

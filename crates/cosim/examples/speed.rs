@@ -5,8 +5,8 @@
 
 use std::time::Instant;
 
-use trueup_cosim::system::{Algorithm, Record, System};
-use trueup_cosim::{Column, Error, Master, Results, Row, Sink, check};
+use trueup_cosim::system::{Algorithm, CosimSystem, RecordedVariable};
+use trueup_cosim::{CosimError, Master, ResultColumn, ResultRow, ResultSink, Results, check};
 
 /// Looks at the clock now and then.
 struct Clock {
@@ -15,11 +15,11 @@ struct Clock {
     best: f64,
 }
 
-impl Sink for Clock {
-    fn begin(&mut self, _: &[Column]) -> Result<(), Error> {
+impl ResultSink for Clock {
+    fn begin(&mut self, _: &[ResultColumn]) -> Result<(), CosimError> {
         Ok(())
     }
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         if row.point.is_some_and(|p| p % self.chunk == 0) {
             let now = Instant::now();
             if let Some(last) = self.last.replace(now) {
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("speed SYSTEM.toml STEP STEPS [ALGORITHM [RESULTS]]".into());
     };
     let (step, steps): (f64, u64) = (step.parse()?, steps.parse()?);
-    let mut system = System::read(file.as_ref())?;
+    let mut system = CosimSystem::read(file.as_ref())?;
     system.run.step = Some(step);
     system.run.stop = Some(step * steps as f64);
     system.run.algorithm = Some(match arguments.get(3).map(String::as_str) {
@@ -56,7 +56,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let chunk = (steps / 50).max(1);
     let name = format!("{}.x1", system.components[0].name);
-    system.record = vec![Record { name, every: u32::try_from(chunk)?, ..Record::default() }];
+    system.record =
+        vec![RecordedVariable { name, every: u32::try_from(chunk)?, ..RecordedVariable::default() }];
     let fmus = system.components.len() as f64;
     let mut clock = Clock { chunk, last: None, best: f64::INFINITY };
     Master::new(check(&system)?)?.run(&mut clock)?;

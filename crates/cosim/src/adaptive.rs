@@ -7,14 +7,14 @@
 mod control;
 mod coupling;
 
-use control::{Control, largest, norm};
+use control::{StepControl, largest, norm};
 use coupling::{History, NODES};
 
-use crate::error::Error;
+use crate::error::CosimError;
 use crate::exchange::Exchange;
-use crate::inputs::Inputs;
-use crate::node::Node;
-use crate::stepper::{Advance, Stepper, Within};
+use crate::inputs::InputFileTable;
+use crate::node::InstanceNode;
+use crate::stepper::{Advance, StepLimit, SystemStepper};
 
 /// Relative tolerance where none is asked for.
 pub(crate) const TOLERANCE: f64 = 1e-4;
@@ -35,11 +35,11 @@ const EVENTS: u32 = 25;
 const SHORTEST: f64 = 1e-14;
 
 /// What steps, lent by the master.
-pub(crate) struct Parts<'a> {
-    pub(crate) nodes: &'a mut [Node],
-    pub(crate) steppers: &'a mut [Box<dyn Stepper>],
+pub(crate) struct SteppingParts<'a> {
+    pub(crate) nodes: &'a mut [InstanceNode],
+    pub(crate) steppers: &'a mut [Box<dyn SystemStepper>],
     pub(crate) exchange: &'a mut Exchange,
-    pub(crate) inputs: Option<&'a Inputs>,
+    pub(crate) inputs: Option<&'a InputFileTable>,
 }
 
 /// What the algorithm did.
@@ -81,7 +81,7 @@ struct Inlets {
 
 /// The algorithm between two calls.
 pub(crate) struct Adaptive {
-    control: Control,
+    control: StepControl,
     inlets: Inlets,
     /// Fine and coarse solution: their values so far, and where their states are stored.
     history: [History; 2],
@@ -108,18 +108,18 @@ impl Adaptive {
     /// Begins at `start` (s), where all values have been exchanged. `step`: the first one in s.
     ///
     /// # Errors
-    /// [`Error::Setting`] if an FMU cannot go back or takes equal steps only; whatever an FMU returns.
+    /// [`CosimError::Setting`] if an FMU cannot go back or takes equal steps only; whatever an FMU returns.
     pub(crate) fn new(
-        parts: &mut Parts,
+        parts: &mut SteppingParts,
         tolerance: f64,
         [start, stop]: [f64; 2],
         step: f64,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, CosimError> {
         refuse(parts)?;
         let inlets = Inlets::new(parts);
         let n = inlets.slots.len();
         let mut this = Self {
-            control: Control::new(tolerance, stop - start, step),
+            control: StepControl::new(tolerance, stop - start, step),
             inlets,
             history: Default::default(),
             slots: [0, 1],
@@ -148,15 +148,15 @@ impl Adaptive {
     }
 
     /// The instances that want to end the run.
-    pub(crate) fn ended(&self, nodes: &[Node]) -> String {
+    pub(crate) fn ended(&self, nodes: &[InstanceNode]) -> String {
         self.inlets.ended.iter().map(|n| nodes[*n].slave.name()).collect::<Vec<_>>().join(", ")
     }
 
     /// A pair of accepted steps from `time` (s). Before and after all values have been exchanged.
     ///
     /// # Errors
-    /// [`Error::Stuck`] if no step is short enough; whatever an FMU returns.
-    pub(crate) fn advance(&mut self, parts: &mut Parts, time: f64) -> Result<Advance, Error> {
+    /// [`CosimError::Stuck`] if no step is short enough; whatever an FMU returns.
+    pub(crate) fn advance(&mut self, parts: &mut SteppingParts, time: f64) -> Result<Advance, CosimError> {
         let limit = self.inlets.limit(parts, time).min(self.stop);
         let mut total = Advance::default();
         loop {
@@ -169,7 +169,7 @@ impl Adaptive {
                 ""
             };
             if !reason.is_empty() {
-                return Err(Error::Stuck { time, reason: reason.into(), log: Vec::new() });
+                return Err(CosimError::Stuck { time, reason: reason.into(), log: Vec::new() });
             }
             let pair = (times[2] - time) / (JUMP * self.control.tolerance * self.span);
             let jump = pair <= 1.0 && self.stubborn.1 >= 2 || pair <= FORCED;
@@ -203,11 +203,11 @@ impl Adaptive {
     /// what the fine solution did, unless the pair is rejected.
     fn attempt(
         &mut self,
-        parts: &mut Parts,
+        parts: &mut SteppingParts,
         [time, middle, end]: [f64; 3],
         jump: bool,
         total: &mut Advance,
-    ) -> Result<(f64, Option<Advance>), Error> {
+    ) -> Result<(f64, Option<Advance>), CosimError> {
         let points = self.history[FINE].len();
         let allowed = self.control.rate(points);
         let good = |ratio: f64| ratio <= 1.0 || jump;
@@ -245,12 +245,12 @@ impl Adaptive {
     /// the states there is by how much the inputs were missed.
     fn step(
         &mut self,
-        parts: &mut Parts,
+        parts: &mut SteppingParts,
         track: usize,
         slot: usize,
         [from, to]: [f64; 2],
         total: &mut Advance,
-    ) -> Result<(f64, Advance), Error> {
+    ) -> Result<(f64, Advance), CosimError> {
         let h = to - from;
         let predictor = self.history[track].predictor(h);
         each(parts, |stepper, nodes| stepper.restore_from(slot, nodes, from))?;
@@ -319,7 +319,7 @@ impl Adaptive {
 }
 
 impl Inlets {
-    fn new(parts: &Parts) -> Self {
+    fn new(parts: &SteppingParts) -> Self {
         let slots: Vec<usize> = parts.nodes.iter().flat_map(|n| n.line.slots.iter().copied()).collect();
         let smooth = parts.exchange.smooth(parts.nodes);
         let mut columns = vec![None; slots.len()];
@@ -354,7 +354,7 @@ impl Inlets {
     }
 
     /// Values of the inputs as they were exchanged last.
-    fn take(&self, parts: &Parts, values: &mut [f64]) {
+    fn take(&self, parts: &SteppingParts, values: &mut [f64]) {
         let reals = parts.exchange.reals();
         values.iter_mut().zip(&self.slots).for_each(|(u, slot)| *u = reals[*slot]);
     }
@@ -372,7 +372,7 @@ impl Inlets {
     }
 
     /// The next time at which an input from the file bends or jumps.
-    fn limit(&self, parts: &Parts, time: f64) -> f64 {
+    fn limit(&self, parts: &SteppingParts, time: f64) -> f64 {
         let Some(inputs) = parts.inputs else { return f64::INFINITY };
         parts
             .exchange
@@ -384,11 +384,11 @@ impl Inlets {
     /// All steppers go with the inputs on the lines; then all values are exchanged.
     fn go(
         &mut self,
-        parts: &mut Parts,
+        parts: &mut SteppingParts,
         history: &History,
         [from, to]: [f64; 2],
         total: &mut Advance,
-    ) -> Result<Advance, Error> {
+    ) -> Result<Advance, CosimError> {
         let mut i = 0;
         for node in parts.nodes.iter_mut() {
             node.line.from = from;
@@ -409,7 +409,7 @@ impl Inlets {
         let mut done = Advance { time: to, ..Advance::default() };
         self.ended.clear();
         for stepper in parts.steppers.iter_mut() {
-            let one = stepper.step(parts.nodes, from, to, Within::Line)?;
+            let one = stepper.step(parts.nodes, from, to, StepLimit::Line)?;
             total.discarded += one.discarded;
             total.events += one.events;
             if one.terminate {
@@ -425,7 +425,7 @@ impl Inlets {
     }
 
     /// Events at the end of a step, until nothing changes any more.
-    fn settle(&mut self, parts: &mut Parts, done: &mut Advance) -> Result<(), Error> {
+    fn settle(&mut self, parts: &mut SteppingParts, done: &mut Advance) -> Result<(), CosimError> {
         for _ in 0..EVENTS {
             let mut changed = false;
             for stepper in parts.steppers.iter_mut() {
@@ -442,19 +442,19 @@ impl Inlets {
             parts.exchange.propagate(parts.nodes, done.time)?;
         }
         let reason = format!("events at one time do not end: inputs still changed after {EVENTS} exchanges");
-        Err(Error::Stuck { time: done.time, reason, log: Vec::new() })
+        Err(CosimError::Stuck { time: done.time, reason, log: Vec::new() })
     }
 }
 
 fn each(
-    parts: &mut Parts,
-    mut f: impl FnMut(&mut dyn Stepper, &mut [Node]) -> Result<(), Error>,
-) -> Result<(), Error> {
+    parts: &mut SteppingParts,
+    mut f: impl FnMut(&mut dyn SystemStepper, &mut [InstanceNode]) -> Result<(), CosimError>,
+) -> Result<(), CosimError> {
     parts.steppers.iter_mut().try_for_each(|stepper| f(stepper.as_mut(), parts.nodes))
 }
 
 /// Says which components the algorithm cannot run.
-fn refuse(parts: &Parts) -> Result<(), Error> {
+fn refuse(parts: &SteppingParts) -> Result<(), CosimError> {
     let mut wrong = Vec::new();
     for stepper in parts.steppers.iter() {
         let name = |n: &usize| parts.nodes[*n].planned.name.clone();
@@ -475,5 +475,5 @@ fn refuse(parts: &Parts) -> Result<(), Error> {
             node.planned.name
         ));
     }
-    if wrong.is_empty() { Ok(()) } else { Err(Error::Setting(wrong)) }
+    if wrong.is_empty() { Ok(()) } else { Err(CosimError::Setting(wrong)) }
 }

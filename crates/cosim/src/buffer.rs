@@ -1,16 +1,16 @@
 //! Values of any type, and blocks of variables that one call reads or sets.
 
-use trueup_fmi_description::Version;
-use trueup_fmi_description::description::Type;
-use trueup_fmi_import::{AnyInstance, Error, fmi2, fmi3};
+use trueup_fmi_description::FmiVersion;
+use trueup_fmi_description::description::VariableType;
+use trueup_fmi_import::{AnyInstance, ImportError, fmi2, fmi3};
 
 /// Variables of one type that are read or set by one call.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
+pub struct VariableBlock {
     /// Value references.
     pub references: Vec<u32>,
     /// All their elements.
-    pub values: Buffer,
+    pub values: ValueBuffer,
 }
 
 macro_rules! buffers {
@@ -18,22 +18,22 @@ macro_rules! buffers {
         /// Values of one type.
         #[derive(Clone, Debug, PartialEq)]
         #[allow(missing_docs)]
-        pub enum Buffer {
+        pub enum ValueBuffer {
             $($kind(Vec<$type>),)*
             Boolean(Vec<bool>),
             String(Vec<String>),
         }
 
-        impl Buffer {
+        impl ValueBuffer {
             /// Of this length; `None` for binaries and clocks. FMI 2.0 has its enumerations among the `Int32`.
-            pub fn new(kind: Type, version: Version, length: usize) -> Option<Self> {
+            pub fn new(kind: VariableType, version: FmiVersion, length: usize) -> Option<Self> {
                 Some(match kind {
-                    $(Type::$kind => Self::$kind(vec![Default::default(); length]),)*
-                    Type::Enumeration if version == Version::V2 => Self::Int32(vec![0; length]),
-                    Type::Enumeration => Self::Int64(vec![0; length]),
-                    Type::Boolean => Self::Boolean(vec![false; length]),
-                    Type::String => Self::String(vec![String::new(); length]),
-                    Type::Binary | Type::Clock => return None,
+                    $(VariableType::$kind => Self::$kind(vec![Default::default(); length]),)*
+                    VariableType::Enumeration if version == FmiVersion::V2 => Self::Int32(vec![0; length]),
+                    VariableType::Enumeration => Self::Int64(vec![0; length]),
+                    VariableType::Boolean => Self::Boolean(vec![false; length]),
+                    VariableType::String => Self::String(vec![String::new(); length]),
+                    VariableType::Binary | VariableType::Clock => return None,
                 })
             }
 
@@ -66,16 +66,16 @@ macro_rules! buffers {
             }
 
             /// An element; `None`: a text.
-            pub(crate) fn exact(&self, at: usize) -> Option<Number> {
+            pub(crate) fn exact(&self, at: usize) -> Option<ElementNumber> {
                 match self {
                     $(Self::$kind(v) => v.get(at).map(|x| x.number()),)*
-                    Self::Boolean(v) => v.get(at).map(|x| Number::Whole((*x).into())),
+                    Self::Boolean(v) => v.get(at).map(|x| ElementNumber::Whole((*x).into())),
                     Self::String(_) => None,
                 }
             }
 
             /// Sets an element; `false` if the type cannot hold it.
-            pub(crate) fn set_exact(&mut self, at: usize, number: Number) -> bool {
+            pub(crate) fn set_exact(&mut self, at: usize, number: ElementNumber) -> bool {
                 match self {
                     $(Self::$kind(v) => Exact::of(number).map(|x| v[at] = x).is_some(),)*
                     Self::Boolean(v) => match number.real() {
@@ -100,19 +100,19 @@ macro_rules! buffers {
             }
         }
 
-        impl Blocks for fmi3::Instance {
-            fn get(&mut self, block: &mut Block) -> Result<(), Error> {
+        impl BlockAccess for fmi3::Fmi3Instance {
+            fn get(&mut self, block: &mut VariableBlock) -> Result<(), ImportError> {
                 match &mut block.values {
-                    $(Buffer::$kind(v) => self.$get(&block.references, v),)*
-                    Buffer::Boolean(v) => self.get_boolean(&block.references, v),
-                    Buffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
+                    $(ValueBuffer::$kind(v) => self.$get(&block.references, v),)*
+                    ValueBuffer::Boolean(v) => self.get_boolean(&block.references, v),
+                    ValueBuffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
                 }
             }
-            fn set(&mut self, block: &Block) -> Result<(), Error> {
+            fn set(&mut self, block: &VariableBlock) -> Result<(), ImportError> {
                 match &block.values {
-                    $(Buffer::$kind(v) => self.$set(&block.references, v),)*
-                    Buffer::Boolean(v) => self.set_boolean(&block.references, v),
-                    Buffer::String(v) => self.set_string(&block.references, &texts(v)),
+                    $(ValueBuffer::$kind(v) => self.$set(&block.references, v),)*
+                    ValueBuffer::Boolean(v) => self.set_boolean(&block.references, v),
+                    ValueBuffer::String(v) => self.set_string(&block.references, &texts(v)),
                 }
             }
         }
@@ -133,14 +133,14 @@ buffers! {
 
 /// An element as it is handed on: exact for every type.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Number {
+pub(crate) enum ElementNumber {
     /// Of floats.
     Real(f64),
     /// Of integers, Booleans (0, 1) and items of enumerations.
     Whole(i128),
 }
 
-impl Number {
+impl ElementNumber {
     pub(crate) fn real(self) -> f64 {
         match self {
             Self::Real(x) => x,
@@ -149,23 +149,23 @@ impl Number {
     }
 }
 
-/// How a type takes and gives a [`Number`].
+/// How a type takes and gives a [`ElementNumber`].
 trait Exact: Copy {
-    fn number(self) -> Number;
-    fn of(number: Number) -> Option<Self>;
+    fn number(self) -> ElementNumber;
+    fn of(number: ElementNumber) -> Option<Self>;
 }
 macro_rules! exact {
     ($($float:ty)*; $($whole:ty)*) => {
         $(impl Exact for $float {
-            fn number(self) -> Number { Number::Real(f64::from(self)) }
-            fn of(number: Number) -> Option<Self> { Some(number.real() as $float) }
+            fn number(self) -> ElementNumber { ElementNumber::Real(f64::from(self)) }
+            fn of(number: ElementNumber) -> Option<Self> { Some(number.real() as $float) }
         })*
         $(impl Exact for $whole {
-            fn number(self) -> Number { Number::Whole(self.into()) }
-            fn of(number: Number) -> Option<Self> {
+            fn number(self) -> ElementNumber { ElementNumber::Whole(self.into()) }
+            fn of(number: ElementNumber) -> Option<Self> {
                 match number {
-                    Number::Whole(x) => x.try_into().ok(),
-                    Number::Real(x) => (x.fract() == 0.0).then(|| (x as i128).try_into().ok()).flatten(),
+                    ElementNumber::Whole(x) => x.try_into().ok(),
+                    ElementNumber::Real(x) => (x.fract() == 0.0).then(|| (x as i128).try_into().ok()).flatten(),
                 }
             }
         })*
@@ -174,27 +174,27 @@ macro_rules! exact {
 exact! { f32 f64; i8 u8 i16 u16 i32 u32 i64 u64 }
 
 /// Reading and setting blocks.
-pub trait Blocks {
+pub trait BlockAccess {
     /// Reads a block.
     ///
     /// # Errors
     /// Whatever the FMU returns.
-    fn get(&mut self, block: &mut Block) -> Result<(), Error>;
+    fn get(&mut self, block: &mut VariableBlock) -> Result<(), ImportError>;
     /// Sets a block.
     ///
     /// # Errors
     /// Whatever the FMU returns.
-    fn set(&mut self, block: &Block) -> Result<(), Error>;
+    fn set(&mut self, block: &VariableBlock) -> Result<(), ImportError>;
 }
 
-impl Blocks for AnyInstance {
-    fn get(&mut self, block: &mut Block) -> Result<(), Error> {
+impl BlockAccess for AnyInstance {
+    fn get(&mut self, block: &mut VariableBlock) -> Result<(), ImportError> {
         match self {
             Self::V2(i) => i.as_mut().get(block),
             Self::V3(i) => i.get(block),
         }
     }
-    fn set(&mut self, block: &Block) -> Result<(), Error> {
+    fn set(&mut self, block: &VariableBlock) -> Result<(), ImportError> {
         match self {
             Self::V2(i) => i.as_mut().set(block),
             Self::V3(i) => i.set(block),
@@ -206,7 +206,7 @@ impl Blocks for AnyInstance {
 ///
 /// # Errors
 /// Whatever the FMU returns.
-pub(crate) fn configure(instance: &mut AnyInstance, structural: &[Block]) -> Result<(), Error> {
+pub(crate) fn configure(instance: &mut AnyInstance, structural: &[VariableBlock]) -> Result<(), ImportError> {
     if structural.is_empty() {
         return Ok(());
     }
@@ -220,28 +220,28 @@ fn texts(values: &[String]) -> Vec<&str> {
 }
 
 /// Types that FMI 2.0 does not have cannot come from its descriptions.
-impl Blocks for fmi2::Instance {
-    fn get(&mut self, block: &mut Block) -> Result<(), Error> {
+impl BlockAccess for fmi2::Fmi2Instance {
+    fn get(&mut self, block: &mut VariableBlock) -> Result<(), ImportError> {
         match &mut block.values {
-            Buffer::Float64(v) => self.get_real(&block.references, v),
-            Buffer::Int32(v) => self.get_integer(&block.references, v),
-            Buffer::Boolean(v) => self.get_boolean(&block.references, v),
-            Buffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
+            ValueBuffer::Float64(v) => self.get_real(&block.references, v),
+            ValueBuffer::Int32(v) => self.get_integer(&block.references, v),
+            ValueBuffer::Boolean(v) => self.get_boolean(&block.references, v),
+            ValueBuffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
             _ => Ok(()),
         }
     }
-    fn set(&mut self, block: &Block) -> Result<(), Error> {
+    fn set(&mut self, block: &VariableBlock) -> Result<(), ImportError> {
         match &block.values {
-            Buffer::Float64(v) => self.set_real(&block.references, v),
-            Buffer::Int32(v) => self.set_integer(&block.references, v),
-            Buffer::Boolean(v) => self.set_boolean(&block.references, v),
-            Buffer::String(v) => self.set_string(&block.references, &texts(v)),
+            ValueBuffer::Float64(v) => self.set_real(&block.references, v),
+            ValueBuffer::Int32(v) => self.set_integer(&block.references, v),
+            ValueBuffer::Boolean(v) => self.set_boolean(&block.references, v),
+            ValueBuffer::String(v) => self.set_string(&block.references, &texts(v)),
             _ => Ok(()),
         }
     }
 }
 
-impl Buffer {
+impl ValueBuffer {
     /// The first value that is not finite.
     pub fn first_not_finite(&self) -> Option<(usize, f64)> {
         match self {
@@ -271,12 +271,12 @@ mod tests {
     #[test]
     fn a_number_that_a_type_cannot_hold_is_refused() {
         for (kind, good, bad) in [
-            (Type::Int8, [-128.0, 127.0], [128.0, 0.5]),
-            (Type::UInt64, [0.0, 1e15], [-1.0, 1e20]),
-            (Type::Boolean, [0.0, 1.0], [2.0, -1.0]),
-            (Type::Float32, [0.1, -1e38], [1e39, f64::INFINITY]),
+            (VariableType::Int8, [-128.0, 127.0], [128.0, 0.5]),
+            (VariableType::UInt64, [0.0, 1e15], [-1.0, 1e20]),
+            (VariableType::Boolean, [0.0, 1.0], [2.0, -1.0]),
+            (VariableType::Float32, [0.1, -1e38], [1e39, f64::INFINITY]),
         ] {
-            let mut buffer = Buffer::new(kind, Version::V3, 1).unwrap();
+            let mut buffer = ValueBuffer::new(kind, FmiVersion::V3, 1).unwrap();
             assert!(good.iter().all(|x| buffer.set_number(0, *x)), "{kind:?}");
             assert!(bad.iter().all(|x| !buffer.set_number(0, *x)), "{kind:?}");
         }

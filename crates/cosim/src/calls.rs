@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use trueup_numerics::Figure;
+use trueup_numerics::ShortNumber;
 
 use crate::grid::ROUNDING;
 
@@ -15,21 +15,21 @@ pub struct FmuCalls {
     /// Name of its component.
     pub component: String,
     /// Its calls of doStep.
-    pub calls: Calls,
+    pub calls: CallCounts,
     /// How its inputs went within a step.
     pub inputs: &'static str,
 }
 
 /// Calls of doStep by length; those that were taken back are counted too.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Calls {
+pub struct CallCounts {
     /// Length in s and how many, in the order in which they came.
     lengths: Vec<(f64, u64)>,
     /// Of all other lengths: how many, the shortest and the longest in s.
     others: (u64, f64, f64),
 }
 
-impl Calls {
+impl CallCounts {
     /// Adds `count` calls of `length` s.
     #[inline]
     pub(crate) fn add(&mut self, length: f64, count: u64) {
@@ -61,20 +61,20 @@ impl Calls {
     }
 }
 
-impl fmt::Display for Calls {
+impl fmt::Display for CallCounts {
     /// `50 calls of 0.1 s, 1 of 0.05 s`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(((length, count), more)) = self.lengths.split_first() else {
             return f.write_str("no calls");
         };
         let calls = if *count == 1 { "call" } else { "calls" };
-        write!(f, "{count} {calls} of {} s", Figure(*length))?;
+        write!(f, "{count} {calls} of {} s", ShortNumber(*length))?;
         for (length, count) in more {
-            write!(f, ", {count} of {} s", Figure(*length))?;
+            write!(f, ", {count} of {} s", ShortNumber(*length))?;
         }
         match self.others {
             (0, ..) => Ok(()),
-            (n, least, most) => write!(f, ", {n} of {} to {} s", Figure(least), Figure(most)),
+            (n, least, most) => write!(f, ", {n} of {} to {} s", ShortNumber(least), ShortNumber(most)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! From names to numbers: a [`System`] and its FMUs become a [`Plan`], or a list of all mistakes.
+//! From names to numbers: a [`CosimSystem`] and its FMUs become a [`MasterPlan`], or a list of all mistakes.
 
 mod driven;
 mod experiment;
@@ -16,18 +16,18 @@ use std::sync::Arc;
 
 pub use files::Files;
 
-use crate::error::Error;
-use crate::inputs::Inputs;
-use crate::plan::{Plan, Planned};
-use crate::system::{InputFile, Run, System};
-use parts::Parts;
+use crate::error::CosimError;
+use crate::inputs::InputFileTable;
+use crate::plan::{MasterPlan, PlannedComponent};
+use crate::system::{CosimSystem, InputFile, RunSettings};
+use parts::CheckedParts;
 use report::Report;
 
 /// Loads the FMUs of a system (each file once) and checks all of it before anything runs.
 ///
 /// # Errors
-/// [`Error::System`] with every mistake: what it is, where it was written, and the mend.
-pub fn check(system: &System) -> Result<Plan, Error> {
+/// [`CosimError::System`] with every mistake: what it is, where it was written, and the mend.
+pub fn check(system: &CosimSystem) -> Result<MasterPlan, CosimError> {
     check_with(system, &mut Files::default())
 }
 
@@ -35,16 +35,16 @@ pub fn check(system: &System) -> Result<Plan, Error> {
 ///
 /// # Errors
 /// Those of [`check`].
-pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
+pub fn check_with(system: &CosimSystem, files: &mut Files) -> Result<MasterPlan, CosimError> {
     let mut report = Report { mistakes: Vec::new(), notes: system.notes.clone() };
-    let parts = Parts::of(system, files, &mut report);
+    let parts = CheckedParts::of(system, files, &mut report);
     let mut inputs =
         system.inputs.as_ref().and_then(|wanted| read_inputs(system, wanted, files, &mut report));
     let (grid, every) = experiment::grid(system, &parts, inputs.as_ref(), &mut report);
     let mut components = Vec::new();
     for ((part, component), every) in parts.list.iter().zip(&system.components).zip(every) {
         let Some(part) = part else { continue };
-        components.push(Planned {
+        components.push(PlannedComponent {
             name: component.name.clone(),
             fmu: Arc::clone(&part.fmu),
             interface: part.interface,
@@ -65,10 +65,10 @@ pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     let (Some(grid), []) = (grid, &mistakes[..]) else {
         mistakes.sort_by(|a, b| (&a.place.file, a.place.line).cmp(&(&b.place.file, b.place.line)));
         mistakes.dedup();
-        return Err(Error::System(mistakes));
+        return Err(CosimError::System(mistakes));
     };
-    let Run { tolerance, algorithm, event_rows, .. } = system.run;
-    Ok(Plan {
+    let RunSettings { tolerance, algorithm, event_rows, .. } = system.run;
+    Ok(MasterPlan {
         components,
         links,
         driven,
@@ -84,11 +84,11 @@ pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
 }
 
 fn read_inputs(
-    system: &System,
+    system: &CosimSystem,
     wanted: &InputFile,
     files: &mut Files,
     report: &mut Report,
-) -> Option<Inputs> {
+) -> Option<InputFileTable> {
     let read = files.inputs(&wanted.file, &system.file, system.run.start);
     let inputs = read.map_err(|why| report.wrong_of(&wanted.file, &wanted.place, why)).ok()?;
     report.notes.extend(inputs.notes.iter().cloned());

@@ -1,21 +1,21 @@
 //! Which algorithm runs a system, and why.
 
-use crate::error::Error;
+use crate::error::CosimError;
 use crate::graph;
 use crate::mistake::quoted;
-use crate::plan::{Driven, Link, Plan, Planned};
+use crate::plan::{DrivenInput, LinearLink, MasterPlan, PlannedComponent};
 use crate::step_rule::StepRule;
-use crate::system::{Algorithm, Interface};
+use crate::system::{Algorithm, ComponentInterface};
 
 /// What steps as one: each FMU in Co-Simulation, all in Model Exchange together.
-pub(crate) fn units(components: &[Planned]) -> Vec<Vec<usize>> {
+pub(crate) fn units(components: &[PlannedComponent]) -> Vec<Vec<usize>> {
     let mut units: Vec<Vec<usize>> = Vec::new();
     let mut group: Option<usize> = None;
     for (i, c) in components.iter().enumerate() {
         match (c.interface, group) {
-            (Interface::CoSimulation, _) => units.push(vec![i]),
-            (Interface::ModelExchange, Some(at)) => units[at].push(i),
-            (Interface::ModelExchange, None) => {
+            (ComponentInterface::CoSimulation, _) => units.push(vec![i]),
+            (ComponentInterface::ModelExchange, Some(at)) => units[at].push(i),
+            (ComponentInterface::ModelExchange, None) => {
                 group = Some(units.len());
                 units.push(vec![i]);
             }
@@ -26,7 +26,7 @@ pub(crate) fn units(components: &[Planned]) -> Vec<Vec<usize>> {
 
 /// The units in the order in which they hand on values, those of a circle in their own order; whether there are
 /// connections between units at all, and whether there is a circle.
-pub(crate) fn order(plan: &Plan, units: &[Vec<usize>]) -> (Vec<usize>, bool, bool) {
+pub(crate) fn order(plan: &MasterPlan, units: &[Vec<usize>]) -> (Vec<usize>, bool, bool) {
     let mut unit = vec![0; plan.components.len()];
     units.iter().enumerate().for_each(|(u, nodes)| nodes.iter().for_each(|n| unit[*n] = u));
     let mut edges = vec![Vec::new(); units.len()];
@@ -44,19 +44,22 @@ pub(crate) fn order(plan: &Plan, units: &[Vec<usize>]) -> (Vec<usize>, bool, boo
 /// The algorithm and the reason in words. `rules`: of each component, `None` of those in Model Exchange.
 ///
 /// # Errors
-/// [`Error::Setting`]: one was asked for that the FMUs cannot follow.
-pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorithm, String), Error> {
+/// [`CosimError::Setting`]: one was asked for that the FMUs cannot follow.
+pub(crate) fn choose(
+    plan: &MasterPlan,
+    rules: &[Option<StepRule>],
+) -> Result<(Algorithm, String), CosimError> {
     let units = units(&plan.components);
     let rigid: Vec<&str> = plan
         .components
         .iter()
-        .filter(|c| c.interface == Interface::CoSimulation)
+        .filter(|c| c.interface == ComponentInterface::CoSimulation)
         .filter(|c| !c.description().co_simulation.as_ref().is_some_and(|i| i.can_get_and_set_fmu_state))
         .map(|c| c.name.as_str())
         .collect();
     if let Some(algorithm) = plan.algorithm {
         if matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) && !rigid.is_empty() {
-            return Err(Error::Setting(vec![format!(
+            return Err(CosimError::Setting(vec![format!(
                 "the algorithm {algorithm} repeats steps, but the FMUs of {} cannot store and restore their state; \
                  choose extrapolate, which needs no repetition",
                 quoted(&rigid)
@@ -68,7 +71,7 @@ pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorit
     let samples = |component: usize| rules[component].is_some_and(|rule| rule.samples());
     if !coupled {
         let lines = || plan.driven.iter().filter(|d| d.linear);
-        let follows = |d: &Driven| rules[d.to.component].is_none_or(|rule| rule.follows());
+        let follows = |d: &DrivenInput| rules[d.to.component].is_none_or(|rule| rule.follows());
         return Ok(if lines().any(follows) {
             let reason =
                 "inputs from the file are followed on lines; nothing is coupled, so nothing is extrapolated";
@@ -81,7 +84,7 @@ pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorit
         });
     }
     // What samples has neither inputs nor outputs on lines; what the master integrates needs none.
-    let integrated = |l: &Link| rules[l.from.component].is_none() && rules[l.to.component].is_none();
+    let integrated = |l: &LinearLink| rules[l.from.component].is_none() && rules[l.to.component].is_none();
     let mut outer = plan.links.iter().filter(|l| !integrated(l));
     if outer.all(|l| samples(l.from.component) || samples(l.to.component))
         && !plan.driven.iter().any(|d| d.linear && !samples(d.to.component))
@@ -111,6 +114,6 @@ pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorit
 }
 
 /// Of the components of which this holds.
-fn names(plan: &Plan, holds: impl Fn(usize) -> bool) -> Vec<&str> {
+fn names(plan: &MasterPlan, holds: impl Fn(usize) -> bool) -> Vec<&str> {
     plan.components.iter().enumerate().filter(|(i, _)| holds(*i)).map(|(_, c)| c.name.as_str()).collect()
 }

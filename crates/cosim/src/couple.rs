@@ -4,17 +4,17 @@ mod anderson;
 mod repeat;
 mod shared_events;
 
-use crate::adaptive::Parts;
+use crate::adaptive::SteppingParts;
 use crate::calls::FmuCalls;
-use crate::error::Error;
+use crate::error::CosimError;
 use crate::exchange::{Exchange, Phase, Wiring};
-use crate::inputs::Inputs;
-use crate::node::Node;
-use crate::stepper::{Advance, Settled, Stepper, Within};
+use crate::inputs::InputFileTable;
+use crate::node::InstanceNode;
+use crate::stepper::{Advance, EventSettled, StepLimit, SystemStepper};
 use anderson::Anderson;
 use repeat::Saved;
 pub use repeat::{Attempt, Followed};
-use shared_events::{How, SharedEvents};
+use shared_events::{EventTreatment, SharedEvents};
 
 /// Repetitions of a step before it is given up as not settling.
 const ITERATIONS: u32 = 25;
@@ -23,7 +23,7 @@ const ITERATIONS: u32 = 25;
 const SHORT: f64 = 1e-6;
 
 /// When a stepper steps.
-pub(crate) struct Turn {
+pub(crate) struct StepperTurn {
     /// Steps of the grid that it takes at once.
     every: u64,
     /// Where it stands, in s.
@@ -55,14 +55,14 @@ pub(crate) struct Turn {
 /// [`iterate`](Coupling::iterate) calls `restore` itself between its repetitions. [`lines`](Coupling::lines) then tells,
 /// for error estimates, what inputs were assumed to be at the end of the step and what the outputs made of them.
 pub struct Coupling {
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) steppers: Vec<Box<dyn Stepper>>,
+    pub(crate) nodes: Vec<InstanceNode>,
+    pub(crate) steppers: Vec<Box<dyn SystemStepper>>,
     /// When each of them steps.
-    pub(crate) turns: Vec<Turn>,
+    pub(crate) turns: Vec<StepperTurn>,
     /// Steppers in the order in which they hand on values.
     order: Vec<usize>,
     pub(crate) exchange: Exchange,
-    inputs: Option<Inputs>,
+    inputs: Option<InputFileTable>,
     /// Unit of each node.
     unit: Vec<usize>,
     uniform: bool,
@@ -91,18 +91,19 @@ impl Coupling {
     /// # Errors
     /// Whatever an FMU returns.
     pub(crate) fn new(
-        mut nodes: Vec<Node>,
+        mut nodes: Vec<InstanceNode>,
         wiring: Wiring<'_>,
-        inputs: Option<Inputs>,
-        steppers: impl FnOnce(&mut [Node]) -> Result<Vec<(Box<dyn Stepper>, u64)>, Error>,
+        inputs: Option<InputFileTable>,
+        steppers: impl FnOnce(&mut [InstanceNode]) -> Result<Vec<(Box<dyn SystemStepper>, u64)>, CosimError>,
         order: Vec<usize>,
         time: f64,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, CosimError> {
         let exchange = Exchange::new(&mut nodes, wiring, Phase::Stepping, |_| true)?;
         exchange.install_lines(&mut nodes)?;
         let (steppers, every): (Vec<_>, Vec<u64>) = steppers(&mut nodes)?.into_iter().unzip();
-        let turn = |every: u64| Turn { every: every.max(1), time, last: 0.0, due: true, terminated: false };
-        let turns: Vec<Turn> = every.into_iter().map(turn).collect();
+        let turn =
+            |every: u64| StepperTurn { every: every.max(1), time, last: 0.0, due: true, terminated: false };
+        let turns: Vec<StepperTurn> = every.into_iter().map(turn).collect();
         let mut unit = vec![0; nodes.len()];
         for (u, stepper) in steppers.iter().enumerate() {
             stepper.nodes().iter().for_each(|n| unit[*n] = u);
@@ -151,14 +152,14 @@ impl Coupling {
     }
 
     /// The FMUs.
-    pub fn nodes(&mut self) -> &mut [Node] {
+    pub fn nodes(&mut self) -> &mut [InstanceNode] {
         &mut self.nodes
     }
 
     /// Lends everything to the adaptive algorithm.
-    pub(crate) fn parts(&mut self) -> Parts<'_> {
+    pub(crate) fn parts(&mut self) -> SteppingParts<'_> {
         let Self { nodes, steppers, exchange, inputs, .. } = self;
-        Parts { nodes, steppers, exchange, inputs: inputs.as_ref() }
+        SteppingParts { nodes, steppers, exchange, inputs: inputs.as_ref() }
     }
 
     /// Values that are exchanged.
@@ -178,7 +179,7 @@ impl Coupling {
     /// # Errors
     /// Whatever an FMU returns; a loop without solution; a value that is not finite.
     #[inline]
-    pub fn exchange(&mut self, time: f64) -> Result<(), Error> {
+    pub fn exchange(&mut self, time: f64) -> Result<(), CosimError> {
         if self.uniform {
             self.exchange.drive(self.inputs.as_ref(), time, |_| true);
             return self.exchange.propagate(&mut self.nodes, time);
@@ -194,8 +195,8 @@ impl Coupling {
     ///
     /// # Errors
     /// Whatever an FMU returns; events without end.
-    pub(crate) fn settle(&mut self, time: f64) -> Result<Settled, Error> {
-        let mut all = Settled::default();
+    pub(crate) fn settle(&mut self, time: f64) -> Result<EventSettled, CosimError> {
+        let mut all = EventSettled::default();
         if !self.has_events {
             return Ok(all);
         }
@@ -221,7 +222,7 @@ impl Coupling {
         }
         let reason =
             format!("events at one time do not end: inputs still changed after {ITERATIONS} exchanges");
-        Err(Error::Stuck { time, reason, log: Vec::new() })
+        Err(CosimError::Stuck { time, reason, log: Vec::new() })
     }
 
     /// All units step at all points, there are no events and no inputs from a file.
@@ -245,8 +246,8 @@ impl Coupling {
     /// # Errors
     /// Whatever an FMU returns.
     #[inline]
-    pub fn step(&mut self, to: f64, within: Within) -> Result<Advance, Error> {
-        if let Some(done) = self.step_to_event(to, How::Together(within))? {
+    pub fn step(&mut self, to: f64, within: StepLimit) -> Result<Advance, CosimError> {
+        if let Some(done) = self.step_to_event(to, EventTreatment::Together(within))? {
             return Ok(done);
         }
         let mut all = Advance { time: to, ..Advance::default() };
@@ -273,8 +274,8 @@ impl Coupling {
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    pub(crate) fn step_in_order(&mut self, to: f64) -> Result<Advance, Error> {
-        if let Some(done) = self.step_to_event(to, How::InOrder)? {
+    pub(crate) fn step_in_order(&mut self, to: f64) -> Result<Advance, CosimError> {
+        if let Some(done) = self.step_to_event(to, EventTreatment::InOrder)? {
             return Ok(done);
         }
         let mut all = Advance { time: to, ..Advance::default() };
@@ -286,7 +287,7 @@ impl Coupling {
             let from = self.turns[u].time;
             self.take_inputs(u)?;
             self.aim_lines(u, from, to);
-            let done = self.steppers[u].step(&mut self.nodes, from, to, Within::Line)?;
+            let done = self.steppers[u].step(&mut self.nodes, from, to, StepLimit::Line)?;
             self.turns[u].terminated |= done.terminate;
             (self.turns[u].last, self.turns[u].time) = (to - from, to);
             self.steppers[u].stay(&mut self.nodes, to)?;
@@ -297,7 +298,7 @@ impl Coupling {
     }
 
     /// Sets the inputs of a unit as they were exchanged last.
-    fn take_inputs(&mut self, u: usize) -> Result<(), Error> {
+    fn take_inputs(&mut self, u: usize) -> Result<(), CosimError> {
         let nodes = self.steppers[u].nodes();
         nodes.iter().try_for_each(|n| self.exchange.write(*n, &mut self.nodes, self.turns[u].time))
     }
@@ -316,7 +317,7 @@ impl Coupling {
     }
 
     /// Reads the outputs of a unit at `time`, for those behind it.
-    fn hand_outputs(&mut self, u: usize, time: f64) -> Result<(), Error> {
+    fn hand_outputs(&mut self, u: usize, time: f64) -> Result<(), CosimError> {
         let nodes = self.steppers[u].nodes();
         nodes.iter().try_for_each(|n| self.exchange.read(*n, &mut self.nodes, time))
     }
@@ -399,12 +400,12 @@ impl Coupling {
 
     /// Some FMU takes no shorter step than was asked for.
     pub(crate) fn takes_whole_steps(&self) -> bool {
-        !self.nodes.iter().all(Node::allows_any_step)
+        !self.nodes.iter().all(InstanceNode::allows_any_step)
     }
 
     /// Calls of doStep of each FMU that makes some.
     pub(crate) fn calls(&self) -> Vec<FmuCalls> {
-        let of = |stepper: &dyn Stepper| {
+        let of = |stepper: &dyn SystemStepper| {
             let (calls, inputs) = stepper.calls()?;
             let node = &self.nodes[*stepper.nodes().first()?];
             let inputs = if node.line.slots.is_empty() { "" } else { inputs };

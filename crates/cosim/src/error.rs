@@ -2,26 +2,26 @@
 
 use std::path::PathBuf;
 
-use trueup_numerics::Figure;
+use trueup_numerics::ShortNumber;
 
-use crate::mistake::Mistake;
+use crate::mistake::InputMistake;
 
 /// Any failure of this crate.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum CosimError {
     /// The FMU cannot be loaded or instantiated.
     #[error(transparent)]
-    Fmu(#[from] trueup_fmi_import::Error),
+    Fmu(#[from] trueup_fmi_import::ImportError),
     /// A call failed during the run.
-    #[error("at t = {} s: {source}", Figure(*.time))]
+    #[error("at t = {} s: {source}", ShortNumber(*.time))]
     Call {
         /// Time in s.
         time: f64,
         /// Function, instance, status and last messages.
-        source: trueup_fmi_import::Error,
+        source: trueup_fmi_import::ImportError,
     },
     /// The FMU does not come further.
-    #[error("at t = {} s: {reason}{}", Figure(*.time), tail(.log))]
+    #[error("at t = {} s: {reason}{}", ShortNumber(*.time), tail(.log))]
     Stuck {
         /// Time in s.
         time: f64,
@@ -31,7 +31,7 @@ pub enum Error {
         log: Vec<String>,
     },
     /// A value that is not finite.
-    #[error("at t = {} s: {variable} of instance \"{instance}\" is {value}{}", Figure(*.time), tail(.log))]
+    #[error("at t = {} s: {variable} of instance \"{instance}\" is {value}{}", ShortNumber(*.time), tail(.log))]
     NotFinite {
         /// Time in s.
         time: f64,
@@ -45,31 +45,31 @@ pub enum Error {
         log: Vec<String>,
     },
     /// An algebraic loop that has no solution, or none that was found.
-    #[error("at t = {} s: the algebraic loop has no solution: {reason}{}", Figure(*.time), residuals(.variables))]
+    #[error("at t = {} s: the algebraic loop has no solution: {reason}{}", ShortNumber(*.time), residuals(.variables))]
     Loop {
         /// Time in s.
         time: f64,
         /// What went wrong.
         reason: String,
         /// Its inputs where the search ended.
-        variables: Vec<Residual>,
+        variables: Vec<ConnectionResidual>,
     },
     /// A step whose iteration does not settle, however short.
-    #[error("at t = {} s: the inputs do not settle over the step: {reason}{}", Figure(*.time), residuals(.variables))]
+    #[error("at t = {} s: the inputs do not settle over the step: {reason}{}", ShortNumber(*.time), residuals(.variables))]
     Unsettled {
         /// Time in s.
         time: f64,
         /// What went wrong.
         reason: String,
         /// Those that still change.
-        variables: Vec<Residual>,
+        variables: Vec<ConnectionResidual>,
     },
     /// What was asked for does not fit the FMU; one line per mistake.
     #[error("{}", .0.join("\n  "))]
     Setting(Vec<String>),
     /// What is wrong in a description of a system; one line per mistake.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    System(Vec<Mistake>),
+    System(Vec<InputMistake>),
     /// A file of inputs that cannot be used.
     #[error("{}{}{reason}", .file.display(), if .reason.starts_with(':') { "" } else { ": " })]
     Inputs {
@@ -81,7 +81,7 @@ pub enum Error {
     /// An FMU led the process into another folder, which gives names of files another meaning.
     #[error(
         "at t = {} s: the FMU of {who} changed the working directory to {to}; it is changed back, and the run ends: let the FMU \
-         have a process of its own", Figure(*.time)
+         have a process of its own", ShortNumber(*.time)
     )]
     Moved {
         /// Time in s.
@@ -91,8 +91,8 @@ pub enum Error {
         /// Where to.
         to: PathBuf,
     },
-    /// The user ended the run, through a [sink](crate::Sink) that watches for it.
-    #[error("at t = {} s: interrupted", Figure(*.time))]
+    /// The user ended the run, through a [sink](crate::ResultSink) that watches for it.
+    #[error("at t = {} s: interrupted", ShortNumber(*.time))]
     Interrupted {
         /// Time in s.
         time: f64,
@@ -109,7 +109,7 @@ pub enum Error {
 
 /// An input that does not agree with the output that it is connected to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Residual {
+pub struct ConnectionResidual {
     /// The input.
     pub variable: String,
     /// The output.
@@ -120,8 +120,8 @@ pub struct Residual {
     pub residual: f64,
 }
 
-fn residuals(variables: &[Residual]) -> String {
-    let line = |v: &Residual| {
+fn residuals(variables: &[ConnectionResidual]) -> String {
+    let line = |v: &ConnectionResidual| {
         format!(
             "\n  {} = {:?}, which {} would make {:?}",
             v.variable,
@@ -138,8 +138,8 @@ fn tail(log: &[String]) -> String {
 }
 
 /// What a running system passes on is no larger than a pointer.
-impl From<Box<Error>> for Error {
-    fn from(error: Box<Error>) -> Self {
+impl From<Box<CosimError>> for CosimError {
+    fn from(error: Box<CosimError>) -> Self {
         *error
     }
 }

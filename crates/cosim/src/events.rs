@@ -2,35 +2,35 @@
 
 use std::collections::BTreeSet;
 
-use trueup_fmi_description::description::{Type, Variability, Variable};
-use trueup_numerics::Figure;
+use trueup_fmi_description::description::{DescriptionVariability, DescriptionVariable, VariableType};
+use trueup_numerics::ShortNumber;
 
-use crate::buffer::{Block, Buffer};
+use crate::buffer::{ValueBuffer, VariableBlock};
 use crate::exchange::Wiring;
-use crate::grid::Grid;
-use crate::inputs::Inputs;
+use crate::grid::CommunicationGrid;
+use crate::inputs::InputFileTable;
 use crate::mistake::quoted;
-use crate::node::Node;
-use crate::plan::Driven;
-use crate::system::Interface;
+use crate::node::InstanceNode;
+use crate::plan::DrivenInput;
+use crate::system::ComponentInterface;
 
 /// Part of a communication step below which two times are the same.
 const SAME: f64 = 1e-9;
 
 /// Times in s, in order; `true`: a held input jumps, which is an event.
 #[derive(Debug, Default)]
-pub(crate) struct Cuts {
+pub(crate) struct EventCuts {
     times: Vec<(f64, bool)>,
 }
 
-impl Cuts {
+impl EventCuts {
     /// Of all jumps; of bends of linear inputs only where the master integrates. None at all if an FMU may not be given
     /// parts of a step: a note says what is then late. Samples at communication points but for rounding are moved there.
     pub(crate) fn new(
-        nodes: &[Node],
-        driven: &[Driven],
-        inputs: Option<&mut Inputs>,
-        grid: &Grid,
+        nodes: &[InstanceNode],
+        driven: &[DrivenInput],
+        inputs: Option<&mut InputFileTable>,
+        grid: &CommunicationGrid,
         notes: &mut Vec<String>,
     ) -> Self {
         let Some(inputs) = inputs else { return Self::default() };
@@ -46,7 +46,7 @@ impl Cuts {
         for d in driven {
             let signal = &inputs.columns[d.column];
             let node = &nodes[d.to.component];
-            let integrated = node.planned.interface == Interface::ModelExchange;
+            let integrated = node.planned.interface == ComponentInterface::ModelExchange;
             times.extend(signal.jumps(d.linear).map(|t| (t, true)));
             if d.linear && integrated {
                 times.extend(signal.times.iter().map(|t| (*t, false)));
@@ -63,7 +63,7 @@ impl Cuts {
                 notes.push(format!(
                     "inputs from the file jump between communication points ({n} times, first at {} s) and are handed on at the next one: {who} is not declared \
                      to take parts of a step; choose a step that meets the jumps",
-                    Figure(*t)
+                    ShortNumber(*t)
                 ));
             }
             return Self::default();
@@ -82,28 +82,29 @@ impl Cuts {
 
 /// The inputs of one node that are connected or driven, one block per variable.
 pub(crate) fn inputs(
-    node: &Node,
+    node: &InstanceNode,
     at: usize,
     wiring: Wiring<'_>,
-    keep: impl Fn(&Variable) -> bool,
-) -> Vec<Block> {
+    keep: impl Fn(&DescriptionVariable) -> bool,
+) -> Vec<VariableBlock> {
     let d = node.description();
     let links = wiring.links.iter().map(|l| l.to);
     let all = links.chain(wiring.driven.iter().map(|d| d.to)).filter(|to| to.component == at);
     let variables: BTreeSet<usize> = all.map(|to| to.variable).collect();
-    let block = |v: &Variable| {
-        let values = Buffer::new(v.kind, d.version, d.elements(v)?)?;
-        Some(Block { references: vec![v.value_reference], values })
+    let block = |v: &DescriptionVariable| {
+        let values = ValueBuffer::new(v.kind, d.version, d.elements(v)?)?;
+        Some(VariableBlock { references: vec![v.value_reference], values })
     };
     variables.into_iter().map(|v| &d.variables[v]).filter(|v| keep(v)).filter_map(block).collect()
 }
 
 /// Those that may be set in event mode only.
-pub(crate) fn discrete_inputs(node: &Node, at: usize, wiring: Wiring<'_>) -> Vec<Block> {
+pub(crate) fn discrete_inputs(node: &InstanceNode, at: usize, wiring: Wiring<'_>) -> Vec<VariableBlock> {
     inputs(node, at, wiring, |v| !is_continuous(v))
 }
 
 /// It may change between events.
-pub(crate) fn is_continuous(v: &Variable) -> bool {
-    matches!(v.kind, Type::Float64 | Type::Float32) && v.variability == Variability::Continuous
+pub(crate) fn is_continuous(v: &DescriptionVariable) -> bool {
+    matches!(v.kind, VariableType::Float64 | VariableType::Float32)
+        && v.variability == DescriptionVariability::Continuous
 }

@@ -13,14 +13,14 @@ mod build;
 mod dependencies;
 mod newton;
 
-use trueup_fmi_description::description::Variability;
+use trueup_fmi_description::description::DescriptionVariability;
 use trueup_fmi_import::program::{Instances, Program};
 
-use crate::error::Error;
-use crate::inputs::Inputs;
-use crate::node::{Line, Node};
-use crate::plan::{Driven, Element, Link};
-use bank::{Bank, Reals, Scaled, Spot};
+use crate::error::CosimError;
+use crate::inputs::InputFileTable;
+use crate::node::{InputLine, InstanceNode};
+use crate::plan::{DrivenInput, ElementIndex, LinearLink};
+use bank::{ElementBank, RealElements, ScaledElement, ValueSlot};
 use newton::Loop;
 pub use newton::LoopLog;
 
@@ -33,13 +33,13 @@ pub enum Phase {
     Stepping,
 }
 
-/// What is connected, of a [`Plan`](crate::plan::Plan).
+/// What is connected, of a [`Plan`](crate::plan::MasterPlan).
 #[derive(Clone, Copy)]
 pub struct Wiring<'a> {
     /// Connections.
-    pub links: &'a [Link],
+    pub links: &'a [LinearLink],
     /// Inputs from a file.
-    pub driven: &'a [Driven],
+    pub driven: &'a [DrivenInput],
     /// Tables of links.
     pub maps: &'a [Vec<(i64, i64)>],
 }
@@ -58,23 +58,23 @@ enum Op {
 struct DrivenSpot {
     column: usize,
     linear: bool,
-    to: Spot,
+    to: ValueSlot,
     node: usize,
 }
 
 /// Values, and how they are read, handed on and set.
 pub struct Exchange {
-    bank: Bank,
+    bank: ElementBank,
     ops: Vec<Op>,
     loops: Vec<Loop>,
     driven: Vec<DrivenSpot>,
     /// Continuous inputs: node, value reference, slots.
     inputs: Vec<(usize, u32, std::ops::Range<usize>)>,
-    calls: Vec<Calls>,
+    calls: Vec<ExchangeCalls>,
 }
 
 impl Exchange {
-    /// Values of all `Float64`; the slots of [`Line`](crate::node::Line) point here.
+    /// Values of all `Float64`; the slots of [`InputLine`](crate::node::InputLine) point here.
     pub fn reals(&self) -> &[f64] {
         &self.bank.reals
     }
@@ -89,9 +89,9 @@ impl Exchange {
     pub(crate) fn program(&self, program: &mut Program, owners: &mut impl Instances, copied: bool) -> bool {
         let bank = &self.bank;
         // What each input is made of.
-        let mut made: Vec<Option<Scaled>> = vec![None; bank.reals.len()];
+        let mut made: Vec<Option<ScaledElement>> = vec![None; bank.reals.len()];
         let mut call = |program: &mut Program, b: usize, set: bool, values: std::ops::Range<usize>| {
-            let Reals { node, references, .. } = &bank.blocks[b];
+            let RealElements { node, references, .. } = &bank.blocks[b];
             let Some(instance) = owners.instance(*node) else { return false };
             program.call(*node, instance, set, references, values)
         };
@@ -101,7 +101,7 @@ impl Exchange {
                 let own = bank.blocks[b].first..bank.blocks[b].end;
                 let first = made[own.start].map_or(usize::MAX, |s| s.from as usize);
                 let plain = |at: usize| {
-                    let source = |s: Scaled| (s.from as usize, s.factor, s.offset);
+                    let source = |s: ScaledElement| (s.from as usize, s.factor, s.offset);
                     made[at].map(source) == Some((first.wrapping_add(at - own.start), 1.0, 0.0))
                 };
                 if !copied && own.clone().all(plain) {
@@ -114,7 +114,8 @@ impl Exchange {
             }
             Op::Hand([copies, scaled, converted]) if converted.0 == converted.1 => {
                 for c in &bank.copies[copies.0 as usize..copies.1 as usize] {
-                    made[c.to as usize] = Some(Scaled { from: c.from, to: c.to, factor: 1.0, offset: 0.0 });
+                    made[c.to as usize] =
+                        Some(ScaledElement { from: c.from, to: c.to, factor: 1.0, offset: 0.0 });
                 }
                 for c in &bank.scaled[scaled.0 as usize..scaled.1 as usize] {
                     made[c.to as usize] = Some(*c);
@@ -127,7 +128,7 @@ impl Exchange {
 
     /// Names the first value, in the order in which they are read, that is not finite.
     #[cold]
-    pub(crate) fn first_not_finite(&self, nodes: &[Node], time: f64) -> Error {
+    pub(crate) fn first_not_finite(&self, nodes: &[InstanceNode], time: f64) -> CosimError {
         let read = self.ops.iter().filter_map(|op| match op {
             Op::Get(b) => Some(self.bank.blocks[*b].first..self.bank.blocks[*b].end),
             _ => None,
@@ -141,20 +142,20 @@ impl Exchange {
     ///
     /// # Errors
     /// Sizes of arrays cannot be had.
-    pub(crate) fn install_lines(&self, nodes: &mut [Node]) -> Result<(), Error> {
+    pub(crate) fn install_lines(&self, nodes: &mut [InstanceNode]) -> Result<(), CosimError> {
         for (i, node) in nodes.iter_mut().enumerate() {
             let own = || self.inputs.iter().filter(|(n, ..)| *n == i);
             let references: Vec<u32> = own().map(|(_, r, _)| *r).collect();
             let slots: Vec<usize> = own().flat_map(|(.., slots)| slots.clone()).collect();
             if !slots.is_empty() {
-                node.line = Line::new(node.slave.prepare(&references)?, slots);
+                node.line = InputLine::new(node.slave.prepare(&references)?, slots);
             }
         }
         Ok(())
     }
 
     /// Names what lies in a slot.
-    pub(crate) fn element(&self, slot: usize) -> Element {
+    pub(crate) fn element(&self, slot: usize) -> ElementIndex {
         self.bank.elements[slot]
     }
 
@@ -166,10 +167,11 @@ impl Exchange {
 
     /// Which slots go continuously: outputs that do, but of FMUs that sample; inputs that are connected to such an output, inputs
     /// from a file on lines.
-    pub(crate) fn smooth(&self, nodes: &[Node]) -> Vec<bool> {
-        let continuous = |e: &Element| {
+    pub(crate) fn smooth(&self, nodes: &[InstanceNode]) -> Vec<bool> {
+        let continuous = |e: &ElementIndex| {
             let node = &nodes[e.component];
-            !node.samples() && node.description().variables[e.variable].variability == Variability::Continuous
+            !node.samples()
+                && node.description().variables[e.variable].variability == DescriptionVariability::Continuous
         };
         let mut smooth = vec![false; self.bank.reals.len()];
         for node in 0..self.calls.len() {
@@ -182,7 +184,7 @@ impl Exchange {
             smooth[to as usize] = smooth[from as usize];
         }
         for d in self.driven.iter().filter(|d| d.linear) {
-            if let Spot::Real(at) = d.to {
+            if let ValueSlot::Real(at) = d.to {
                 smooth[at] = true;
             }
         }
@@ -218,15 +220,15 @@ impl Exchange {
     }
 
     /// Values of inputs that a file drives, as of `time`, of the nodes that are due.
-    pub fn drive(&mut self, inputs: Option<&Inputs>, time: f64, due: impl Fn(usize) -> bool) {
+    pub fn drive(&mut self, inputs: Option<&InputFileTable>, time: f64, due: impl Fn(usize) -> bool) {
         let Some(inputs) = inputs else { return };
         for d in &self.driven {
             if !due(d.node) {
                 continue;
             }
             match d.to {
-                Spot::Real(at) => self.bank.reals[at] = inputs.at(d.column, time, d.linear),
-                Spot::Other(block, at) => {
+                ValueSlot::Real(at) => self.bank.reals[at] = inputs.at(d.column, time, d.linear),
+                ValueSlot::Other(block, at) => {
                     inputs.put(d.column, time, d.linear, &mut self.bank.others[block].block.values, at);
                 }
             }
@@ -234,10 +236,15 @@ impl Exchange {
     }
 
     /// Values of inputs on lines just before `time`, of the nodes that are due: what their lines over a step lead to, where they jump then.
-    pub(crate) fn drive_before(&mut self, inputs: Option<&Inputs>, time: f64, due: impl Fn(usize) -> bool) {
+    pub(crate) fn drive_before(
+        &mut self,
+        inputs: Option<&InputFileTable>,
+        time: f64,
+        due: impl Fn(usize) -> bool,
+    ) {
         let Some(inputs) = inputs else { return };
         for d in self.driven.iter().filter(|d| d.linear && due(d.node)) {
-            if let Spot::Real(at) = d.to {
+            if let ValueSlot::Real(at) = d.to {
                 self.bank.reals[at] = inputs.before(d.column, time, true);
             }
         }
@@ -251,16 +258,22 @@ impl Exchange {
     /// Those that drive reals: slot, column, whether on lines.
     pub(crate) fn driven_reals(&self) -> impl Iterator<Item = (usize, usize, bool)> {
         self.driven.iter().filter_map(|d| match d.to {
-            Spot::Real(slot) => Some((slot, d.column, d.linear)),
-            Spot::Other(..) => None,
+            ValueSlot::Real(slot) => Some((slot, d.column, d.linear)),
+            ValueSlot::Other(..) => None,
         })
     }
 
     /// Slopes of driven inputs over `from..to`, by slot.
-    pub(crate) fn drive_slopes(&self, inputs: Option<&Inputs>, from: f64, to: f64, slopes: &mut [f64]) {
+    pub(crate) fn drive_slopes(
+        &self,
+        inputs: Option<&InputFileTable>,
+        from: f64,
+        to: f64,
+        slopes: &mut [f64],
+    ) {
         let Some(inputs) = inputs else { return };
         for d in self.driven.iter().filter(|d| d.linear) {
-            if let Spot::Real(at) = d.to {
+            if let ValueSlot::Real(at) = d.to {
                 let (a, b) = (inputs.at(d.column, from, true), inputs.before(d.column, to, true));
                 slopes[at] = (b - a) / (to - from);
             }
@@ -270,9 +283,9 @@ impl Exchange {
     /// Reads all outputs and sets all inputs as of `time`, in order of dependency, and solves the loops.
     ///
     /// # Errors
-    /// Whatever an FMU returns; [`Error::NotFinite`]; [`Error::Loop`].
+    /// Whatever an FMU returns; [`CosimError::NotFinite`]; [`CosimError::Loop`].
     #[inline]
-    pub fn propagate(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    pub fn propagate(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         self.propagate_due(nodes, time, |_| true)
     }
 
@@ -284,10 +297,10 @@ impl Exchange {
     #[inline]
     pub fn propagate_due(
         &mut self,
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         time: f64,
         due: impl Fn(usize) -> bool,
-    ) -> Result<(), Error> {
+    ) -> Result<(), CosimError> {
         let Self { bank, ops, loops, .. } = self;
         for op in &*ops {
             match *op {
@@ -306,9 +319,14 @@ impl Exchange {
     /// Reads what one node gives now, without setting anything.
     ///
     /// # Errors
-    /// Whatever the FMU returns; [`Error::NotFinite`].
-    pub(crate) fn read(&mut self, node: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        let Calls { gets: [reals, others], .. } = &self.calls[node];
+    /// Whatever the FMU returns; [`CosimError::NotFinite`].
+    pub(crate) fn read(
+        &mut self,
+        node: usize,
+        nodes: &mut [InstanceNode],
+        time: f64,
+    ) -> Result<(), CosimError> {
+        let ExchangeCalls { gets: [reals, others], .. } = &self.calls[node];
         reals.iter().try_for_each(|b| self.bank.get(*b, nodes, time))?;
         others.iter().try_for_each(|b| self.bank.get_other(*b, nodes, time))
     }
@@ -317,8 +335,13 @@ impl Exchange {
     ///
     /// # Errors
     /// Whatever the FMU returns.
-    pub(crate) fn write(&mut self, node: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        let Calls { sets: [reals, others], inward, .. } = &self.calls[node];
+    pub(crate) fn write(
+        &mut self,
+        node: usize,
+        nodes: &mut [InstanceNode],
+        time: f64,
+    ) -> Result<(), CosimError> {
+        let ExchangeCalls { sets: [reals, others], inward, .. } = &self.calls[node];
         for ranges in inward {
             self.bank.hand(*ranges);
         }
@@ -332,7 +355,7 @@ impl Exchange {
     /// Lists the calls and copies of each node.
     fn index(&mut self, nodes: usize) {
         let Self { bank, ops, loops, calls, .. } = self;
-        calls.resize_with(nodes, Calls::default);
+        calls.resize_with(nodes, ExchangeCalls::default);
         let mut add = |b: usize, kind: usize, set: bool| {
             let node = if kind == 0 { bank.blocks[b].node } else { bank.others[b].node };
             let calls = &mut calls[node];
@@ -353,16 +376,16 @@ impl Exchange {
                 }
             }
         }
-        let of = |spot: &Spot| match *spot {
-            Spot::Real(at) => bank.elements[at].component,
-            Spot::Other(block, _) => bank.others[block].node,
+        let of = |spot: &ValueSlot| match *spot {
+            ValueSlot::Real(at) => bank.elements[at].component,
+            ValueSlot::Other(block, _) => bank.others[block].node,
         };
         let one = |i: usize| (i as u32, i as u32 + 1);
         for (i, c) in bank.copies.iter().enumerate() {
-            calls[of(&Spot::Real(c.to as usize))].inward.push([one(i), (0, 0), (0, 0)]);
+            calls[of(&ValueSlot::Real(c.to as usize))].inward.push([one(i), (0, 0), (0, 0)]);
         }
         for (i, c) in bank.scaled.iter().enumerate() {
-            calls[of(&Spot::Real(c.to as usize))].inward.push([(0, 0), one(i), (0, 0)]);
+            calls[of(&ValueSlot::Real(c.to as usize))].inward.push([(0, 0), one(i), (0, 0)]);
         }
         for (i, c) in bank.converted.iter().enumerate() {
             calls[of(&c.to)].inward.push([(0, 0), (0, 0), one(i)]);
@@ -372,7 +395,7 @@ impl Exchange {
 
 /// The blocks of one node (of reals, of others), and the copies that lead to it.
 #[derive(Default)]
-struct Calls {
+struct ExchangeCalls {
     gets: [Vec<usize>; 2],
     sets: [Vec<usize>; 2],
     inward: Vec<[(u32, u32); 3]>,

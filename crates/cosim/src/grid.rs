@@ -2,7 +2,7 @@
 
 /// Points `start + i step`, the last one at `stop`. Times come from an integer index, so no sum drifts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
+pub struct CommunicationGrid {
     /// First point in s.
     pub start: f64,
     /// Last point in s.
@@ -16,7 +16,7 @@ pub struct Grid {
 /// Part of a step below which the rest is rounding, not a step of its own.
 pub(crate) const ROUNDING: f64 = 1e-9;
 
-impl Grid {
+impl CommunicationGrid {
     /// `None` if the times are not finite, run backwards or need more steps than doubles can count.
     pub fn new(start: f64, stop: f64, step: f64) -> Option<Self> {
         let steps = ((stop - start) / step - ROUNDING).ceil().max(0.0);
@@ -63,17 +63,17 @@ mod tests {
 
     #[test]
     fn the_last_step_is_clipped_and_rounding_makes_none() {
-        let grid = Grid::new(0.0, 1.005, 0.01).unwrap();
+        let grid = CommunicationGrid::new(0.0, 1.005, 0.01).unwrap();
         assert_eq!((grid.steps, grid.time(100), grid.time(101), grid.is_even()), (101, 1.0, 1.005, false));
         // 0.1 added up ten times is below 1: a sum would make an eleventh step.
-        let grid = Grid::new(0.0, 1.0, 0.1).unwrap();
+        let grid = CommunicationGrid::new(0.0, 1.0, 0.1).unwrap();
         assert_eq!((grid.steps, grid.time(10), grid.is_even()), (10, 1.0, true));
         assert_eq!((grid.time(3), grid.time(6), grid.time(7)), (0.3, 0.6, 0.7));
-        assert_eq!(Grid::new(2.0, 2.0, 0.1).unwrap().steps, 0);
+        assert_eq!(CommunicationGrid::new(2.0, 2.0, 0.1).unwrap().steps, 0);
         for (start, stop, step) in
             [(1.0, 0.0, 0.1), (0.0, 1.0, 0.0), (0.0, f64::NAN, 0.1), (0.0, 1e300, 1e-9)]
         {
-            assert_eq!(Grid::new(start, stop, step), None);
+            assert_eq!(CommunicationGrid::new(start, stop, step), None);
         }
     }
 }

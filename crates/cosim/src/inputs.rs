@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use trueup_fmi_description::description::{Description, Type, Variable};
-use trueup_signals::{Finding, InputColumn, InputTable, Interpolation, Unit};
+use trueup_fmi_description::description::{Description, DescriptionVariable, VariableType};
+use trueup_signals::{Finding, InputColumn, InputTable, Interpolation, SignalUnit};
 
-use crate::buffer::Buffer;
+use crate::buffer::ValueBuffer;
 use crate::check::units;
-use crate::error::Error;
+use crate::error::CosimError;
 use crate::value;
 
 /// Columns over time; missing samples are left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Inputs {
+pub struct InputFileTable {
     /// Where they come from.
     pub file: PathBuf,
     /// The columns, in their order.
@@ -36,7 +36,7 @@ pub struct InputSignal {
     texts: Vec<String>,
     /// Their lines; none where there are none.
     lines: Vec<u64>,
-    unit: Option<(String, Unit)>,
+    unit: Option<(String, SignalUnit)>,
     /// Held between samples, whatever the variable is.
     held: bool,
 }
@@ -50,14 +50,14 @@ fn without_file(file: &Path, text: &str) -> String {
 /// Unix times begin with the one of September 2001: whoever runs from a later one means the calendar.
 const CALENDAR: f64 = 1e9;
 
-impl Inputs {
+impl InputFileTable {
     /// Reads a recording of any format (docs/cases.md), with its sidecar; `system` is the file of the system, which is no sidecar, and
     /// `start` (s) where the run begins: a clock of the calendar is counted from its first row unless the run is.
     ///
     /// # Errors
-    /// [`Error::Inputs`] with line and column.
-    pub fn read(file: &Path, system: &Path, start: Option<f64>) -> Result<Self, Error> {
-        let fail = |reason: String| Error::Inputs { file: file.into(), reason };
+    /// [`CosimError::Inputs`] with line and column.
+    pub fn read(file: &Path, system: &Path, start: Option<f64>) -> Result<Self, CosimError> {
+        let fail = |reason: String| CosimError::Inputs { file: file.into(), reason };
         let shown = |findings: &[Finding]| {
             let errors = findings.iter().filter(|f| f.is_error()).map(ToString::to_string);
             errors.collect::<Vec<_>>().join("\n  ")
@@ -83,9 +83,9 @@ impl Inputs {
     /// Columns from memory: `file` is what messages call them, times in s that do not fall, `nan` is missing.
     ///
     /// # Errors
-    /// [`Error::Inputs`] with column and row, from 0.
-    pub fn of(file: &Path, columns: Vec<(String, Vec<f64>, Vec<f64>)>) -> Result<Self, Error> {
-        let fail = |reason: String| Err(Error::Inputs { file: file.into(), reason });
+    /// [`CosimError::Inputs`] with column and row, from 0.
+    pub fn of(file: &Path, columns: Vec<(String, Vec<f64>, Vec<f64>)>) -> Result<Self, CosimError> {
+        let fail = |reason: String| Err(CosimError::Inputs { file: file.into(), reason });
         let mut kept = Vec::with_capacity(columns.len());
         let mut end = f64::NEG_INFINITY;
         for (name, times, values) in columns {
@@ -155,7 +155,7 @@ impl Inputs {
     }
 
     /// Puts what a column holds at `time` into an element that is no `Float64`, exactly.
-    pub(crate) fn put(&self, column: usize, time: f64, linear: bool, buffer: &mut Buffer, at: usize) {
+    pub(crate) fn put(&self, column: usize, time: f64, linear: bool, buffer: &mut ValueBuffer, at: usize) {
         // Samples that do not fit were refused when the system was checked.
         match self.text(column, time) {
             Some(text) => drop(buffer.parse(at, text)),
@@ -244,13 +244,13 @@ impl InputSignal {
     pub(crate) fn drives(
         &self,
         d: &Description,
-        v: &Variable,
+        v: &DescriptionVariable,
         continuous: bool,
         notes: &mut Vec<String>,
     ) -> Result<(Self, bool), String> {
         let mut own = self.clone();
         let (factor, offset) = self.conversion(d, v, notes)?;
-        let Some(mut one) = Buffer::new(v.kind, d.version, 1) else {
+        let Some(mut one) = ValueBuffer::new(v.kind, d.version, 1) else {
             return Err(format!("{} takes no values of a file", v.kind.name(d.version)));
         };
         if v.kind.is_float() {
@@ -274,9 +274,9 @@ impl InputSignal {
         own.texts.clear();
         for (i, x) in self.values.iter().enumerate() {
             let written = self.texts.get(i).filter(|text| value::assign(d, v, &mut one, 0, text).is_ok());
-            let items = v.kind == Type::Enumeration && !x.is_nan();
+            let items = v.kind == VariableType::Enumeration && !x.is_nan();
             let fits = written.is_some()
-                || v.kind != Type::String
+                || v.kind != VariableType::String
                     && one.set_number(0, *x)
                     && (!items || value::assign(d, v, &mut one.clone(), 0, &format!("{x:.0}")).is_ok());
             if !fits {
@@ -299,7 +299,7 @@ impl InputSignal {
     fn conversion(
         &self,
         d: &Description,
-        v: &Variable,
+        v: &DescriptionVariable,
         notes: &mut Vec<String>,
     ) -> Result<(f64, f64), String> {
         let Some((text, _)) = &self.unit else { return Ok((1.0, 0.0)) };
@@ -335,11 +335,11 @@ impl InputSignal {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Inputs, String> {
+    fn read(text: &str) -> Result<InputFileTable, String> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("in.csv");
         std::fs::write(&file, text).unwrap();
-        Inputs::read(&file, Path::new(""), None).map_err(|e| e.to_string())
+        InputFileTable::read(&file, Path::new(""), None).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -372,13 +372,13 @@ mod tests {
     fn columns_from_memory_are_as_those_of_a_file() {
         let from_file = read("time,u\n0,1\n1,\n2,5\n").unwrap();
         let column = || ("u".to_owned(), vec![0.0, 1.0, 2.0], vec![1.0, f64::NAN, 5.0]);
-        let of_memory = Inputs::of(&from_file.file, vec![column()]).unwrap();
+        let of_memory = InputFileTable::of(&from_file.file, vec![column()]).unwrap();
         for t in [-1.0, 0.5, 1.0, 3.0] {
             assert_eq!(of_memory.at(0, t, true), from_file.at(0, t, true));
         }
         let of = |times: &[f64], values: &[f64]| {
             let column = ("u".to_owned(), times.to_vec(), values.to_vec());
-            Inputs::of("inputs".as_ref(), vec![column]).unwrap_err().to_string()
+            InputFileTable::of("inputs".as_ref(), vec![column]).unwrap_err().to_string()
         };
         assert!(of(&[0.0, 1.0], &[1.0]).contains("`u` has 1 values at 2 times"));
         assert!(of(&[1.0, 0.0], &[1.0, 1.0]).contains("row 1: time falls from 1.0 to 0.0"));

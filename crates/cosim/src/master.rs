@@ -16,28 +16,28 @@
 //! # Ok::<(), trueup_cosim::Error>(())
 //! ```
 
-use trueup_fmi_import::{Experiment, Folder};
-use trueup_numerics::Figure;
+use trueup_fmi_import::{ExperimentSetup, Folder};
+use trueup_numerics::ShortNumber;
 
 use crate::adaptive::{self, Adaptive};
-use crate::buffer::{Blocks, configure};
+use crate::buffer::{BlockAccess, configure};
 use crate::choose::{choose, order, units};
 use crate::couple::Coupling;
-use crate::error::Error;
-use crate::events::{Cuts, discrete_inputs};
+use crate::error::CosimError;
+use crate::events::{EventCuts, discrete_inputs};
 use crate::exchange::{Exchange, Phase, Wiring};
-use crate::grid::Grid;
+use crate::grid::CommunicationGrid;
 use crate::log::RunLog;
 use crate::mistake::quoted;
-use crate::node::Node;
-use crate::plan::Plan;
+use crate::node::InstanceNode;
+use crate::plan::MasterPlan;
 use crate::record::Recorder;
-use crate::results::Sink;
-use crate::step_rule::{StepRule, Way};
+use crate::results::ResultSink;
+use crate::step_rule::{InputFollowing, StepRule};
 use crate::stepper::{
-    Advance, EventStepper, GroupStepper, SlaveStepper, Stepper, Within, has_event_mode, intermediate,
+    Advance, EventStepper, GroupStepper, SlaveStepper, StepLimit, SystemStepper, has_event_mode, intermediate,
 };
-use crate::system::{Algorithm, Interface};
+use crate::system::{Algorithm, ComponentInterface};
 
 /// Relative tolerance of the coupling where nothing is said.
 const TOLERANCE: f64 = 1e-6;
@@ -47,18 +47,22 @@ const SETTLED: f64 = 0.01;
 const HALVINGS: u32 = 10;
 
 /// The working directory is what it was; else it is that again, and one of these FMUs had changed it.
-fn stays<'a>(folder: &Folder, time: f64, nodes: impl Iterator<Item = &'a Node>) -> Result<(), Error> {
+fn stays<'a>(
+    folder: &Folder,
+    time: f64,
+    nodes: impl Iterator<Item = &'a InstanceNode>,
+) -> Result<(), CosimError> {
     let Some(to) = folder.left() else { return Ok(()) };
     let within = nodes.filter(|node| !node.planned.fmu.is_isolated());
     let names: Vec<_> = within
         .map(|node| format!("\"{}\" ({})", node.slave.name(), node.planned.fmu.file().display()))
         .collect();
     let one = if names.len() == 1 { "instance" } else { "one of the instances" };
-    Err(Error::Moved { time, who: format!("{one} {}", names.join(", ")), to })
+    Err(CosimError::Moved { time, who: format!("{one} {}", names.join(", ")), to })
 }
 
 /// Whether an event in one FMU can end the step of all of them; a note where it cannot.
-fn shares_events(plan: &mut Plan, rules: &[Option<StepRule>], algorithm: Algorithm) -> bool {
+fn shares_events(plan: &mut MasterPlan, rules: &[Option<StepRule>], algorithm: Algorithm) -> bool {
     if matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) {
         return false;
     }
@@ -70,28 +74,28 @@ fn shares_events(plan: &mut Plan, rules: &[Option<StepRule>], algorithm: Algorit
         (false, _) => format!("{}: not declared to take parts of a step", quoted(&rigid)),
         (true, false) => format!("{} steps less often (`every`)", quoted(&seldom)),
     };
-    if plan.components.iter().any(|c| c.interface == Interface::ModelExchange || has_event_mode(c)) {
+    if plan.components.iter().any(|c| c.interface == ComponentInterface::ModelExchange || has_event_mode(c)) {
         plan.notes.push(format!("other FMUs learn of an event at the next communication point: {why}"));
     }
     false
 }
 
-/// Runs a [`Plan`] once.
+/// Runs a [`MasterPlan`] once.
 pub struct Master {
     /// Without its components, which have become nodes.
-    plan: Plan,
+    plan: MasterPlan,
     units: Vec<Vec<usize>>,
     order: Vec<usize>,
     ready: Option<Ready>,
-    cuts: Cuts,
+    cuts: EventCuts,
     log: RunLog,
     folder: Folder,
 }
 
 /// Instantiated, not yet initialized.
 struct Ready {
-    nodes: Vec<Node>,
-    shared: Vec<Option<std::sync::Arc<crate::stepper::Shared>>>,
+    nodes: Vec<InstanceNode>,
+    shared: Vec<Option<std::sync::Arc<crate::stepper::SharedInstance>>>,
     /// Of each: its events are handled as FMI 3.0 has it.
     event_mode: Vec<bool>,
     /// An event of one ends the step of all.
@@ -102,8 +106,8 @@ impl Master {
     /// Chooses the algorithm, instantiates the FMUs and sets their start values.
     ///
     /// # Errors
-    /// [`Error::Setting`] if the FMUs cannot follow the algorithm that was asked for; whatever an FMU returns.
-    pub fn new(mut plan: Plan) -> Result<Self, Error> {
+    /// [`CosimError::Setting`] if the FMUs cannot follow the algorithm that was asked for; whatever an FMU returns.
+    pub fn new(mut plan: MasterPlan) -> Result<Self, CosimError> {
         let rules: Vec<_> = plan.components.iter().map(|c| StepRule::of(c, &plan)).collect();
         let (algorithm, reason) = choose(&plan, &rules)?;
         let units = units(&plan.components);
@@ -117,10 +121,10 @@ impl Master {
         let folder = Folder::now();
         for (planned, rule) in std::mem::take(&mut plan.components).into_iter().zip(rules) {
             let slave_of = |event_mode: bool| {
-                let asks = follows && rule.is_some_and(|rule| rule.way == Way::Intermediate);
+                let asks = follows && rule.is_some_and(|rule| rule.way == InputFollowing::Intermediate);
                 let (mut how, lines) = if asks { intermediate(&planned) } else { Default::default() };
                 (how.event_mode_used, how.early_return_allowed) = (event_mode, event_mode);
-                Node::instantiate(&planned, how).map(|slave| (slave, lines))
+                InstanceNode::instantiate(&planned, how).map(|slave| (slave, lines))
             };
             let mut with_events = (alone || shares) && has_event_mode(&planned);
             let (slave, lines) = match slave_of(with_events) {
@@ -135,9 +139,9 @@ impl Master {
                 }
                 other => other?,
             };
-            let mut node = Node::new(planned, slave);
+            let mut node = InstanceNode::new(planned, slave);
             node.rule = rule;
-            let at = |source| Error::Call { time: start, source };
+            let at = |source| CosimError::Call { time: start, source };
             configure(&mut node.slave, &node.planned.structural).map_err(at)?;
             node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
             stays(&folder, start, std::iter::once(&node))?;
@@ -147,7 +151,7 @@ impl Master {
         }
         let uniform = nodes.iter().all(|n| n.planned.every <= 1);
         let inputs = plan.inputs.as_mut().filter(|_| uniform);
-        let cuts = Cuts::new(&nodes, &plan.driven, inputs, &plan.grid, &mut plan.notes);
+        let cuts = EventCuts::new(&nodes, &plan.driven, inputs, &plan.grid, &mut plan.notes);
         let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
         let ready = Some(Ready { nodes, shared, event_mode, shares });
         Ok(Self { plan, units, order, ready, cuts, log, folder })
@@ -163,9 +167,9 @@ impl Master {
     /// # Errors
     /// Whatever an FMU returns and cannot be mended, with its time; loops without solution; values that are not finite;
     /// the sink's own. The sink then holds what was computed before.
-    pub fn run(&mut self, sink: &mut dyn Sink) -> Result<RunLog, Error> {
+    pub fn run(&mut self, sink: &mut dyn ResultSink) -> Result<RunLog, CosimError> {
         let Some(ready) = self.ready.take() else {
-            return Err(Error::Setting(vec!["a master runs once; make a new one of a new plan".into()]));
+            return Err(CosimError::Setting(vec!["a master runs once; make a new one of a new plan".into()]));
         };
         let (mut coupling, mut recorder) = self.initialize(ready, sink)?;
         let done = self.steps(&mut coupling, &mut recorder, sink);
@@ -185,21 +189,25 @@ impl Master {
         let stayed = stays(&self.folder, time, coupling.nodes().iter());
         done.and(stayed)?;
         for node in coupling.nodes() {
-            node.slave.terminate().map_err(|source| Error::Call { time, source })?;
+            node.slave.terminate().map_err(|source| CosimError::Call { time, source })?;
             stays(&self.folder, time, std::iter::once(&*node))?;
         }
         Ok(self.log.clone())
     }
 
-    fn initialize(&mut self, ready: Ready, sink: &mut dyn Sink) -> Result<(Coupling, Recorder), Error> {
+    fn initialize(
+        &mut self,
+        ready: Ready,
+        sink: &mut dyn ResultSink,
+    ) -> Result<(Coupling, Recorder), CosimError> {
         let Ready { mut nodes, shared, event_mode, shares } = ready;
-        let Plan { links, driven, maps, inputs, recorded, grid, tolerance, .. } = &self.plan;
+        let MasterPlan { links, driven, maps, inputs, recorded, grid, tolerance, .. } = &self.plan;
         let start = grid.start;
         for node in &mut nodes {
             let tolerance = tolerance.or(node.description().experiment.tolerance);
-            let experiment = Experiment { tolerance, start, stop: Some(grid.stop) };
+            let experiment = ExperimentSetup { tolerance, start, stop: Some(grid.stop) };
             let entered = node.slave.enter_initialization_mode(experiment);
-            entered.map_err(|source| Error::Call { time: start, source })?;
+            entered.map_err(|source| CosimError::Call { time: start, source })?;
             stays(&self.folder, start, std::iter::once(&*node))?;
         }
         let mut recorder = Recorder::new(&mut nodes, recorded)?;
@@ -212,19 +220,19 @@ impl Master {
         solved?;
         for node in &mut nodes {
             let left = node.slave.exit_initialization_mode();
-            left.map_err(|source| Error::Call { time: start, source })?;
+            left.map_err(|source| CosimError::Call { time: start, source })?;
             stays(&self.folder, start, std::iter::once(&*node))?;
         }
         let rolls_back = matches!(self.log.algorithm, Algorithm::Iterative | Algorithm::Adaptive);
         let (units, step) = (&self.units, grid.step);
-        let groups = nodes.iter().any(|n| n.planned.interface == Interface::ModelExchange);
+        let groups = nodes.iter().any(|n| n.planned.interface == ComponentInterface::ModelExchange);
         let shares = shares && (groups || event_mode.contains(&true));
         let alone = units.len() == 1;
-        let steppers = |nodes: &mut [Node]| {
-            let mut list: Vec<(Box<dyn Stepper>, u64)> = Vec::new();
+        let steppers = |nodes: &mut [InstanceNode]| {
+            let mut list: Vec<(Box<dyn SystemStepper>, u64)> = Vec::new();
             for unit in units {
                 let every = u64::from(nodes[unit[0]].planned.every);
-                let mut stepper: Box<dyn Stepper> = match nodes[unit[0]].rule {
+                let mut stepper: Box<dyn SystemStepper> = match nodes[unit[0]].rule {
                     Some(rule) => {
                         let step = step * every as f64;
                         let lines = shared[unit[0]].clone();
@@ -266,8 +274,8 @@ impl Master {
         &mut self,
         coupling: &mut Coupling,
         recorder: &mut Recorder,
-        sink: &mut dyn Sink,
-    ) -> Result<(), Error> {
+        sink: &mut dyn ResultSink,
+    ) -> Result<(), CosimError> {
         let grid = self.plan.grid;
         let algorithm = self.log.algorithm;
         if algorithm == Algorithm::Adaptive {
@@ -288,7 +296,7 @@ impl Master {
         if follows {
             coupling.draw_lines(next(time, 0));
         }
-        let within = if algorithm == Algorithm::Extrapolate { Within::Line } else { Within::Held };
+        let within = if algorithm == Algorithm::Extrapolate { StepLimit::Line } else { StepLimit::Held };
         let mut straight = match algorithm {
             Algorithm::Jacobi | Algorithm::Extrapolate => coupling.straight(within),
             _ => None,
@@ -367,9 +375,9 @@ impl Master {
         &mut self,
         coupling: &mut Coupling,
         recorder: &mut Recorder,
-        sink: &mut dyn Sink,
-    ) -> Result<(), Error> {
-        let Grid { start, stop, step, .. } = self.plan.grid;
+        sink: &mut dyn ResultSink,
+    ) -> Result<(), CosimError> {
+        let CommunicationGrid { start, stop, step, .. } = self.plan.grid;
         let tolerance = self.plan.tolerance.unwrap_or(adaptive::TOLERANCE);
         let mut adaptive = Adaptive::new(&mut coupling.parts(), tolerance, [start, stop], step)?;
         let mut time = start;
@@ -400,7 +408,7 @@ impl Master {
     }
 
     /// Repeats the step until its inputs settle; in parts, where it does not settle as a whole.
-    fn settle(&mut self, coupling: &mut Coupling, from: f64, to: f64) -> Result<Advance, Error> {
+    fn settle(&mut self, coupling: &mut Coupling, from: f64, to: f64) -> Result<Advance, CosimError> {
         let tolerance = SETTLED * self.plan.tolerance.unwrap_or(TOLERANCE);
         let (mut time, mut step, mut halvings) = (from, to - from, 0);
         let mut all = Advance { time: to, ..Advance::default() };
@@ -428,7 +436,7 @@ impl Master {
             let rigid = coupling.takes_whole_steps();
             if halvings > HALVINGS || rigid {
                 let why = if rigid { "and an FMU takes no shorter step" } else { "however short the step" };
-                let reason = format!("a step of {} s does not settle, {why}", Figure(step));
+                let reason = format!("a step of {} s does not settle, {why}", ShortNumber(step));
                 return Err(coupling.unsettled(time, end, tolerance, reason));
             }
             self.log.rejected += 1;

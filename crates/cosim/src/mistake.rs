@@ -2,18 +2,18 @@
 
 use std::fmt;
 
-use crate::place::Place;
+use crate::place::SourceSpan;
 
 /// One mistake.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mistake {
+pub struct InputMistake {
     /// Where.
-    pub place: Place,
+    pub place: SourceSpan,
     /// What is wrong, and the mend.
     pub message: String,
 }
 
-impl fmt::Display for Mistake {
+impl fmt::Display for InputMistake {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.place.file.as_os_str().is_empty() {
             true => f.write_str(&self.message),

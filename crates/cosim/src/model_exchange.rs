@@ -1,60 +1,62 @@
-//! FMUs of Model Exchange in a system: [`Group`] gives [`integration`](trueup_fmi_import::integration) the nodes of the system
+//! FMUs of Model Exchange in a system: [`StepperGroup`] gives [`integration`](trueup_fmi_import::integration) the nodes of the system
 //! and what sets their inputs.
 
 mod linear;
 
 use trueup_fmi_description::description::Description;
-use trueup_fmi_import::integration::{Failure, Fmus, Group as Integration};
-pub use trueup_fmi_import::integration::{Integrator, Reached, Settings, Settled, Statistics, TOLERANCE};
-use trueup_fmi_import::{AnyInstance, Error as FmuError, integration};
+pub use trueup_fmi_import::integration::{
+    EventSettled, IntegrationReached, IntegrationSettings, Integrator, Statistics, TOLERANCE,
+};
+use trueup_fmi_import::integration::{Failure, Fmus, IntegratedGroup as Integration};
+use trueup_fmi_import::{AnyInstance, ImportError as FmuError, integration};
 
-pub use self::linear::{Linear, Point};
-use crate::buffer::{Block, Blocks};
-use crate::error::Error;
-use crate::node::Node;
+pub use self::linear::{Linear, OperatingPoint};
+use crate::buffer::{BlockAccess, VariableBlock};
+use crate::error::CosimError;
+use crate::node::InstanceNode;
 
 /// What acts on the FMUs of a group, and what they do to each other.
-pub trait Surroundings {
+pub trait GroupSurroundings {
     /// Sets the inputs at `time` (s), those that come from other FMUs of the group in the order of dependency. In
     /// `event` mode discrete inputs are set too, else continuous ones only.
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn exchange(&mut self, nodes: &mut [Node], time: f64, event: bool) -> Result<(), Error>;
+    fn exchange(&mut self, nodes: &mut [InstanceNode], time: f64, event: bool) -> Result<(), CosimError>;
 }
 
 /// Nothing is connected.
-impl Surroundings for () {
-    fn exchange(&mut self, _: &mut [Node], _: f64, _: bool) -> Result<(), Error> {
+impl GroupSurroundings for () {
+    fn exchange(&mut self, _: &mut [InstanceNode], _: f64, _: bool) -> Result<(), CosimError> {
         Ok(())
     }
 }
 
 /// Nodes of a system that are integrated together.
-pub struct Group {
+pub struct StepperGroup {
     members: Vec<usize>,
     /// Inputs whose change is an event, if it happens in event mode: node and variables of one type.
-    inputs: Vec<(usize, Block)>,
+    inputs: Vec<(usize, VariableBlock)>,
     integration: Integration,
 }
 
 /// What a group remembers in addition to the states of its FMUs.
 #[derive(Clone, Debug)]
-pub struct Snapshot {
-    integration: integration::Snapshot,
-    inputs: Vec<(usize, Block)>,
+pub struct GroupSnapshot {
+    integration: integration::IntegrationSnapshot,
+    inputs: Vec<(usize, VariableBlock)>,
 }
 
 /// The members of a group while it works.
 struct Members<'a> {
-    nodes: &'a mut [Node],
+    nodes: &'a mut [InstanceNode],
     members: &'a [usize],
-    inputs: &'a mut [(usize, Block)],
-    around: &'a mut dyn Surroundings,
+    inputs: &'a mut [(usize, VariableBlock)],
+    around: &'a mut dyn GroupSurroundings,
 }
 
 impl Fmus for Members<'_> {
-    type Error = Error;
+    type Error = CosimError;
 
     fn count(&self) -> usize {
         self.members.len()
@@ -65,7 +67,7 @@ impl Fmus for Members<'_> {
     fn description(&self, member: usize) -> &Description {
         self.nodes[self.members[member]].description()
     }
-    fn exchange(&mut self, time: f64, event: bool) -> Result<(), Error> {
+    fn exchange(&mut self, time: f64, event: bool) -> Result<(), CosimError> {
         self.around.exchange(self.nodes, time, event)
     }
     fn inputs_changed(&mut self) -> Result<bool, FmuError> {
@@ -79,7 +81,7 @@ impl Fmus for Members<'_> {
     }
 }
 
-impl From<Failure<Self>> for Error {
+impl From<Failure<Self>> for CosimError {
     fn from(failure: Failure<Self>) -> Self {
         match failure {
             Failure::Exchange(error) => error,
@@ -100,20 +102,20 @@ impl From<Failure<Self>> for Error {
     }
 }
 
-impl Group {
+impl StepperGroup {
     /// The FMUs at these places among `nodes`, which have just left initialization mode at `time` (s). Runs the first
     /// event iteration; the FMUs stay in event mode. A change of `inputs` is an event, if it happens in event mode.
     ///
     /// # Errors
     /// Whatever an FMU returns; an event iteration without end.
     pub fn start(
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         members: &[usize],
         time: f64,
-        settings: Settings,
-        mut inputs: Vec<(usize, Block)>,
-        around: &mut dyn Surroundings,
-    ) -> Result<(Self, Settled), Error> {
+        settings: IntegrationSettings,
+        mut inputs: Vec<(usize, VariableBlock)>,
+        around: &mut dyn GroupSurroundings,
+    ) -> Result<(Self, EventSettled), CosimError> {
         let mut fmus = Members { nodes, members, inputs: &mut inputs, around };
         let (integration, settled) = Integration::start(&mut fmus, time, settings)?;
         Ok((Self { members: members.into(), inputs, integration }, settled))
@@ -121,33 +123,37 @@ impl Group {
 
     fn parts<'a>(
         &'a mut self,
-        nodes: &'a mut [Node],
-        around: &'a mut dyn Surroundings,
+        nodes: &'a mut [InstanceNode],
+        around: &'a mut dyn GroupSurroundings,
     ) -> (&'a mut Integration, Members<'a>) {
         let Self { members, inputs, integration } = self;
         (integration, Members { nodes, members, inputs, around })
     }
 
-    /// See [`advance`](trueup_fmi_import::integration::Group::advance).
+    /// See [`advance`](trueup_fmi_import::integration::IntegratedGroup::advance).
     ///
     /// # Errors
     /// As there.
     pub fn advance(
         &mut self,
-        nodes: &mut [Node],
-        around: &mut dyn Surroundings,
+        nodes: &mut [InstanceNode],
+        around: &mut dyn GroupSurroundings,
         to: f64,
         stop: bool,
-    ) -> Result<Reached, Error> {
+    ) -> Result<IntegrationReached, CosimError> {
         let (integration, mut fmus) = self.parts(nodes, around);
         Ok(integration.advance(&mut fmus, to, stop)?)
     }
 
-    /// See [`settle`](trueup_fmi_import::integration::Group::settle).
+    /// See [`settle`](trueup_fmi_import::integration::IntegratedGroup::settle).
     ///
     /// # Errors
     /// As there.
-    pub fn settle(&mut self, nodes: &mut [Node], around: &mut dyn Surroundings) -> Result<Settled, Error> {
+    pub fn settle(
+        &mut self,
+        nodes: &mut [InstanceNode],
+        around: &mut dyn GroupSurroundings,
+    ) -> Result<EventSettled, CosimError> {
         let (integration, mut fmus) = self.parts(nodes, around);
         Ok(integration.settle(&mut fmus)?)
     }
@@ -178,12 +184,12 @@ impl Group {
     }
 
     /// What has to be restored together with the states of the FMUs, to go back.
-    pub fn snapshot(&self) -> Snapshot {
-        Snapshot { integration: self.integration.snapshot(), inputs: self.inputs.clone() }
+    pub fn snapshot(&self) -> GroupSnapshot {
+        GroupSnapshot { integration: self.integration.snapshot(), inputs: self.inputs.clone() }
     }
 
     /// Goes back; the states of the FMUs have been restored.
-    pub fn restore(&mut self, to: &Snapshot) {
+    pub fn restore(&mut self, to: &GroupSnapshot) {
         self.integration.restore(&to.integration);
         self.inputs.clone_from(&to.inputs);
     }

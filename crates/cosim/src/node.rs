@@ -1,45 +1,48 @@
 //! An FMU of a running system, as an exchange of values sees it.
 
-use trueup_fmi_description::description::{Description, Interface as Offered};
-use trueup_fmi_import::{AnyInstance, Options, Prepared, fmi3};
+use trueup_fmi_description::description::{Description, InterfaceCapabilities as Offered};
+use trueup_fmi_import::{AnyInstance, InstanceOptions, PreparedReferences, fmi3};
 
-use crate::error::Error;
-use crate::plan::{Element, Planned};
+use crate::error::CosimError;
+use crate::plan::{ElementIndex, PlannedComponent};
 use crate::step_rule::StepRule;
-use crate::system::Interface;
+use crate::system::ComponentInterface;
 use crate::value;
 
 /// An instance with what is known about it. Values are read from and set on Co-Simulation and Model Exchange alike; only
-/// the [`Stepper`](crate::stepper::Stepper) differs.
-pub struct Node {
+/// the [`Stepper`](crate::stepper::SystemStepper) differs.
+pub struct InstanceNode {
     /// What was planned; its start values stay for arrays that are driven in part.
-    pub planned: Planned,
+    pub planned: PlannedComponent,
     /// The instance.
     pub slave: AnyInstance,
     /// Its continuous inputs over a step.
-    pub line: Line,
+    pub line: InputLine,
     /// Its steps in Co-Simulation, where a master runs it.
     pub(crate) rule: Option<StepRule>,
 }
 
-impl Node {
+impl InstanceNode {
     /// An instance of what was planned; `how` is for Co-Simulation of FMI 3.0.
     ///
     /// # Errors
     /// The FMU gives no instance.
-    pub fn instantiate(planned: &Planned, how: fmi3::CoSimulation) -> Result<AnyInstance, Error> {
-        let options = Options::named(planned.name.clone());
+    pub fn instantiate(
+        planned: &PlannedComponent,
+        how: fmi3::CoSimulationOptions,
+    ) -> Result<AnyInstance, CosimError> {
+        let options = InstanceOptions::named(planned.name.clone());
         let mut slave = match planned.interface {
-            Interface::CoSimulation => AnyInstance::co_simulation(&planned.fmu, options, how)?,
-            Interface::ModelExchange => AnyInstance::model_exchange(&planned.fmu, options)?,
+            ComponentInterface::CoSimulation => AnyInstance::co_simulation(&planned.fmu, options, how)?,
+            ComponentInterface::ModelExchange => AnyInstance::model_exchange(&planned.fmu, options)?,
         };
         slave.request_reasons(&planned.description().log_categories);
         Ok(slave)
     }
 
     /// With the instance made of it.
-    pub fn new(planned: Planned, slave: AnyInstance) -> Self {
-        Self { planned, slave, line: Line::default(), rule: None }
+    pub fn new(planned: PlannedComponent, slave: AnyInstance) -> Self {
+        Self { planned, slave, line: InputLine::default(), rule: None }
     }
 
     /// Its description, arrays sized as they are in this system.
@@ -50,8 +53,8 @@ impl Node {
     /// What its interface can do.
     pub fn offered(&self) -> Option<&Offered> {
         match self.planned.interface {
-            Interface::CoSimulation => self.description().co_simulation.as_ref(),
-            Interface::ModelExchange => self.description().model_exchange.as_ref(),
+            ComponentInterface::CoSimulation => self.description().co_simulation.as_ref(),
+            ComponentInterface::ModelExchange => self.description().model_exchange.as_ref(),
         }
     }
 
@@ -72,7 +75,7 @@ impl Node {
 }
 
 /// `component.variable[1]`, for messages.
-pub(crate) fn name(nodes: &[Node], element: Element) -> String {
+pub(crate) fn name(nodes: &[InstanceNode], element: ElementIndex) -> String {
     let node = &nodes[element.component];
     let name = variable(node.description(), element.variable, element.element);
     if node.planned.name.is_empty() { name } else { format!("{}.{name}", node.planned.name) }
@@ -88,9 +91,9 @@ pub(crate) fn variable(d: &Description, variable: usize, element: usize) -> Stri
 /// Continuous inputs of an FMU (`Float64`, driven by others or by a file) over a step: `value + slope (t - from)`, in the
 /// order of `references`, arrays with all their elements.
 #[derive(Default)]
-pub struct Line {
+pub struct InputLine {
     /// The inputs; `None`: there are none.
-    pub references: Option<Prepared>,
+    pub references: Option<PreparedReferences>,
     /// Where the values of the inputs lie among the exchange's reals.
     pub slots: Vec<usize>,
     /// Start of the step in s.
@@ -104,9 +107,9 @@ pub struct Line {
     now: Vec<f64>,
 }
 
-impl Line {
+impl InputLine {
     /// Of these inputs, all zero.
-    pub(crate) fn new(references: Prepared, slots: Vec<usize>) -> Self {
+    pub(crate) fn new(references: PreparedReferences, slots: Vec<usize>) -> Self {
         let zeros = || vec![0.0; slots.len()];
         let (value, slope, now) = (zeros(), zeros(), zeros());
         Self { references: Some(references), slots, from: 0.0, value, slope, dirty: false, now }
@@ -122,14 +125,16 @@ impl Line {
     }
 }
 
-impl Node {
+impl InstanceNode {
     /// Sets the continuous inputs to what their lines say at `time`.
     ///
     /// # Errors
     /// Whatever the FMU returns.
-    pub fn set_on_line(&mut self, time: f64) -> Result<(), Error> {
+    pub fn set_on_line(&mut self, time: f64) -> Result<(), CosimError> {
         self.line.at(time);
         let Some(references) = &self.line.references else { return Ok(()) };
-        self.slave.write(references, &self.line.now).map_err(|source| Error::Call { time, source: *source })
+        self.slave
+            .write(references, &self.line.now)
+            .map_err(|source| CosimError::Call { time, source: *source })
     }
 }

@@ -1,45 +1,45 @@
 //! What is recorded, read from the FMUs: one call per FMU and type and row.
 
-use trueup_fmi_description::description::Type;
-use trueup_fmi_import::Prepared;
+use trueup_fmi_description::description::VariableType;
+use trueup_fmi_import::PreparedReferences;
 
-use crate::buffer::{Block, Blocks, Buffer};
-use crate::error::Error;
-use crate::node::{self, Node};
-use crate::plan::{Element, Recorded};
-use crate::results::{Column, Kind, Row, Sink, Values};
+use crate::buffer::{BlockAccess, ValueBuffer, VariableBlock};
+use crate::error::CosimError;
+use crate::node::{self, InstanceNode};
+use crate::plan::{ElementIndex, RecordedElement};
+use crate::results::{ColumnKind, ResultColumn, ResultRow, ResultSink, RowValues};
 
 /// Reads rows.
 pub(crate) struct Recorder {
-    columns: Vec<Column>,
-    values: Values,
+    columns: Vec<ResultColumn>,
+    values: RowValues,
     reals: Vec<f64>,
-    blocks: Vec<(usize, Prepared, std::ops::Range<usize>)>,
-    others: Vec<(usize, Block)>,
+    blocks: Vec<(usize, PreparedReferences, std::ops::Range<usize>)>,
+    others: Vec<(usize, VariableBlock)>,
     /// Of the columns that are doubles, in their order: where among the reals.
     doubles: Vec<usize>,
     /// All others: block, element, slot in the row.
-    rest: Vec<(usize, usize, Kind, usize)>,
+    rest: Vec<(usize, usize, ColumnKind, usize)>,
     /// Slots in the row of the doubles.
     slots: Vec<usize>,
     /// Of the reals, what they are.
-    elements: Vec<Element>,
+    elements: Vec<ElementIndex>,
 }
 
 /// The columns of these elements.
-pub(crate) fn columns(nodes: &[Node], recorded: &[Recorded]) -> Vec<Column> {
-    let column = |r: &Recorded| {
+pub(crate) fn columns(nodes: &[InstanceNode], recorded: &[RecordedElement]) -> Vec<ResultColumn> {
+    let column = |r: &RecordedElement| {
         let d = nodes[r.from.component].description();
         let v = &d.variables[r.from.variable];
         let unit = d.attributes(v).unit.unwrap_or_default();
-        let kind = Kind::of(v.kind).unwrap_or(Kind::Text); // binaries and clocks were refused
-        Column { every: r.every, ..Column::new(r.name.as_str(), kind, unit) }
+        let kind = ColumnKind::of(v.kind).unwrap_or(ColumnKind::Text); // binaries and clocks were refused
+        ResultColumn { every: r.every, ..ResultColumn::new(r.name.as_str(), kind, unit) }
     };
     recorded.iter().map(column).collect()
 }
 
 impl Recorder {
-    pub(crate) fn new(nodes: &mut [Node], recorded: &[Recorded]) -> Result<Self, Error> {
+    pub(crate) fn new(nodes: &mut [InstanceNode], recorded: &[RecordedElement]) -> Result<Self, CosimError> {
         let columns = columns(nodes, recorded);
         let slots = crate::results::slots(&columns);
         let mut variables: Vec<(usize, usize)> =
@@ -47,7 +47,7 @@ impl Recorder {
         variables.sort_unstable();
         variables.dedup();
         let mut this = Self {
-            values: Values::of(&columns),
+            values: RowValues::of(&columns),
             columns,
             reals: Vec::new(),
             blocks: Vec::new(),
@@ -65,16 +65,16 @@ impl Recorder {
                 let d = node.description();
                 let v = &d.variables[variable];
                 let (elements, reference) = (d.elements(v).unwrap_or(1), v.value_reference);
-                if v.kind == Type::Float64 {
+                if v.kind == VariableType::Float64 {
                     places.insert((n, variable), (None, this.reals.len()));
                     references.push(reference);
-                    let named = (0..elements).map(|element| Element { component: n, variable, element });
+                    let named = (0..elements).map(|element| ElementIndex { component: n, variable, element });
                     this.elements.extend(named);
                     this.reals.resize(this.elements.len(), 0.0);
                     continue;
                 }
-                let Some(values) = Buffer::new(v.kind, d.version, elements) else { continue };
-                let same = |(m, b): &(usize, Block)| {
+                let Some(values) = ValueBuffer::new(v.kind, d.version, elements) else { continue };
+                let same = |(m, b): &(usize, VariableBlock)| {
                     *m == n && std::mem::discriminant(&b.values) == std::mem::discriminant(&values)
                 };
                 match this.others.iter().position(same) {
@@ -85,7 +85,7 @@ impl Recorder {
                     }
                     None => {
                         places.insert((n, variable), (Some(this.others.len()), 0));
-                        this.others.push((n, Block { references: vec![reference], values }));
+                        this.others.push((n, VariableBlock { references: vec![reference], values }));
                     }
                 }
             }
@@ -106,13 +106,13 @@ impl Recorder {
         Ok(this)
     }
 
-    pub(crate) fn columns(&self) -> &[Column] {
+    pub(crate) fn columns(&self) -> &[ResultColumn] {
         &self.columns
     }
 
     /// The first communication point behind `point` at which a column is due.
     pub(crate) fn next_due(&self, point: u64) -> u64 {
-        let next = |c: &Column| (point + 1).next_multiple_of(u64::from(c.every.max(1)));
+        let next = |c: &ResultColumn| (point + 1).next_multiple_of(u64::from(c.every.max(1)));
         self.columns.iter().map(next).min().unwrap_or(u64::MAX)
     }
 
@@ -120,11 +120,11 @@ impl Recorder {
     #[inline]
     pub(crate) fn row(
         &mut self,
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         time: f64,
         point: Option<u64>,
-        sink: &mut dyn Sink,
-    ) -> Result<(), Error> {
+        sink: &mut dyn ResultSink,
+    ) -> Result<(), CosimError> {
         if self.columns.is_empty() || !self.columns.iter().any(|c| c.is_due(point)) {
             return Ok(());
         }
@@ -133,7 +133,7 @@ impl Recorder {
             nodes[*n]
                 .slave
                 .read(references, values)
-                .map_err(|source| Error::Call { time, source: *source })?;
+                .map_err(|source| CosimError::Call { time, source: *source })?;
             if let Some(at) = values.iter().position(|x| !x.is_finite()) {
                 let element = self.elements[range.start + at];
                 return Err(not_finite(nodes, element, self.reals[range.start + at], time));
@@ -141,7 +141,7 @@ impl Recorder {
         }
         for (n, block) in &mut self.others {
             let node = &mut nodes[*n];
-            node.slave.get(block).map_err(|source| Error::Call { time, source })?;
+            node.slave.get(block).map_err(|source| CosimError::Call { time, source })?;
         }
         for (at, slot) in self.doubles.iter().zip(&self.slots) {
             self.values.reals[*slot] = self.reals[*at];
@@ -149,9 +149,9 @@ impl Recorder {
         for (block, at, kind, slot) in &self.rest {
             let (n, block) = &self.others[*block];
             match (&block.values, kind) {
-                (Buffer::String(texts), _) => self.values.texts[*slot].clone_from(&texts[*at]),
-                (Buffer::UInt64(v), _) => self.values.integers[*slot] = v[*at] as i64,
-                (values, Kind::Single) => {
+                (ValueBuffer::String(texts), _) => self.values.texts[*slot].clone_from(&texts[*at]),
+                (ValueBuffer::UInt64(v), _) => self.values.integers[*slot] = v[*at] as i64,
+                (values, ColumnKind::Single) => {
                     let x = values.number(*at).unwrap_or(f64::NAN);
                     if !x.is_finite() {
                         return Err(not_finite_in(nodes, *n, block, *at, x, time));
@@ -159,20 +159,20 @@ impl Recorder {
                     self.values.reals[*slot] = x;
                 }
                 (values, _) => {
-                    if let Some(crate::buffer::Number::Whole(x)) = values.exact(*at) {
+                    if let Some(crate::buffer::ElementNumber::Whole(x)) = values.exact(*at) {
                         self.values.integers[*slot] = x as i64;
                     }
                 }
             }
         }
-        sink.row(Row { time, point, values: &self.values })
+        sink.row(ResultRow { time, point, values: &self.values })
     }
 }
 
 #[cold]
-fn not_finite(nodes: &[Node], element: Element, value: f64, time: f64) -> Error {
+fn not_finite(nodes: &[InstanceNode], element: ElementIndex, value: f64, time: f64) -> CosimError {
     let node = &nodes[element.component];
-    Error::NotFinite {
+    CosimError::NotFinite {
         time,
         instance: node.slave.name().into(),
         variable: node::variable(node.description(), element.variable, element.element),
@@ -182,16 +182,26 @@ fn not_finite(nodes: &[Node], element: Element, value: f64, time: f64) -> Error 
 }
 
 #[cold]
-fn not_finite_in(nodes: &[Node], node: usize, block: &Block, at: usize, value: f64, time: f64) -> Error {
+fn not_finite_in(
+    nodes: &[InstanceNode],
+    node: usize,
+    block: &VariableBlock,
+    at: usize,
+    value: f64,
+    time: f64,
+) -> CosimError {
     let d = nodes[node].description();
     let mut left = at;
-    let mut found = Element { component: node, variable: 0, element: 0 };
+    let mut found = ElementIndex { component: node, variable: 0, element: 0 };
     for reference in &block.references {
-        let of = d.variables.iter().position(|v| v.value_reference == *reference && v.kind == Type::Float32);
+        let of = d
+            .variables
+            .iter()
+            .position(|v| v.value_reference == *reference && v.kind == VariableType::Float32);
         let Some(variable) = of else { continue };
         let n = d.elements(&d.variables[variable]).unwrap_or(1);
         if left < n {
-            found = Element { component: node, variable, element: left };
+            found = ElementIndex { component: node, variable, element: left };
             break;
         }
         left -= n;

@@ -1,8 +1,8 @@
-//! Where results go: a [`Sink`] takes them row by row; [`Results`] is one that writes a file, [`Memory`] one that keeps
+//! Where results go: a [`ResultSink`] takes them row by row; [`Results`] is one that writes a file, [`SeriesMemory`] one that keeps
 //! them.
 //!
-//! The master tells the sink the columns once ([`Sink::begin`]) and then hands over one [`Row`] per communication
-//! point or event: a time and a flat [`Values`] that it fills anew each time. Nothing is allocated per row, texts that
+//! The master tells the sink the columns once ([`ResultSink::begin`]) and then hands over one [`ResultRow`] per communication
+//! point or event: a time and a flat [`RowValues`] that it fills anew each time. Nothing is allocated per row, texts that
 //! grow excepted.
 //!
 //! ```
@@ -30,60 +30,66 @@ use std::io::{BufWriter, Error as IoError, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
-use trueup_fmi_description::description::Type;
+use trueup_fmi_description::description::VariableType;
 
-use crate::error::Error;
-pub use memory::Memory;
-use place::Place;
+use crate::error::CosimError;
+pub use memory::SeriesMemory;
+use place::ResultPlace;
 
-/// What the values of a column are, which also says where they lie in [`Values`].
+/// What the values of a column are, which also says where they lie in [`RowValues`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// `Float64`, `Real`: in [`Values::reals`].
+pub enum ColumnKind {
+    /// `Float64`, `Real`: in [`RowValues::reals`].
     Real,
-    /// `Float32`: in [`Values::reals`].
+    /// `Float32`: in [`RowValues::reals`].
     Single,
-    /// Signed integers and enumerations: in [`Values::integers`].
+    /// Signed integers and enumerations: in [`RowValues::integers`].
     Integer,
-    /// Unsigned integers: in [`Values::integers`], a `u64` by its bits (`u as i64`).
+    /// Unsigned integers: in [`RowValues::integers`], a `u64` by its bits (`u as i64`).
     Unsigned,
-    /// In [`Values::integers`] as 0 or 1.
+    /// In [`RowValues::integers`] as 0 or 1.
     Boolean,
-    /// In [`Values::texts`].
+    /// In [`RowValues::texts`].
     Text,
 }
 
-impl Kind {
+impl ColumnKind {
     /// Of a variable of this type; `None` for binaries and clocks, which no table holds.
-    pub fn of(kind: Type) -> Option<Self> {
+    pub fn of(kind: VariableType) -> Option<Self> {
         Some(match kind {
-            Type::Float64 => Self::Real,
-            Type::Float32 => Self::Single,
-            Type::Int8 | Type::Int16 | Type::Int32 | Type::Int64 | Type::Enumeration => Self::Integer,
-            Type::UInt8 | Type::UInt16 | Type::UInt32 | Type::UInt64 => Self::Unsigned,
-            Type::Boolean => Self::Boolean,
-            Type::String => Self::Text,
-            Type::Binary | Type::Clock => return None,
+            VariableType::Float64 => Self::Real,
+            VariableType::Float32 => Self::Single,
+            VariableType::Int8
+            | VariableType::Int16
+            | VariableType::Int32
+            | VariableType::Int64
+            | VariableType::Enumeration => Self::Integer,
+            VariableType::UInt8 | VariableType::UInt16 | VariableType::UInt32 | VariableType::UInt64 => {
+                Self::Unsigned
+            }
+            VariableType::Boolean => Self::Boolean,
+            VariableType::String => Self::Text,
+            VariableType::Binary | VariableType::Clock => return None,
         })
     }
 }
 
 /// A column of the results; the column `time` (s) stands before all and is not among them.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct ResultColumn {
     /// Its name, `component.variable[1]`.
     pub name: String,
     /// What its values are.
-    pub kind: Kind,
+    pub kind: ColumnKind,
     /// Unit as the FMU names it; empty: none.
     pub unit: String,
     /// Written at every this many communication points (0 counts as 1), else left empty.
     pub every: u32,
 }
 
-impl Column {
+impl ResultColumn {
     /// A column that is written at every communication point.
-    pub fn new(name: impl Into<String>, kind: Kind, unit: impl Into<String>) -> Self {
+    pub fn new(name: impl Into<String>, kind: ColumnKind, unit: impl Into<String>) -> Self {
         Self { name: name.into(), kind, unit: unit.into(), every: 1 }
     }
 
@@ -96,18 +102,18 @@ impl Column {
 /// The values of one row: those of the `k`-th column that is a float in `reals[k]`, of the `k`-th integer or Boolean in
 /// `integers[k]`, of the `k`-th text in `texts[k]`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Values {
-    /// Of [`Kind::Real`] and [`Kind::Single`].
+pub struct RowValues {
+    /// Of [`ColumnKind::Real`] and [`ColumnKind::Single`].
     pub reals: Vec<f64>,
-    /// Of [`Kind::Integer`], [`Kind::Unsigned`] and [`Kind::Boolean`].
+    /// Of [`ColumnKind::Integer`], [`ColumnKind::Unsigned`] and [`ColumnKind::Boolean`].
     pub integers: Vec<i64>,
-    /// Of [`Kind::Text`].
+    /// Of [`ColumnKind::Text`].
     pub texts: Vec<String>,
 }
 
 /// One value of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Value<'a> {
+enum RowValue<'a> {
     Real(f64),
     Single(f32),
     Integer(i64),
@@ -116,15 +122,17 @@ enum Value<'a> {
     Text(&'a str),
 }
 
-impl Values {
+impl RowValues {
     /// Zeros and empty texts, as many as these columns need.
-    pub fn of(columns: &[Column]) -> Self {
+    pub fn of(columns: &[ResultColumn]) -> Self {
         let mut values = Self::default();
         for (slot, column) in slots(columns).into_iter().zip(columns) {
             match column.kind {
-                Kind::Real | Kind::Single => values.reals.resize(slot + 1, 0.0),
-                Kind::Integer | Kind::Unsigned | Kind::Boolean => values.integers.resize(slot + 1, 0),
-                Kind::Text => values.texts.resize(slot + 1, String::new()),
+                ColumnKind::Real | ColumnKind::Single => values.reals.resize(slot + 1, 0.0),
+                ColumnKind::Integer | ColumnKind::Unsigned | ColumnKind::Boolean => {
+                    values.integers.resize(slot + 1, 0)
+                }
+                ColumnKind::Text => values.texts.resize(slot + 1, String::new()),
             }
         }
         values
@@ -138,27 +146,27 @@ impl Values {
     }
 
     /// The value of a column at its [slot](slots).
-    fn get(&self, kind: Kind, slot: usize) -> Value<'_> {
+    fn get(&self, kind: ColumnKind, slot: usize) -> RowValue<'_> {
         match kind {
-            Kind::Real => Value::Real(self.reals[slot]),
-            Kind::Single => Value::Single(self.reals[slot] as f32),
-            Kind::Integer => Value::Integer(self.integers[slot]),
-            Kind::Unsigned => Value::Unsigned(self.integers[slot] as u64),
-            Kind::Boolean => Value::Boolean(self.integers[slot] != 0),
-            Kind::Text => Value::Text(&self.texts[slot]),
+            ColumnKind::Real => RowValue::Real(self.reals[slot]),
+            ColumnKind::Single => RowValue::Single(self.reals[slot] as f32),
+            ColumnKind::Integer => RowValue::Integer(self.integers[slot]),
+            ColumnKind::Unsigned => RowValue::Unsigned(self.integers[slot] as u64),
+            ColumnKind::Boolean => RowValue::Boolean(self.integers[slot] != 0),
+            ColumnKind::Text => RowValue::Text(&self.texts[slot]),
         }
     }
 }
 
-/// Per column where its value lies in `reals`, `integers` or `texts` of [`Values`].
-pub fn slots(columns: &[Column]) -> Vec<usize> {
+/// Per column where its value lies in `reals`, `integers` or `texts` of [`RowValues`].
+pub fn slots(columns: &[ResultColumn]) -> Vec<usize> {
     let mut next = [0; 3];
     let class = |kind| match kind {
-        Kind::Real | Kind::Single => 0,
-        Kind::Integer | Kind::Unsigned | Kind::Boolean => 1,
-        Kind::Text => 2,
+        ColumnKind::Real | ColumnKind::Single => 0,
+        ColumnKind::Integer | ColumnKind::Unsigned | ColumnKind::Boolean => 1,
+        ColumnKind::Text => 2,
     };
-    let slot = |c: &Column| {
+    let slot = |c: &ResultColumn| {
         let n = &mut next[class(c.kind)];
         *n += 1;
         *n - 1
@@ -168,56 +176,56 @@ pub fn slots(columns: &[Column]) -> Vec<usize> {
 
 /// What is known at one time. Two rows of the same time are what was before and after an event.
 #[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
+pub struct ResultRow<'a> {
     /// Time in s.
     pub time: f64,
     /// Number of the communication point; `None`: an event.
     pub point: Option<u64>,
     /// The values.
-    pub values: &'a Values,
+    pub values: &'a RowValues,
 }
 
 /// Takes the results of a run.
-pub trait Sink {
+pub trait ResultSink {
     /// Called once, before the first row.
     ///
     /// # Errors
     /// The columns cannot be written.
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error>;
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError>;
 
-    /// Takes a row. Its values must be [as many](Values::of) as the columns of [`begin`](Self::begin) need.
+    /// Takes a row. Its values must be [as many](RowValues::of) as the columns of [`begin`](Self::begin) need.
     ///
     /// # Errors
     /// The row cannot be written.
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error>;
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError>;
 }
 
-impl<S: Sink + ?Sized> Sink for &mut S {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+impl<S: ResultSink + ?Sized> ResultSink for &mut S {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError> {
         (**self).begin(columns)
     }
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         (**self).row(row)
     }
 }
 
 /// `None` takes everything and keeps nothing.
-impl<S: Sink> Sink for Option<S> {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+impl<S: ResultSink> ResultSink for Option<S> {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError> {
         self.as_mut().map_or(Ok(()), |sink| sink.begin(columns))
     }
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         self.as_mut().map_or(Ok(()), |sink| sink.row(row))
     }
 }
 
 /// Both take it.
-impl<A: Sink, B: Sink> Sink for (A, B) {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+impl<A: ResultSink, B: ResultSink> ResultSink for (A, B) {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError> {
         self.0.begin(columns)?;
         self.1.begin(columns)
     }
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         self.0.row(row)?;
         self.1.row(row)
     }
@@ -232,36 +240,36 @@ impl<A: Sink, B: Sink> Sink for (A, B) {
 /// Until then, a file that had the name is kept as `<name>.previous.csv` or `.previous.parquet`, so that nobody takes it for the new
 /// one, whatever becomes of the run.
 pub struct Results {
-    place: Place,
-    table: Table,
+    place: ResultPlace,
+    table: ParquetOrCsv,
     rows: u64,
 }
 
-enum Table {
-    Csv(Box<csv::Writer>),
-    Parquet(Box<parquet::Writer>),
+enum ParquetOrCsv {
+    Csv(Box<csv::CsvWriter>),
+    Parquet(Box<parquet::ParquetWriter>),
 }
 
 impl Results {
     /// Opens a temporary file beside `file`, and keeps what has its name as previous.
     ///
     /// # Errors
-    /// [`Error::Results`]: the name ends with neither `.csv` nor `.parquet`; the folder cannot be written.
-    pub fn create(file: &Path) -> Result<Self, Error> {
+    /// [`CosimError::Results`]: the name ends with neither `.csv` nor `.parquet`; the folder cannot be written.
+    pub fn create(file: &Path) -> Result<Self, CosimError> {
         let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
-        let fail = |source: IoError| Error::Results { file: file.into(), source };
+        let fail = |source: IoError| CosimError::Results { file: file.into(), source };
         if extension != "csv" && extension != "parquet" {
             return Err(fail(IoError::other(
                 "results are CSV or Parquet; let the name end with .csv or .parquet",
             )));
         }
-        let mut place = Place::of(file).map_err(fail)?;
+        let mut place = ResultPlace::of(file).map_err(fail)?;
         let part = place.part().map_err(fail)?;
         place.retire().map_err(fail)?;
         let part = BufWriter::with_capacity(1 << 16, part);
         let table = match extension.to_str() {
-            Some("csv") => Table::Csv(Box::new(csv::Writer::new(part))),
-            _ => Table::Parquet(Box::new(parquet::Writer::new(part))),
+            Some("csv") => ParquetOrCsv::Csv(Box::new(csv::CsvWriter::new(part))),
+            _ => ParquetOrCsv::Parquet(Box::new(parquet::ParquetWriter::new(part))),
         };
         Ok(Self { place, table, rows: 0 })
     }
@@ -274,8 +282,8 @@ impl Results {
     /// Gives the file its name.
     ///
     /// # Errors
-    /// [`Error::Results`]
-    pub fn finish(self) -> Result<(), Error> {
+    /// [`CosimError::Results`]
+    pub fn finish(self) -> Result<(), CosimError> {
         let (mut place, file) = (self.place.clone(), self.place.target().to_owned());
         self.persist(&file)?;
         place.forget();
@@ -285,8 +293,8 @@ impl Results {
     /// Nothing was run: what had the name before has it again.
     ///
     /// # Errors
-    /// [`Error::Results`]
-    pub fn give_back(mut self) -> Result<(), Error> {
+    /// [`CosimError::Results`]
+    pub fn give_back(mut self) -> Result<(), CosimError> {
         self.place.give_back().map_err(self.fail())
     }
 
@@ -299,8 +307,8 @@ impl Results {
     /// that name, `None` if there was not one row.
     ///
     /// # Errors
-    /// [`Error::Results`]
-    pub fn keep_partial(self) -> Result<Option<PathBuf>, Error> {
+    /// [`CosimError::Results`]
+    pub fn keep_partial(self) -> Result<Option<PathBuf>, CosimError> {
         if self.rows == 0 {
             return Ok(None);
         }
@@ -309,11 +317,11 @@ impl Results {
         Ok(Some(said))
     }
 
-    fn persist(self, name: &Path) -> Result<(), Error> {
-        let fail = |source: IoError| Error::Results { file: name.into(), source };
+    fn persist(self, name: &Path) -> Result<(), CosimError> {
+        let fail = |source: IoError| CosimError::Results { file: name.into(), source };
         let buffer = match self.table {
-            Table::Csv(writer) => writer.finish(),
-            Table::Parquet(writer) => writer.finish(),
+            ParquetOrCsv::Csv(writer) => writer.finish(),
+            ParquetOrCsv::Parquet(writer) => writer.finish(),
         };
         let mut part = buffer.and_then(|b| b.into_inner().map_err(|e| e.into_error())).map_err(fail)?;
         part.flush().map_err(fail)?;
@@ -321,26 +329,26 @@ impl Results {
         Ok(())
     }
 
-    fn fail(&self) -> impl FnOnce(IoError) -> Error {
+    fn fail(&self) -> impl FnOnce(IoError) -> CosimError {
         let file = self.place.name().to_owned();
-        |source| Error::Results { file, source }
+        |source| CosimError::Results { file, source }
     }
 }
 
-impl Sink for Results {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+impl ResultSink for Results {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError> {
         match &mut self.table {
-            Table::Csv(writer) => writer.begin(columns),
-            Table::Parquet(writer) => writer.begin(columns),
+            ParquetOrCsv::Csv(writer) => writer.begin(columns),
+            ParquetOrCsv::Parquet(writer) => writer.begin(columns),
         }
         .map_err(self.fail())
     }
 
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         self.rows += 1;
         let done = match &mut self.table {
-            Table::Csv(writer) => writer.row(row),
-            Table::Parquet(writer) => writer.row(row),
+            ParquetOrCsv::Csv(writer) => writer.row(row),
+            ParquetOrCsv::Parquet(writer) => writer.row(row),
         };
         match done {
             Ok(()) => Ok(()),
@@ -350,4 +358,4 @@ impl Sink for Results {
 }
 
 /// The file under its temporary name.
-type Part = BufWriter<NamedTempFile>;
+type PartialFile = BufWriter<NamedTempFile>;

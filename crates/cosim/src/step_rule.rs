@@ -1,15 +1,16 @@
 //! Which steps an FMU in Co-Simulation is given, and how it follows its inputs within them
 //! ([decision 0030](../../../docs/decisions/0030-steps-as-asked-for.md)).
 
-use trueup_fmi_description::Version;
+use trueup_fmi_description::FmiVersion;
 use trueup_fmi_description::description::{
-    Causality, Description, Interface as Offered, Type, Variability, Variable,
+    Description, DescriptionCausality, DescriptionVariability, DescriptionVariable,
+    InterfaceCapabilities as Offered, VariableType,
 };
-use trueup_numerics::Figure;
+use trueup_numerics::ShortNumber;
 
 use crate::grid;
-use crate::plan::{Plan, Planned};
-use crate::system::{Algorithm, Interface};
+use crate::plan::{MasterPlan, PlannedComponent};
+use crate::system::{Algorithm, ComponentInterface};
 
 /// Where on their lines inputs are held in each part of a step, as a part of the step: so held, they have the moments of
 /// order 0, 1 and 2 of the line, and act on a smooth system as the line does but for the fifth order of the step.
@@ -23,7 +24,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// How an FMU follows its inputs on lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Way {
+pub(crate) enum InputFollowing {
     /// FMI 2.0, `canInterpolateInputs`: `fmi2SetRealInputDerivatives`.
     Derivatives,
     /// FMI 3.0, `providesIntermediateUpdate`: it asks within its steps.
@@ -36,7 +37,7 @@ pub(crate) enum Way {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StepRule {
     /// How it follows inputs.
-    pub(crate) way: Way,
+    pub(crate) way: InputFollowing,
     /// The shortest part of a communication step that it may be given, in s; infinite: none.
     shortest: f64,
     /// `fixedInternalStepSize` in s: whole multiples of it only.
@@ -45,9 +46,9 @@ pub(crate) struct StepRule {
 
 impl StepRule {
     /// Of a component of a plan; `None`: it is integrated by the master.
-    pub(crate) fn of(component: &Planned, plan: &Plan) -> Option<Self> {
+    pub(crate) fn of(component: &PlannedComponent, plan: &MasterPlan) -> Option<Self> {
         let offered = component.description().co_simulation.as_ref();
-        let offered = offered.filter(|_| component.interface == Interface::CoSimulation)?;
+        let offered = offered.filter(|_| component.interface == ComponentInterface::CoSimulation)?;
         let step = plan.grid.step * f64::from(component.every);
         // Who asks for lines asks for the parts that make them.
         let asked = plan.algorithm.is_some_and(|a| a != Algorithm::Jacobi);
@@ -59,9 +60,9 @@ impl StepRule {
         let stored = offered.can_get_and_set_fmu_state;
         let updates = offered.provides_intermediate_update;
         let declared = match d.version {
-            Version::V2 if stored && offered.can_interpolate_inputs => Some(0.0),
-            Version::V2 => default.filter(|_| stored),
-            Version::V3 => {
+            FmiVersion::V2 if stored && offered.can_interpolate_inputs => Some(0.0),
+            FmiVersion::V2 => default.filter(|_| stored),
+            FmiVersion::V3 => {
                 let stops = offered.might_return_early_from_do_step
                     || offered.can_return_early_after_intermediate_update;
                 (offered.has_event_mode || stops || updates).then_some(0.0)
@@ -70,18 +71,23 @@ impl StepRule {
         let shortest = if asked { Some(0.0) } else { declared };
         let variable = offered.can_handle_variable_communication_step_size;
         let shortest_or_none = shortest.filter(|_| variable).unwrap_or(f64::INFINITY);
-        let mut rule =
-            Self { way: Way::Held(&START), shortest: shortest_or_none, internal: internal_step(offered) };
+        let mut rule = Self {
+            way: InputFollowing::Held(&START),
+            shortest: shortest_or_none,
+            internal: internal_step(offered),
+        };
         let inputs = || d.variables.iter().filter(|v| is_continuous_input(v));
         rule.way = match d.version {
-            Version::V2 if offered.can_interpolate_inputs => Way::Derivatives,
+            FmiVersion::V2 if offered.can_interpolate_inputs => InputFollowing::Derivatives,
             // Asked for its inputs, an FMU holds them over its next internal step, of unknown length: first order. So parts
             // come before intermediate updates.
-            _ if rule.allows(step / PARTS.len() as f64) => Way::Held(&PARTS),
-            Version::V3 if updates && inputs().all(|v| v.intermediate_update) => Way::Intermediate,
+            _ if rule.allows(step / PARTS.len() as f64) => InputFollowing::Held(&PARTS),
+            FmiVersion::V3 if updates && inputs().all(|v| v.intermediate_update) => {
+                InputFollowing::Intermediate
+            }
             // With states that are continuous it is no sampler, which would take the middle of a line for a measurement.
-            _ if shortest.is_some() || !d.structure.derivatives.is_empty() => Way::Held(&MIDDLE),
-            _ => Way::Held(&START),
+            _ if shortest.is_some() || !d.structure.derivatives.is_empty() => InputFollowing::Held(&MIDDLE),
+            _ => InputFollowing::Held(&START),
         };
         rule
     }
@@ -98,42 +104,44 @@ impl StepRule {
 
     /// What it is given are samples: its inputs are held as they are, its outputs too.
     pub(crate) fn samples(&self) -> bool {
-        self.way == Way::Held(&START)
+        self.way == InputFollowing::Held(&START)
     }
 
     /// It follows inputs from a file within a step.
     pub(crate) fn follows(&self) -> bool {
-        !matches!(self.way, Way::Held([_]))
+        !matches!(self.way, InputFollowing::Held([_]))
     }
 
     /// Where inputs are held in a step of this length (s), while they move: a short one, at the end of a run, may not come in parts.
     pub(crate) fn places(&self, step: f64) -> &'static [f64] {
         match self.way {
-            Way::Held(places @ [_, _, ..]) if self.allows(step / places.len() as f64) => places,
-            Way::Held(places @ [_]) => places,
+            InputFollowing::Held(places @ [_, _, ..]) if self.allows(step / places.len() as f64) => places,
+            InputFollowing::Held(places @ [_]) => places,
             _ => &MIDDLE,
         }
     }
 
     /// Its steps are made in parts.
     pub(crate) fn splits(&self) -> bool {
-        matches!(self.way, Way::Held([_, _, ..]))
+        matches!(self.way, InputFollowing::Held([_, _, ..]))
     }
 
     /// In words.
     pub(crate) fn words(&self) -> &'static str {
         match self.way {
-            Way::Derivatives => "inputs on lines by their derivatives",
-            Way::Intermediate => "inputs on lines by intermediate updates",
-            Way::Held([_, _, ..]) => "inputs on lines, held in each part of a step",
+            InputFollowing::Derivatives => "inputs on lines by their derivatives",
+            InputFollowing::Intermediate => "inputs on lines by intermediate updates",
+            InputFollowing::Held([_, _, ..]) => "inputs on lines, held in each part of a step",
             _ if self.samples() => "inputs held",
-            Way::Held(_) => "inputs held at the middle of their lines",
+            InputFollowing::Held(_) => "inputs held at the middle of their lines",
         }
     }
 }
 
-pub(crate) fn is_continuous_input(v: &Variable) -> bool {
-    v.causality == Causality::Input && v.kind == Type::Float64 && v.variability == Variability::Continuous
+pub(crate) fn is_continuous_input(v: &DescriptionVariable) -> bool {
+    v.causality == DescriptionCausality::Input
+        && v.kind == VariableType::Float64
+        && v.variability == DescriptionVariability::Continuous
 }
 
 /// `fixedInternalStepSize` in s.
@@ -153,29 +161,29 @@ pub(crate) fn refusal(offered: &Offered, step: f64, span: f64) -> Option<String>
     let rest = span - (span / step + grid::ROUNDING).floor() * step;
     let even = rest.abs() <= grid::ROUNDING * step;
     if let Some(h) = internal_step(offered) {
-        let internal = Figure(h);
+        let internal = ShortNumber(h);
         if !is_multiple(step, h) {
             let below = (step / h).floor();
             let near = [below, below + 1.0].map(|n| n * h).into_iter().filter(|s| *s > 0.0);
-            let near: Vec<_> = near.map(|s| format!("{} s", Figure(s))).collect();
+            let near: Vec<_> = near.map(|s| format!("{} s", ShortNumber(s))).collect();
             return Some(format!(
                 "takes internal steps of {internal} s (fixedInternalStepSize), of which {} s is no whole multiple; choose a step of {}",
-                Figure(step),
+                ShortNumber(step),
                 near.join(" or ")
             ));
         }
         if !even && !is_multiple(rest, h) {
             return Some(format!(
                 "takes internal steps of {internal} s (fixedInternalStepSize), which do not divide the {} s of the run; choose another stop",
-                Figure(span)
+                ShortNumber(span)
             ));
         }
     }
     (!offered.can_handle_variable_communication_step_size && !even).then(|| {
         format!(
             "takes steps of equal length only, and {} s does not divide {} s; choose another step or stop",
-            Figure(step),
-            Figure(span)
+            ShortNumber(step),
+            ShortNumber(span)
         )
     })
 }

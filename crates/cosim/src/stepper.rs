@@ -4,22 +4,22 @@ mod event_mode;
 mod group;
 mod slave;
 
-use trueup_fmi_import::Step;
+use trueup_fmi_import::CoSimulationStep;
 use trueup_fmi_import::program::Following;
 
-use crate::calls::Calls;
-use crate::error::Error;
-use crate::node::Node;
+use crate::calls::CallCounts;
+use crate::error::CosimError;
+use crate::node::InstanceNode;
 pub(crate) use event_mode::{EventStepper, has_event_mode};
 pub(crate) use group::GroupStepper;
-pub(crate) use slave::{Shared, SlaveStepper, intermediate};
+pub(crate) use slave::{SharedInstance, SlaveStepper, intermediate};
 
 /// How inputs go within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Within {
+pub enum StepLimit {
     /// Held as they were set last.
     Held,
-    /// Continuous ones on [`Node::line`], which holds for the whole step; all others held.
+    /// Continuous ones on [`InstanceNode::line`], which holds for the whole step; all others held.
     Line,
 }
 
@@ -30,7 +30,7 @@ pub struct Advance {
     pub time: f64,
     /// The FMU wants to end the run.
     pub terminate: bool,
-    /// It stopped at an event before the end of the step, see [`Stepper::stop_at_events`].
+    /// It stopped at an event before the end of the step, see [`SystemStepper::stop_at_events`].
     pub event: bool,
     /// Steps that an FMU refused at their full length on the way.
     pub discarded: u64,
@@ -38,28 +38,28 @@ pub struct Advance {
     pub events: u64,
 }
 
-pub use crate::model_exchange::Settled;
+pub use crate::model_exchange::EventSettled;
 
 /// Places for stored states: an algorithm may carry on more than one solution.
 pub const SLOTS: usize = 4;
 
 /// A part of the system that goes from one communication point to the next by itself.
 ///
-/// The master owns all [`Node`]s and lends them to the steppers; each node belongs to one stepper ([`Stepper::nodes`]).
+/// The master owns all [`InstanceNode`]s and lends them to the steppers; each node belongs to one stepper ([`SystemStepper::nodes`]).
 /// Over a communication step the master calls, in this order:
 ///
-/// 1. [`save`](Stepper::save), if the algorithm may roll back;
-/// 2. [`step`](Stepper::step). All inputs have been set to their values at `from` (not so if `nodes[i].line.dirty`). With [`Within::Line`] the
+/// 1. [`save`](SystemStepper::save), if the algorithm may roll back;
+/// 2. [`step`](SystemStepper::step). All inputs have been set to their values at `from` (not so if `nodes[i].line.dirty`). With [`StepLimit::Line`] the
 ///    continuous inputs that come from outside lie in `nodes[i].line` of each of its nodes (`line.at(t)`,
-///    [`Node::set_on_line`]); what is connected inside the stepper is on the line too and is overwritten by a stepper
+///    [`InstanceNode::set_on_line`]); what is connected inside the stepper is on the line too and is overwritten by a stepper
 ///    that knows better;
-/// 3. [`stay`](Stepper::stay) and the exchange: outputs of all nodes are read, inputs set, loops solved, as of `to`;
-/// 4. [`settle`](Stepper::settle) and the exchange again, until nothing changes any more: events at `to`;
-/// 5. [`restore`](Stepper::restore), if the step is to be repeated or was rejected; then from 2.
+/// 3. [`stay`](SystemStepper::stay) and the exchange: outputs of all nodes are read, inputs set, loops solved, as of `to`;
+/// 4. [`settle`](SystemStepper::settle) and the exchange again, until nothing changes any more: events at `to`;
+/// 5. [`restore`](SystemStepper::restore), if the step is to be repeated or was rejected; then from 2.
 ///
 /// A step goes to `to` exactly: events on the way, and steps that an FMU discards, are the stepper's own affair. It ends earlier
-/// only if an FMU wants to end the run. What cannot be mended is an [`Error`] with FMU, call and time.
-pub trait Stepper: Send {
+/// only if an FMU wants to end the run. What cannot be mended is an [`CosimError`] with FMU, call and time.
+pub trait SystemStepper: Send {
     /// Indices of its nodes.
     fn nodes(&self) -> &[usize];
 
@@ -68,7 +68,7 @@ pub trait Stepper: Send {
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn begin(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         let _ = (nodes, time);
         Ok(())
     }
@@ -77,19 +77,25 @@ pub trait Stepper: Send {
     ///
     /// # Errors
     /// Whatever an FMU returns and cannot be mended by shorter steps.
-    fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error>;
-
-    /// As [`step`](Stepper::step); `None`: `to` was reached and nothing is to be told.
-    ///
-    /// # Errors
-    /// As [`step`](Stepper::step).
-    fn pace(
+    fn step(
         &mut self,
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         from: f64,
         to: f64,
-        within: Within,
-    ) -> Result<Option<Box<Advance>>, Box<Error>> {
+        within: StepLimit,
+    ) -> Result<Advance, CosimError>;
+
+    /// As [`step`](SystemStepper::step); `None`: `to` was reached and nothing is to be told.
+    ///
+    /// # Errors
+    /// As [`step`](SystemStepper::step).
+    fn pace(
+        &mut self,
+        nodes: &mut [InstanceNode],
+        from: f64,
+        to: f64,
+        within: StepLimit,
+    ) -> Result<Option<Box<Advance>>, Box<CosimError>> {
         match self.step(nodes, from, to, within) {
             Ok(done) => Ok(Some(Box::new(done))),
             Err(error) => Err(Box::new(error)),
@@ -101,50 +107,50 @@ pub trait Stepper: Send {
         false
     }
 
-    /// How its FMU follows inputs on lines over a regular step, of one that [is plain](Stepper::is_plain); `None`: by other
+    /// How its FMU follows inputs on lines over a regular step, of one that [is plain](SystemStepper::is_plain); `None`: by other
     /// means than calls before and between its steps.
     fn following(&self) -> Option<Following> {
         None
     }
 
-    /// Of one that [is plain](Stepper::is_plain): so many regular steps have been made for it, `in_parts` of them in the parts
-    /// that [`following`](Stepper::following) says.
+    /// Of one that [is plain](SystemStepper::is_plain): so many regular steps have been made for it, `in_parts` of them in the parts
+    /// that [`following`](SystemStepper::following) says.
     fn made(&mut self, steps: u64, in_parts: u64) {
         let _ = (steps, in_parts);
     }
 
     /// The calls of doStep so far, and how inputs on lines go within them; `None`: it makes none.
-    fn calls(&self) -> Option<(&Calls, &'static str)> {
+    fn calls(&self) -> Option<(&CallCounts, &'static str)> {
         None
     }
 
-    /// Goes on to `to` from part `part` of a step from `from`, of one that [is plain](Stepper::is_plain): `first` is what the
+    /// Goes on to `to` from part `part` of a step from `from`, of one that [is plain](SystemStepper::is_plain): `first` is what the
     /// part came to if it did not go its whole way; `None`: it did.
     ///
     /// # Errors
-    /// As [`step`](Stepper::step).
+    /// As [`step`](SystemStepper::step).
     fn resume(
         &mut self,
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         [from, to]: [f64; 2],
-        within: Within,
+        within: StepLimit,
         part: usize,
-        first: Option<Step>,
-    ) -> Result<Advance, Error> {
+        first: Option<CoSimulationStep>,
+    ) -> Result<Advance, CosimError> {
         let _ = (part, first);
         self.step(nodes, from, to, within)
     }
 
-    /// [`settle`](Stepper::settle) has something to do.
+    /// [`settle`](SystemStepper::settle) has something to do.
     fn has_events(&self) -> bool {
         false
     }
 
-    /// From now on a step ends at an event, before it is handled; [`settle`](Stepper::settle) then does.
+    /// From now on a step ends at an event, before it is handled; [`settle`](SystemStepper::settle) then does.
     fn stop_at_events(&mut self) {}
 
     /// A step may stop at an event whose time nobody knows beforehand.
-    fn may_stop(&self, nodes: &[Node]) -> bool {
+    fn may_stop(&self, nodes: &[InstanceNode]) -> bool {
         let _ = nodes;
         false
     }
@@ -162,11 +168,11 @@ pub trait Stepper: Send {
     }
 
     /// After a step: it is not taken back any more, and its outputs are about to be read and its inputs to be set, as of
-    /// `time`. [`restore`](Stepper::restore) is for before.
+    /// `time`. [`restore`](SystemStepper::restore) is for before.
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn stay(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn stay(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         let _ = (nodes, time);
         Ok(())
     }
@@ -176,9 +182,9 @@ pub trait Stepper: Send {
     ///
     /// # Errors
     /// Whatever an FMU returns; an event iteration without end.
-    fn settle(&mut self, nodes: &mut [Node], time: f64) -> Result<Settled, Error> {
+    fn settle(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<EventSettled, CosimError> {
         let _ = (nodes, time);
-        Ok(Settled::default())
+        Ok(EventSettled::default())
     }
 
     /// What it chose and did, to be told to the user.
@@ -187,25 +193,25 @@ pub trait Stepper: Send {
     }
 
     /// It can save and restore.
-    fn can_restore(&self, nodes: &[Node]) -> bool;
+    fn can_restore(&self, nodes: &[InstanceNode]) -> bool;
 
     /// Stores everything that a step changes, in place of what was stored before in this place (below [`SLOTS`]).
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error>;
+    fn save_in(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError>;
 
     /// Goes back to what was stored in this place.
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error>;
+    fn restore_from(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError>;
 
     /// [`Self::save_in`] the first place.
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn save(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn save(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         self.save_in(0, nodes, time)
     }
 
@@ -213,7 +219,7 @@ pub trait Stepper: Send {
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn restore(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn restore(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         self.restore_from(0, nodes, time)
     }
 }

@@ -21,14 +21,14 @@ impl Store {
     /// The bytes of a text file.
     pub(crate) fn read(&mut self, path: &Path) -> Result<Vec<u8>, String> {
         match self.place(path, 0)? {
-            Place::Disk(file) => match std::fs::metadata(&file) {
+            StorePlace::Disk(file) => match std::fs::metadata(&file) {
                 Ok(m) if m.len() > MAX_DESCRIPTION => {
                     Err(format!("it is larger than {MAX_DESCRIPTION} bytes"))
                 }
                 Ok(_) => std::fs::read(&file).map_err(|e| e.to_string()),
                 Err(e) => Err(e.to_string()),
             },
-            Place::Entry(archive, entry) => self.entry(&archive, &entry, MAX_DESCRIPTION),
+            StorePlace::Entry(archive, entry) => self.entry(&archive, &entry, MAX_DESCRIPTION),
         }
     }
 
@@ -42,8 +42,8 @@ impl Store {
             return Ok(file.clone());
         }
         match self.place(path, depth)? {
-            Place::Disk(file) => Ok(file),
-            Place::Entry(archive, entry) => {
+            StorePlace::Disk(file) => Ok(file),
+            StorePlace::Entry(archive, entry) => {
                 let bytes = self.entry(&archive, &entry, MAX_TOTAL)?;
                 let folder = tempfile::Builder::new().prefix("trueup-ssp-").tempdir();
                 let folder = folder.map_err(|e| format!("no temporary folder: {e}"))?;
@@ -55,9 +55,9 @@ impl Store {
         }
     }
 
-    fn place(&mut self, path: &Path, depth: usize) -> Result<Place, String> {
+    fn place(&mut self, path: &Path, depth: usize) -> Result<StorePlace, String> {
         if path.exists() {
-            return Ok(Place::Disk(path.to_owned()));
+            return Ok(StorePlace::Disk(path.to_owned()));
         }
         for outer in path.ancestors().skip(1) {
             let package = outer.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
@@ -70,7 +70,7 @@ impl Store {
             };
             let inside = path.strip_prefix(outer).unwrap_or(path);
             let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy()).collect();
-            return Ok(Place::Entry(archive, parts.join("/")));
+            return Ok(StorePlace::Entry(archive, parts.join("/")));
         }
         Err("there is no such file; look at the path".into())
     }
@@ -89,7 +89,7 @@ impl Store {
     }
 }
 
-enum Place {
+enum StorePlace {
     Disk(PathBuf),
     Entry(PathBuf, String),
 }

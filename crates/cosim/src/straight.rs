@@ -4,32 +4,32 @@
 use std::ops::Range;
 
 use trueup_fmi_import::AnyInstance;
-use trueup_fmi_import::program::{Instances, Lines, Outcome, Program, Stopped};
+use trueup_fmi_import::program::{InputLines, Instances, Program, ProgramStop, StepOutcome};
 
 use crate::couple::{Coupling, join};
-use crate::error::Error;
-use crate::grid::Grid;
-use crate::node::Node;
-use crate::stepper::{Advance, Within};
+use crate::error::CosimError;
+use crate::grid::CommunicationGrid;
+use crate::node::InstanceNode;
+use crate::stepper::{Advance, StepLimit};
 
 /// A step that stopped at its `at`-th unit.
-pub(crate) struct Mid {
+pub(crate) struct SegmentMiddle {
     at: usize,
     part: usize,
-    outcome: Outcome,
+    outcome: StepOutcome,
 }
 
 /// A system as a program.
-pub(crate) struct Straight {
+pub(crate) struct StraightSegment {
     program: Program,
     /// Inputs on lines; `None`: held.
-    lines: Option<Lines>,
+    lines: Option<InputLines>,
     /// Where the inputs on lines lie among the exchange's reals, and of which node they are.
     slots: Vec<usize>,
     spans: Vec<(usize, Range<usize>)>,
 }
 
-struct Owners<'a>(&'a mut [Node]);
+struct Owners<'a>(&'a mut [InstanceNode]);
 
 impl Instances for Owners<'_> {
     fn instance(&mut self, index: usize) -> Option<&mut AnyInstance> {
@@ -45,7 +45,7 @@ fn all_finite(values: &[f64]) -> bool {
 
 impl Coupling {
     /// The program of this system, if it is plain enough.
-    pub(crate) fn straight(&mut self, within: Within) -> Option<Straight> {
+    pub(crate) fn straight(&mut self, within: StepLimit) -> Option<StraightSegment> {
         let (mut program, mut slots, mut spans) = (Program::default(), Vec::new(), Vec::new());
         if !self.is_plain() {
             return None;
@@ -55,7 +55,7 @@ impl Coupling {
             if !stepper.is_plain() || !program.step(n, &mut self.nodes[n].slave) {
                 return None;
             }
-            if within == Within::Held || self.nodes[n].line.slots.is_empty() {
+            if within == StepLimit::Held || self.nodes[n].line.slots.is_empty() {
                 continue;
             }
             let span = slots.len()..slots.len() + self.nodes[n].line.slots.len();
@@ -73,10 +73,10 @@ impl Coupling {
             slots.extend_from_slice(&self.nodes[n].line.slots);
             spans.push((n, span));
         }
-        let lines = (within == Within::Line).then(|| Lines::new(slots.len(), self.steppers.len()));
+        let lines = (within == StepLimit::Line).then(|| InputLines::new(slots.len(), self.steppers.len()));
         // Slopes of inputs are drawn from their own values.
         let whole = self.exchange.program(&mut program, &mut Owners(&mut self.nodes), lines.is_some());
-        whole.then_some(Straight { program, lines, slots, spans })
+        whole.then_some(StraightSegment { program, lines, slots, spans })
     }
 
     /// Steps from point `first` until `until`, or until something is out of the ordinary: how many steps were made whole,
@@ -86,12 +86,12 @@ impl Coupling {
     /// A call that failed; a value that is not finite.
     pub(crate) fn race(
         &mut self,
-        straight: &mut Straight,
-        grid: &Grid,
+        straight: &mut StraightSegment,
+        grid: &CommunicationGrid,
         first: u64,
         until: u64,
-    ) -> Result<(u64, Option<Mid>), Error> {
-        let Straight { program, lines, slots, spans } = straight;
+    ) -> Result<(u64, Option<SegmentMiddle>), CosimError> {
+        let StraightSegment { program, lines, slots, spans } = straight;
         if let Some(lines) = lines.as_mut() {
             for (n, span) in spans.iter() {
                 lines.value[span.clone()].copy_from_slice(&self.nodes[*n].line.value);
@@ -146,22 +146,22 @@ impl Coupling {
         self.count(at - first, stopped.as_ref(), finite, in_parts);
         let time = grid.time(at + 1);
         match stopped {
-            Some(Stopped::Step { at: unit, part, outcome }) => {
-                Ok((at - first, Some(Mid { at: unit, part, outcome })))
+            Some(ProgramStop::Step { at: unit, part, outcome }) => {
+                Ok((at - first, Some(SegmentMiddle { at: unit, part, outcome })))
             }
-            Some(Stopped::Ahead { at: unit, status }) => {
+            Some(ProgramStop::Ahead { at: unit, status }) => {
                 let node = &mut self.nodes[program.stepped(unit)];
                 match program.failure_ahead(&mut node.slave, unit, status) {
-                    Some(source) => Err(Error::Call { time: grid.time(at), source }),
+                    Some(source) => Err(CosimError::Call { time: grid.time(at), source }),
                     None => Ok((at - first, None)),
                 }
             }
             // What was not finite may have made the call fail.
             _ if !finite => Err(self.exchange.first_not_finite(&self.nodes, time)),
-            Some(Stopped::Call { at: call, status }) => {
+            Some(ProgramStop::Call { at: call, status }) => {
                 let node = &mut self.nodes[program.called(call)];
                 match program.failure(&mut node.slave, call, status) {
-                    Some(source) => Err(Error::Call { time, source }),
+                    Some(source) => Err(CosimError::Call { time, source }),
                     None => Ok((at - first, None)),
                 }
             }
@@ -174,15 +174,15 @@ impl Coupling {
     fn count(
         &mut self,
         rounds: u64,
-        stopped: Option<&Stopped>,
+        stopped: Option<&ProgramStop>,
         finite: bool,
         mut in_parts: Option<&mut [u64]>,
     ) {
         for (u, stepper) in self.steppers.iter_mut().enumerate() {
             // Those before the step that stopped have made the last one too; where a call stopped, all have.
             let last = match stopped {
-                Some(Stopped::Step { at, .. } | Stopped::Ahead { at, .. }) => u < *at,
-                Some(Stopped::Call { .. }) => true,
+                Some(ProgramStop::Step { at, .. } | ProgramStop::Ahead { at, .. }) => u < *at,
+                Some(ProgramStop::Call { .. }) => true,
                 None => !finite,
             };
             let split = in_parts.as_mut().map_or(0, |all| std::mem::take(&mut all[u]));
@@ -194,7 +194,12 @@ impl Coupling {
     ///
     /// # Errors
     /// As [`Coupling::step`].
-    pub(crate) fn finish(&mut self, mid: Mid, to: f64, within: Within) -> Result<Advance, Error> {
+    pub(crate) fn finish(
+        &mut self,
+        mid: SegmentMiddle,
+        to: f64,
+        within: StepLimit,
+    ) -> Result<Advance, CosimError> {
         let mut all = Advance { time: to, ..Advance::default() };
         for (u, (stepper, turn)) in self.steppers.iter_mut().zip(&mut self.turns).enumerate() {
             let from = turn.time;
@@ -203,7 +208,7 @@ impl Coupling {
             } else if u == mid.at {
                 let node = stepper.nodes()[0];
                 let explained = Program::explain(&mut self.nodes[node].slave, mid.outcome);
-                let first = explained.map_err(|source| Error::Call { time: from, source: *source })?;
+                let first = explained.map_err(|source| CosimError::Call { time: from, source: *source })?;
                 let first = first.map(|first| *first);
                 Some(stepper.resume(&mut self.nodes, [from, to], within, mid.part, first)?)
             } else {

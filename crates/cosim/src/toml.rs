@@ -5,21 +5,24 @@ use std::path::{Path, PathBuf};
 
 use ::toml::Spanned;
 use ::toml::de::{DeTable, DeValue};
-use trueup_fmi_description::description::Unit;
+use trueup_fmi_description::description::DescriptionUnit;
 
-use crate::error::Error;
-use crate::mistake::{Mistake, suggestion};
-use crate::system::{Component, Connection, InputFile, Names, Place, Port, Record, Run, Start, System};
+use crate::error::CosimError;
+use crate::mistake::{InputMistake, suggestion};
+use crate::system::{
+    ComponentNames, Connection, CosimSystem, InputFile, RecordedVariable, RunSettings, SourceSpan,
+    StartValue, SystemComponent, VariablePort,
+};
 
-type Value<'i> = Spanned<DeValue<'i>>;
+type TomlValue<'i> = Spanned<DeValue<'i>>;
 
 /// Reads a file. Paths in it are relative to its folder.
 ///
 /// # Errors
-/// [`Error::System`] with every mistake and its line.
-pub(crate) fn read(file: &Path) -> Result<System, Error> {
+/// [`CosimError::System`] with every mistake and its line.
+pub(crate) fn read(file: &Path) -> Result<CosimSystem, CosimError> {
     let fail = |message: String| {
-        Error::System(vec![Mistake { place: Place { file: file.into(), line: 0 }, message }])
+        CosimError::System(vec![InputMistake { place: SourceSpan { file: file.into(), line: 0 }, message }])
     };
     let bytes = std::fs::read(file)
         .map_err(|e| fail(format!("{e}; name a system's file, see docs/systems.md, or an FMU")))?;
@@ -28,44 +31,44 @@ pub(crate) fn read(file: &Path) -> Result<System, Error> {
 }
 
 /// Reads a text that stands in this file.
-pub(crate) fn parse(text: &str, file: &Path) -> Result<System, Error> {
+pub(crate) fn parse(text: &str, file: &Path) -> Result<CosimSystem, CosimError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
     let lines = std::iter::once(0).chain(breaks).collect();
     let folder = file.parent().unwrap_or(Path::new(""));
-    let mut reader = Reader { file, folder, lines, mistakes: Vec::new() };
+    let mut reader = SystemTomlReader { file, folder, lines, mistakes: Vec::new() };
     let (root, errors) = DeTable::parse_recoverable(text);
     for error in errors {
         reader.wrong(error.span().unwrap_or(0..0), error.message().replace('\n', "; "));
     }
     if !reader.mistakes.is_empty() {
         // What comes after a syntax error is guesswork.
-        return Err(Error::System(reader.mistakes));
+        return Err(CosimError::System(reader.mistakes));
     }
     let system = reader.system(root.get_ref());
-    if reader.mistakes.is_empty() { Ok(system) } else { Err(Error::System(reader.mistakes)) }
+    if reader.mistakes.is_empty() { Ok(system) } else { Err(CosimError::System(reader.mistakes)) }
 }
 
-struct Reader<'a> {
+struct SystemTomlReader<'a> {
     file: &'a Path,
     folder: &'a Path,
     /// Where each line starts.
     lines: Vec<usize>,
-    mistakes: Vec<Mistake>,
+    mistakes: Vec<InputMistake>,
 }
 
 /// Keys that belong above the first table; below it they are taken for keys of that table.
 const TOP: [&str; 3] = ["connections", "record", "inputs"];
 
-impl Reader<'_> {
-    fn place(&self, span: Range<usize>) -> Place {
+impl SystemTomlReader<'_> {
+    fn place(&self, span: Range<usize>) -> SourceSpan {
         let line = self.lines.partition_point(|start| *start <= span.start) as u32;
-        Place { file: self.file.into(), line }
+        SourceSpan { file: self.file.into(), line }
     }
 
     fn wrong(&mut self, span: Range<usize>, message: impl Into<String>) {
         let place = self.place(span);
-        self.mistakes.push(Mistake { place, message: message.into() });
+        self.mistakes.push(InputMistake { place, message: message.into() });
     }
 
     fn path(&self, text: &str) -> PathBuf {
@@ -87,7 +90,7 @@ impl Reader<'_> {
         }
     }
 
-    fn table<'t, 'i>(&mut self, value: &'t Value<'i>, what: &str) -> Option<&'t DeTable<'i>> {
+    fn table<'t, 'i>(&mut self, value: &'t TomlValue<'i>, what: &str) -> Option<&'t DeTable<'i>> {
         let table = value.get_ref().as_table();
         if table.is_none() {
             self.wrong(
@@ -139,7 +142,7 @@ impl Reader<'_> {
         text.parse().map_err(|why| self.wrong(span, format!("`{key}`: {why}"))).ok()
     }
 
-    fn system(&mut self, root: &DeTable) -> System {
+    fn system(&mut self, root: &DeTable) -> CosimSystem {
         self.known(root, "a system", &["run", "components", "connections", "record", "inputs"]);
         let run = root.get("run").and_then(|v| self.run(v)).unwrap_or_default();
         let mut components = Vec::new();
@@ -154,7 +157,7 @@ impl Reader<'_> {
         if components.is_empty() && self.mistakes.is_empty() {
             self.wrong(0..0, "there are no components; write [components.<name>] with fmu = \"<file>.fmu\"");
         }
-        let names = Names::of(&components);
+        let names = ComponentNames::of(&components);
         let mut connections = Vec::new();
         for value in root.get("connections").map(|v| self.list(v, "connections")).unwrap_or_default() {
             connections.extend(self.connection(value, &names));
@@ -164,10 +167,18 @@ impl Reader<'_> {
             record.extend(self.record(value));
         }
         let inputs = root.get("inputs").and_then(|v| self.inputs(v, &names));
-        System { file: self.file.into(), components, connections, run, record, inputs, ..System::default() }
+        CosimSystem {
+            file: self.file.into(),
+            components,
+            connections,
+            run,
+            record,
+            inputs,
+            ..CosimSystem::default()
+        }
     }
 
-    fn list<'t, 'i>(&mut self, value: &'t Value<'i>, key: &str) -> Vec<&'t Value<'i>> {
+    fn list<'t, 'i>(&mut self, value: &'t TomlValue<'i>, key: &str) -> Vec<&'t TomlValue<'i>> {
         match value.get_ref().as_array() {
             Some(array) => array.iter().collect(),
             None => {
@@ -177,10 +188,10 @@ impl Reader<'_> {
         }
     }
 
-    fn run(&mut self, value: &Value) -> Option<Run> {
+    fn run(&mut self, value: &TomlValue) -> Option<RunSettings> {
         let t = self.table(value, "`run`")?;
         self.known(t, "[run]", &["start", "stop", "step", "tolerance", "algorithm", "event-rows"]);
-        Some(Run {
+        Some(RunSettings {
             start: self.number(t, "start"),
             stop: self.number(t, "stop"),
             step: self.number(t, "step"),
@@ -191,7 +202,11 @@ impl Reader<'_> {
         })
     }
 
-    fn component(&mut self, key: &Spanned<std::borrow::Cow<str>>, value: &Value) -> Option<Component> {
+    fn component(
+        &mut self,
+        key: &Spanned<std::borrow::Cow<str>>,
+        value: &TomlValue,
+    ) -> Option<SystemComponent> {
         let name = key.get_ref().as_ref().to_owned();
         let what = format!("[components.{name}]");
         let t = self.table(value, &what)?;
@@ -211,7 +226,7 @@ impl Reader<'_> {
                 self.start(key.get_ref(), value, self.place(key.span()), &mut start, 0);
             }
         }
-        Some(Component {
+        Some(SystemComponent {
             name,
             fmu: self.path(&fmu.unwrap_or_default()),
             interface: self.word(t, "interface"),
@@ -221,8 +236,15 @@ impl Reader<'_> {
         })
     }
 
-    fn start(&mut self, name: &str, value: &Value, place: Place, out: &mut Vec<Start>, depth: usize) {
-        let mut start = Start { variable: name.to_owned(), place, ..Start::default() };
+    fn start(
+        &mut self,
+        name: &str,
+        value: &TomlValue,
+        place: SourceSpan,
+        out: &mut Vec<StartValue>,
+        depth: usize,
+    ) {
+        let mut start = StartValue { variable: name.to_owned(), place, ..StartValue::default() };
         let mut plain = value;
         if let Some(t) = value.get_ref().as_table() {
             // A structured name without quotes (`start.spring.stiffness = 2`) is a table in TOML.
@@ -241,7 +263,7 @@ impl Reader<'_> {
             };
             plain = inner;
             let unit = self.text(t, "unit");
-            start.unit = unit.map(|name| Unit { name, base: None, display: Vec::new(), line: 0 });
+            start.unit = unit.map(|name| DescriptionUnit { name, base: None, display: Vec::new(), line: 0 });
         }
         if let Err(span) = texts(plain, &mut start.values) {
             self.wrong(
@@ -252,7 +274,7 @@ impl Reader<'_> {
         out.push(start);
     }
 
-    fn connection(&mut self, value: &Value, names: &Names) -> Option<Connection> {
+    fn connection(&mut self, value: &TomlValue, names: &ComponentNames) -> Option<Connection> {
         let place = self.place(value.span());
         let mut connection = Connection { place, ..Connection::default() };
         let (from, to) = match value.get_ref() {
@@ -297,7 +319,7 @@ impl Reader<'_> {
         map
     }
 
-    fn port(&mut self, text: &str, span: Range<usize>, names: &Names) -> Option<Port> {
+    fn port(&mut self, text: &str, span: Range<usize>, names: &ComponentNames) -> Option<VariablePort> {
         let port = names.port(text.trim());
         if port.is_none() {
             self.wrong(span, format!("`{}` names no variable; write component.variable", text.trim()));
@@ -305,10 +327,14 @@ impl Reader<'_> {
         port
     }
 
-    fn record(&mut self, value: &Value) -> Option<Record> {
+    fn record(&mut self, value: &TomlValue) -> Option<RecordedVariable> {
         let place = self.place(value.span());
         if let Some(name) = value.get_ref().as_str() {
-            return Some(Record { name: name.trim().to_owned(), place, ..Record::default() });
+            return Some(RecordedVariable {
+                name: name.trim().to_owned(),
+                place,
+                ..RecordedVariable::default()
+            });
         }
         let t = self.table(value, "a record that is no text")?;
         self.known(t, "a record", &["variable", "as", "every"]);
@@ -323,7 +349,7 @@ impl Reader<'_> {
             }
             None => 0,
         };
-        Some(Record {
+        Some(RecordedVariable {
             name: self.text(t, "variable")?.trim().to_owned(),
             column: self.text(t, "as"),
             every,
@@ -331,7 +357,7 @@ impl Reader<'_> {
         })
     }
 
-    fn inputs(&mut self, value: &Value, names: &Names) -> Option<InputFile> {
+    fn inputs(&mut self, value: &TomlValue, names: &ComponentNames) -> Option<InputFile> {
         let place = self.place(value.span());
         if let Some(file) = value.get_ref().as_str() {
             return Some(InputFile { file: self.path(file), columns: Vec::new(), place });
@@ -378,7 +404,7 @@ fn scalar(value: &DeValue) -> Option<String> {
 }
 
 /// Texts of a value or of a list (of lists: row by row).
-fn texts(value: &Value, out: &mut Vec<String>) -> Result<(), Range<usize>> {
+fn texts(value: &TomlValue, out: &mut Vec<String>) -> Result<(), Range<usize>> {
     match value.get_ref() {
         DeValue::Array(list) => list.iter().try_for_each(|v| texts(v, out)),
         single => scalar(single).map(|text| out.push(text)).ok_or(value.span()),

@@ -1,11 +1,16 @@
 //! Variables by the names that a user writes.
 
-use trueup_fmi_description::description::{Description, Dimension, Type, Values, Variable};
+use trueup_fmi_description::description::{
+    ArrayDimension, Description, DescriptionVariable, StartValues, VariableType,
+};
 
-use crate::buffer::Buffer;
+use crate::buffer::ValueBuffer;
 
 /// The variable of that name and, of an array of FMI 3.0, the position of the element in `name[1,2]`.
-pub(crate) fn find<'a>(d: &'a Description, name: &str) -> Result<(&'a Variable, Option<usize>), String> {
+pub(crate) fn find<'a>(
+    d: &'a Description,
+    name: &str,
+) -> Result<(&'a DescriptionVariable, Option<usize>), String> {
     let unknown = || format!("the FMU has no variable `{name}`; `trueup fmu info` lists them");
     if let Some(v) = d.find(name) {
         return Ok((v, None));
@@ -23,16 +28,16 @@ pub(crate) fn find<'a>(d: &'a Description, name: &str) -> Result<(&'a Variable, 
 }
 
 /// Lengths of the dimensions.
-fn lengths(d: &Description, v: &Variable) -> Option<Vec<usize>> {
-    let one = |dimension: &Dimension| {
-        let single = Variable { dimensions: vec![*dimension], ..v.clone() };
+fn lengths(d: &Description, v: &DescriptionVariable) -> Option<Vec<usize>> {
+    let one = |dimension: &ArrayDimension| {
+        let single = DescriptionVariable { dimensions: vec![*dimension], ..v.clone() };
         d.elements(&single)
     };
     v.dimensions.iter().map(one).collect()
 }
 
 /// Names of a variable's elements: `a[1,2]`, row by row; its own if it is a scalar.
-pub(crate) fn elements(d: &Description, v: &Variable) -> Option<Vec<String>> {
+pub(crate) fn elements(d: &Description, v: &DescriptionVariable) -> Option<Vec<String>> {
     if v.dimensions.is_empty() {
         return Some(vec![v.name.clone()]);
     }
@@ -49,15 +54,15 @@ pub(crate) fn elements(d: &Description, v: &Variable) -> Option<Vec<String>> {
 }
 
 /// The start values as the description gives them.
-pub(crate) fn start(d: &Description, v: &Variable) -> Option<Buffer> {
-    let mut buffer = Buffer::new(v.kind, d.version, d.elements(v)?)?;
+pub(crate) fn start(d: &Description, v: &DescriptionVariable) -> Option<ValueBuffer> {
+    let mut buffer = ValueBuffer::new(v.kind, d.version, d.elements(v)?)?;
     let texts: Vec<String> = match v.start.as_ref()? {
-        Values::Real(x) => x.iter().map(|x| format!("{x:?}")).collect(),
-        Values::Signed(x) => x.iter().map(ToString::to_string).collect(),
-        Values::Unsigned(x) => x.iter().map(ToString::to_string).collect(),
-        Values::Boolean(x) => x.iter().map(ToString::to_string).collect(),
-        Values::Text(x) => x.clone(),
-        Values::Binary(_) => return None,
+        StartValues::Real(x) => x.iter().map(|x| format!("{x:?}")).collect(),
+        StartValues::Signed(x) => x.iter().map(ToString::to_string).collect(),
+        StartValues::Unsigned(x) => x.iter().map(ToString::to_string).collect(),
+        StartValues::Boolean(x) => x.iter().map(ToString::to_string).collect(),
+        StartValues::Text(x) => x.clone(),
+        StartValues::Binary(_) => return None,
     };
     (texts.len() == d.elements(v)?).then_some(())?;
     texts.iter().enumerate().all(|(i, text)| buffer.parse(i, text)).then_some(buffer)
@@ -66,8 +71,8 @@ pub(crate) fn start(d: &Description, v: &Variable) -> Option<Buffer> {
 /// Sets one element from what a user writes; items of an enumeration by name or number.
 pub(crate) fn assign(
     d: &Description,
-    v: &Variable,
-    buffer: &mut Buffer,
+    v: &DescriptionVariable,
+    buffer: &mut ValueBuffer,
     at: usize,
     text: &str,
 ) -> Result<(), String> {
@@ -79,7 +84,7 @@ pub(crate) fn assign(
     if known && finite && buffer.parse(at, item.as_deref().unwrap_or(text)) {
         return Ok(());
     }
-    let wanted = if v.kind == Type::Enumeration && !items.is_empty() {
+    let wanted = if v.kind == VariableType::Enumeration && !items.is_empty() {
         items.iter().map(|i| i.name.as_str()).collect::<Vec<_>>().join(", ")
     } else {
         format!("{:?}", v.kind)

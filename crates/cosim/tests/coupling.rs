@@ -5,56 +5,71 @@
 
 use std::path::Path;
 
-use trueup_cosim::system::{Algorithm, Component, Connection, Port, Record, Run, Start, System};
-use trueup_cosim::{Error, Master, Memory, RunLog, check};
-use trueup_testkit::{Block, Problem, Version, compiler, problems};
+use trueup_cosim::system::{
+    Algorithm, Connection, CosimSystem, RecordedVariable, RunSettings, StartValue, SystemComponent,
+    VariablePort,
+};
+use trueup_cosim::{CosimError, Master, RunLog, SeriesMemory, check};
+use trueup_testkit::{BlockFmu, BlockVersion, ShotProblem, compiler, problems};
 
-fn port(text: &str) -> Port {
+fn port(text: &str) -> VariablePort {
     let (component, variable) = text.split_once('.').unwrap();
-    Port { component: component.into(), variable: variable.into() }
+    VariablePort { component: component.into(), variable: variable.into() }
 }
 
 /// The problem as a system; its FMUs are made in `folder`.
-fn system(problem: &Problem, version: Version, folder: &Path, algorithm: Algorithm, step: f64) -> System {
-    let component = |block: &Block| Component {
+fn system(
+    problem: &ShotProblem,
+    version: BlockVersion,
+    folder: &Path,
+    algorithm: Algorithm,
+    step: f64,
+) -> CosimSystem {
+    let component = |block: &BlockFmu| SystemComponent {
         name: block.name.clone(),
         fmu: block.build(version, folder).unwrap(),
-        ..Component::default()
+        ..SystemComponent::default()
     };
     let connection = |(from, to): &(String, String)| Connection {
         from: port(from),
         to: port(to),
         ..Connection::default()
     };
-    System {
+    CosimSystem {
         components: problem.blocks.iter().map(component).collect(),
         connections: problem.connections.iter().map(connection).collect(),
-        run: Run {
+        run: RunSettings {
             start: Some(0.0),
             stop: Some(problem.stop),
             step: Some(step),
             algorithm: Some(algorithm),
-            ..Run::default()
+            ..RunSettings::default()
         },
-        ..System::default()
+        ..CosimSystem::default()
     }
 }
 
-fn run(system: &System) -> Result<(RunLog, Memory), Error> {
-    let mut memory = Memory::default();
+fn run(system: &CosimSystem) -> Result<(RunLog, SeriesMemory), CosimError> {
+    let mut memory = SeriesMemory::default();
     let log = Master::new(check(system)?)?.run(&mut memory)?;
     Ok((log, memory))
 }
 
 /// Largest error of these outputs at the end of the run.
-fn error(problem: &Problem, memory: &Memory, outputs: &[&str]) -> f64 {
+fn error(problem: &ShotProblem, memory: &SeriesMemory, outputs: &[&str]) -> f64 {
     let exact = problem.exact(*memory.time().last().unwrap(), outputs).unwrap();
     let last = |name: &&str| *memory.column(name).unwrap().last().unwrap();
     outputs.iter().map(last).zip(exact).map(|(x, e)| (x - e).abs()).fold(0.0, f64::max)
 }
 
 /// Error of the problem with this algorithm and step.
-fn measured(problem: &Problem, version: Version, algorithm: Algorithm, step: f64, outputs: &[&str]) -> f64 {
+fn measured(
+    problem: &ShotProblem,
+    version: BlockVersion,
+    algorithm: Algorithm,
+    step: f64,
+    outputs: &[&str],
+) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let (_, memory) = run(&system(problem, version, folder.path(), algorithm, step)).unwrap();
     error(problem, &memory, outputs)
@@ -74,7 +89,7 @@ fn errors_at_a_fixed_step_are_those_of_the_theory() {
     if skip() {
         return;
     }
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         for (algorithm, bound, order) in [
             (Algorithm::Jacobi, 3.3e-3, 1),
             (Algorithm::Extrapolate, 5.3e-5, 2),
@@ -96,8 +111,8 @@ fn fmus_that_offer_nothing_are_of_second_order_too() {
     if skip() {
         return;
     }
-    let plain = problems::two_mass().map(Block::plain);
-    for version in Version::ALL {
+    let plain = problems::two_mass().map(BlockFmu::plain);
+    for version in BlockVersion::ALL {
         for algorithm in [Algorithm::Extrapolate, Algorithm::GaussSeidel] {
             let [coarse, fine] = [0.01, 0.001].map(|h| measured(&plain, version, algorithm, h, &MASSES));
             println!("plain {version:?} {algorithm} {coarse:e} {fine:e}");
@@ -113,12 +128,12 @@ fn stiff_coupling_is_stable_when_iterated() {
     }
     let problem = problems::stiff_two_mass();
     // The fast mode has a period of 4.4 ms.
-    let explicit = measured(&problem, Version::Two, Algorithm::Jacobi, 1e-3, &MASSES);
-    let iterated = measured(&problem, Version::Two, Algorithm::Iterative, 1e-3, &MASSES);
+    let explicit = measured(&problem, BlockVersion::Two, Algorithm::Jacobi, 1e-3, &MASSES);
+    let iterated = measured(&problem, BlockVersion::Two, Algorithm::Iterative, 1e-3, &MASSES);
     println!("stiff {explicit:e} {iterated:e}");
     assert!(explicit > 1e3, "{explicit:e}");
     assert!(iterated < 0.5, "{iterated:e}");
-    let fine = measured(&problem, Version::Two, Algorithm::Iterative, 1e-4, &MASSES);
+    let fine = measured(&problem, BlockVersion::Two, Algorithm::Iterative, 1e-4, &MASSES);
     println!("stiff fine {fine:e}");
     assert!(fine < 3e-3, "{fine:e}");
 }
@@ -131,8 +146,8 @@ fn a_loop_of_feedthrough_is_solved_at_every_point() {
     let problem = problems::feedthrough_loop(-0.9);
     let states = ["first.x", "second.x"];
     for directional in [true, false] {
-        for version in Version::ALL {
-            let problem = problem.clone().map(|b| Block { directional, ..b });
+        for version in BlockVersion::ALL {
+            let problem = problem.clone().map(|b| BlockFmu { directional, ..b });
             let error = measured(&problem, version, Algorithm::Iterative, 5e-4, &states);
             println!("loop {version:?} {error:e}");
             assert!(error < 1e-3, "{error:e}");
@@ -140,8 +155,8 @@ fn a_loop_of_feedthrough_is_solved_at_every_point() {
     }
     // With a gain of 1.1 the loop itself is unstable.
     let folder = tempfile::tempdir().unwrap();
-    let unstable = Problem { stop: 0.02, ..problems::feedthrough_loop(1.1) };
-    let system = system(&unstable, Version::Two, folder.path(), Algorithm::Iterative, 1e-5);
+    let unstable = ShotProblem { stop: 0.02, ..problems::feedthrough_loop(1.1) };
+    let system = system(&unstable, BlockVersion::Two, folder.path(), Algorithm::Iterative, 1e-5);
     let (log, memory) = run(&system).unwrap();
     assert!(memory.column("first.x").unwrap().last().unwrap().abs() > 100.0);
     assert!(log.loops[0].residual < 1e-9, "{:?}", log.loops);
@@ -152,7 +167,7 @@ fn a_nonlinear_loop_is_solved_from_zero_or_named() {
     if skip() {
         return;
     }
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         for (lower, x1, x2) in
             [(false, 4.55717497580269, 0.0928624959671143), (true, -4.97384164246935, -1.49564027374489)]
         {
@@ -179,8 +194,9 @@ fn a_nonlinear_loop_is_solved_from_zero_or_named() {
             feedthrough: vec![vec![Some("1".into())]],
         };
     }
-    let failed = run(&system(&problem, Version::Two, folder.path(), Algorithm::Jacobi, 0.1)).unwrap_err();
-    let Error::Loop { variables, .. } = &failed else { panic!("{failed}") };
+    let failed =
+        run(&system(&problem, BlockVersion::Two, folder.path(), Algorithm::Jacobi, 0.1)).unwrap_err();
+    let CosimError::Loop { variables, .. } = &failed else { panic!("{failed}") };
     assert_eq!(variables.len(), 2);
     let said = failed.to_string();
     assert!(["first.x2 = ", "second.x1 = ", "t = 0 s"].iter().all(|w| said.contains(w)), "{said}");
@@ -194,7 +210,7 @@ fn halves_that_integrate_the_same_velocity_do_not_drift_apart() {
     let problem = problems::drift();
     for algorithm in [Algorithm::Extrapolate, Algorithm::Iterative] {
         let folder = tempfile::tempdir().unwrap();
-        let (_, memory) = run(&system(&problem, Version::Two, folder.path(), algorithm, 0.1)).unwrap();
+        let (_, memory) = run(&system(&problem, BlockVersion::Two, folder.path(), algorithm, 0.1)).unwrap();
         let last = |name: &str| *memory.column(name).unwrap().last().unwrap();
         let apart = last("spring.x") - last("mass.x");
         println!("drift {algorithm} {apart:e}");
@@ -209,7 +225,7 @@ fn a_slow_component_never_shows_the_future() {
     }
     let problem = problems::two_mass();
     let folder = tempfile::tempdir().unwrap();
-    let mut slow = system(&problem, Version::Two, folder.path(), Algorithm::Jacobi, 0.01);
+    let mut slow = system(&problem, BlockVersion::Two, folder.path(), Algorithm::Jacobi, 0.01);
     slow.components[0].step = Some(0.1);
     let (_, memory) = run(&slow).unwrap();
     let x1 = memory.column("left.x1").unwrap();
@@ -223,7 +239,7 @@ fn a_slow_component_never_shows_the_future() {
     // These FMUs are exact for inputs on lines, so that the fast one may take one step or ten on the same line.
     slow.run.algorithm = Some(Algorithm::Extrapolate);
     let two_rates = error(&problem, &run(&slow).unwrap().1, &MASSES);
-    let one_rate = measured(&problem, Version::Two, Algorithm::Extrapolate, 0.1, &MASSES);
+    let one_rate = measured(&problem, BlockVersion::Two, Algorithm::Extrapolate, 0.1, &MASSES);
     assert!((two_rates - one_rate).abs() < 1e-9 && one_rate < 5e-3, "{two_rates:e}, {one_rate:e}");
 }
 
@@ -233,7 +249,7 @@ fn the_choice_is_explained() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut loose = system(&problems::two_mass(), Version::Two, folder.path(), Algorithm::Jacobi, 0.1);
+    let mut loose = system(&problems::two_mass(), BlockVersion::Two, folder.path(), Algorithm::Jacobi, 0.1);
     loose.run.algorithm = None;
     let (log, _) = run(&loose).unwrap();
     assert_eq!(log.algorithm, Algorithm::Extrapolate);
@@ -241,17 +257,17 @@ fn the_choice_is_explained() {
     loose.connections.pop();
     let (log, _) = run(&loose).unwrap();
     assert_eq!(log.algorithm, Algorithm::GaussSeidel);
-    let plain = problems::two_mass().map(Block::plain);
-    let rigid = system(&plain, Version::Three, folder.path(), Algorithm::Iterative, 0.1);
+    let plain = problems::two_mass().map(BlockFmu::plain);
+    let rigid = system(&plain, BlockVersion::Three, folder.path(), Algorithm::Iterative, 0.1);
     let said = run(&rigid).err().unwrap().to_string();
     assert!(said.contains("`left`, `right`") && said.contains("extrapolate"), "{said}");
 }
 
-fn faulty(system: &System, component: usize, fault: &str) -> System {
-    let start = |name: &str, value: &str| Start {
+fn faulty(system: &CosimSystem, component: usize, fault: &str) -> CosimSystem {
+    let start = |name: &str, value: &str| StartValue {
         variable: name.into(),
         values: vec![value.into()],
-        ..Start::default()
+        ..StartValue::default()
     };
     let mut faulty = system.clone();
     faulty.components[component].start = vec![start("fault", fault), start("faultTime", "0.5")];
@@ -264,11 +280,14 @@ fn faults_in_a_coupled_run_name_fmu_and_time() {
         return;
     }
     let problem = problems::two_mass();
-    let runs = Version::ALL.map(|v| [Algorithm::Extrapolate, Algorithm::Jacobi].map(|a| (v, a)));
+    let runs = BlockVersion::ALL.map(|v| [Algorithm::Extrapolate, Algorithm::Jacobi].map(|a| (v, a)));
     for (version, algorithm) in runs.into_iter().flatten() {
         let folder = tempfile::tempdir().unwrap();
-        let plain =
-            if algorithm == Algorithm::Jacobi { problem.clone().map(Block::plain) } else { problem.clone() };
+        let plain = if algorithm == Algorithm::Jacobi {
+            problem.clone().map(BlockFmu::plain)
+        } else {
+            problem.clone()
+        };
         let healthy = system(&plain, version, folder.path(), algorithm, 0.01);
         let exact = error(&problem, &run(&healthy).unwrap().1, &MASSES);
         for (fault, said, what) in [
@@ -280,7 +299,7 @@ fn faults_in_a_coupled_run_name_fmu_and_time() {
             ("10", "Error", "fmiGet"),
             ("11", "Error", "fmiSet"),
         ] {
-            let mut memory = Memory::default();
+            let mut memory = SeriesMemory::default();
             let plan = check(&faulty(&healthy, 1, fault)).unwrap();
             let text = Master::new(plan).unwrap().run(&mut memory).unwrap_err().to_string();
             let what = what.replace("fmi", version.tag());
@@ -295,7 +314,7 @@ fn faults_in_a_coupled_run_name_fmu_and_time() {
             println!("fault {fault}: {error:e}, {} discarded", log.discarded);
             assert!(error <= 1.05 * exact, "{fault}: {error:e}");
             // An FMU of FMI 3.0 may return early instead, or be asked for short steps from the beginning.
-            if fault != "9" || version == Version::Two {
+            if fault != "9" || version == BlockVersion::Two {
                 assert_eq!(log.discarded > 0, fault != "1", "{fault}");
             }
         }
@@ -311,16 +330,17 @@ fn the_short_way_gives_the_same_bits_as_the_general_one() {
         return;
     }
     const NAMES: [&str; 5] = ["left.x1", "left.v1", "right.F", "right.x2", "right.v2"];
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let faults = ["0", "1", "7", "9", "8"];
         let algorithms = [Algorithm::Jacobi, Algorithm::Extrapolate];
         for (fault, algorithm) in faults.into_iter().flat_map(|f| algorithms.map(|a| (f, a))) {
             let folder = tempfile::tempdir().unwrap();
-            let plain = problems::two_mass().map(Block::plain);
+            let plain = problems::two_mass().map(BlockFmu::plain);
             let mut short = system(&plain, version, folder.path(), algorithm, 0.01);
             // Neither a multiple of the step nor a row at each point.
             short.run.stop = Some(0.987);
-            let recorded = NAMES.map(|n| Record { name: n.into(), every: 3, ..Record::default() });
+            let recorded =
+                NAMES.map(|n| RecordedVariable { name: n.into(), every: 3, ..RecordedVariable::default() });
             short.record = recorded.into();
             // What is converted on the way, too.
             short.connections[0].factor = 0.9;
@@ -328,18 +348,20 @@ fn the_short_way_gives_the_same_bits_as_the_general_one() {
             let short = faulty(&short, 1, fault);
             let mut general = short.clone();
             if algorithm == Algorithm::Jacobi {
-                let idle = Component { name: "idle".into(), step: Some(0.02), ..short.components[0].clone() };
+                let idle =
+                    SystemComponent { name: "idle".into(), step: Some(0.02), ..short.components[0].clone() };
                 general.components.push(idle);
             } else {
-                let pair = problems::equation_pair(false).map(Block::plain);
+                let pair = problems::equation_pair(false).map(BlockFmu::plain);
                 let beside = system(&pair, version, folder.path(), algorithm, 0.01);
                 general.components.extend(beside.components);
                 general.connections.extend(beside.connections);
             }
             let [(a, short), (b, general)] = [short, general].map(|s| run(&s).unwrap());
             for name in NAMES {
-                let bits =
-                    |m: &Memory| m.column(name).unwrap().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                let bits = |m: &SeriesMemory| {
+                    m.column(name).unwrap().iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+                };
                 assert_eq!(bits(&short), bits(&general), "{version:?} {algorithm:?} {fault} {name}");
             }
             assert_eq!((a.steps, a.time, a.terminated_by), (b.steps, b.time, b.terminated_by));

@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use trueup_cosim::{Error, Inputs, Options, Results, Summary, simulate};
-use trueup_fmi_description::Version;
-use trueup_fmi_import::{Fmu, Status};
+use trueup_cosim::{CosimError, InputFileTable, Results, SimulateOptions, Summary, simulate};
+use trueup_fmi_description::FmiVersion;
+use trueup_fmi_import::{FmiStatus, UnpackedFmu};
 
 const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="faulty" guid="{f}">
@@ -23,13 +23,13 @@ const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>"#;
 
 /// The unpacked FMU, or `None`, said aloud.
-fn fmu() -> Option<(tempfile::TempDir, Arc<Fmu>)> {
+fn fmu() -> Option<(tempfile::TempDir, Arc<UnpackedFmu>)> {
     equal_steps(false)
 }
 
-fn equal_steps(only: bool) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
+fn equal_steps(only: bool) -> Option<(tempfile::TempDir, Arc<UnpackedFmu>)> {
     let folder = tempfile::tempdir().unwrap();
-    let binaries = folder.path().join("binaries").join(Version::V2.platform());
+    let binaries = folder.path().join("binaries").join(FmiVersion::V2.platform());
     std::fs::create_dir_all(&binaries).unwrap();
     let description = if only { DESCRIPTION.replace("\"true\"", "\"false\"") } else { DESCRIPTION.into() };
     std::fs::write(folder.path().join("modelDescription.xml"), description).unwrap();
@@ -43,17 +43,20 @@ fn equal_steps(only: bool) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
         eprintln!("SKIPPED: no C compiler (cc)");
         return None;
     }
-    let fmu = Fmu::open(folder.path()).unwrap();
+    let fmu = UnpackedFmu::open(folder.path()).unwrap();
     Some((folder, fmu))
 }
 
-fn options(fault: u32) -> Options {
+fn options(fault: u32) -> SimulateOptions {
     let set = vec![("fault".into(), fault.to_string())];
-    Options { set, stop: Some(1.0), step: Some(0.1), ..Options::default() }
+    SimulateOptions { set, stop: Some(1.0), step: Some(0.1), ..SimulateOptions::default() }
 }
 
 /// Result of the run and the rows of the file that is left, with its name.
-fn run(fmu: &Arc<Fmu>, options: &Options) -> (Result<Summary, Error>, String, Vec<[f64; 2]>) {
+fn run(
+    fmu: &Arc<UnpackedFmu>,
+    options: &SimulateOptions,
+) -> (Result<Summary, CosimError>, String, Vec<[f64; 2]>) {
     let folder = tempfile::tempdir().unwrap();
     let mut table = Results::create(&folder.path().join("run.csv")).unwrap();
     let result = simulate(fmu, options, &mut table);
@@ -88,10 +91,10 @@ fn a_warning_does_not_end_the_run() {
 #[test]
 fn error_fatal_and_discard_end_it_with_call_time_and_log() {
     let Some((_folder, fmu)) = fmu() else { return };
-    for (fault, status) in [(3, Status::Error), (4, Status::Fatal)] {
+    for (fault, status) in [(3, FmiStatus::Error), (4, FmiStatus::Fatal)] {
         let (result, name, rows) = run(&fmu, &options(fault));
         let error = result.unwrap_err();
-        let Error::Call { time, source } = &error else { panic!("{error}") };
+        let CosimError::Call { time, source } = &error else { panic!("{error}") };
         assert_eq!((*time, source.status()), (0.5, Some(status)));
         let said = error.to_string();
         let fault = format!("fault {fault}");
@@ -132,7 +135,7 @@ fn a_discarded_step_is_shortened_or_continued() {
     let Some((_folder, fmu)) = equal_steps(true) else { return };
     let said = run(&fmu, &options(7)).0.unwrap_err().to_string();
     assert!(said.contains("takes no other step"), "{said}");
-    let odd = Options { step: Some(0.3), ..options(0) };
+    let odd = SimulateOptions { step: Some(0.3), ..options(0) };
     let said = run(&fmu, &odd).0.unwrap_err().to_string();
     assert!(said.contains("0.3 s does not divide 1 s"), "{said}");
 }
@@ -151,8 +154,8 @@ fn outputs_follow_the_input_of_their_own_time() {
     let Some((folder, fmu)) = fmu() else { return };
     let file = folder.path().join("in.csv");
     std::fs::write(&file, "time,u,y\n0,10,0\n1,20,0\n").unwrap();
-    let inputs = Inputs::read(&file, "".as_ref(), None).unwrap();
-    let (result, _, rows) = run(&fmu, &Options { inputs: Some(inputs), ..options(0) });
+    let inputs = InputFileTable::read(&file, "".as_ref(), None).unwrap();
+    let (result, _, rows) = run(&fmu, &SimulateOptions { inputs: Some(inputs), ..options(0) });
     result.unwrap();
     assert!(rows.iter().all(|[t, y]| (y - (t + 10.0 + 10.0 * t)).abs() < 1e-9), "{rows:?}");
 }
@@ -161,17 +164,17 @@ fn outputs_follow_the_input_of_their_own_time() {
 fn all_wrong_settings_are_named_at_once() {
     let Some((_folder, fmu)) = fmu() else { return };
     let set = [("fault", "1.5"), ("y", "1"), ("z", "1"), ("u", "nan"), ("u[1]", "0")];
-    let wrong = Options {
+    let wrong = SimulateOptions {
         set: set.iter().map(|(n, v)| ((*n).into(), (*v).into())).collect(),
         stop: Some(-1.0),
         outputs: vec!["q".into()],
-        ..Options::default()
+        ..SimulateOptions::default()
     };
-    let Err(Error::Setting(wrong)) = run_only(&fmu, &wrong) else { panic!() };
+    let Err(CosimError::Setting(wrong)) = run_only(&fmu, &wrong) else { panic!() };
     assert_eq!(wrong.len(), 7, "{wrong:?}");
 }
 
-fn run_only(fmu: &Arc<Fmu>, options: &Options) -> Result<Summary, Error> {
+fn run_only(fmu: &Arc<UnpackedFmu>, options: &SimulateOptions) -> Result<Summary, CosimError> {
     let folder = tempfile::tempdir().unwrap();
     simulate(fmu, options, &mut Results::create(&folder.path().join("run.csv")).unwrap())
 }

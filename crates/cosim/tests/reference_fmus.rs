@@ -5,9 +5,9 @@
 
 use std::path::PathBuf;
 
-use trueup_cosim::{Inputs, Options, Results, simulate};
+use trueup_cosim::{InputFileTable, Results, SimulateOptions, simulate};
 use trueup_fmi_description::archive::Archive;
-use trueup_fmi_import::Fmu;
+use trueup_fmi_import::UnpackedFmu;
 
 type Rows = (Vec<String>, Vec<Vec<String>>);
 
@@ -30,7 +30,7 @@ fn matches_its_reference(version: u32, model: &str) {
         return;
     };
     let file = PathBuf::from(folder).join(format!("{version}.0")).join(format!("{model}.fmu"));
-    let fmu = Fmu::open(&file).unwrap();
+    let fmu = UnpackedFmu::open(&file).unwrap();
     let mut archive = Archive::open(&file).unwrap();
     let mut extra = |what: &str| {
         let name = format!("extra/org.fmi-standard.fmi-ls-ref/{model}_{what}.csv");
@@ -41,14 +41,14 @@ fn matches_its_reference(version: u32, model: &str) {
     let inputs = extra("in").map(|text| {
         let file = out.path().join("in.csv");
         std::fs::write(&file, text).unwrap();
-        Inputs::read(&file, "".as_ref(), None)
+        InputFileTable::read(&file, "".as_ref(), None)
     });
     let time = |i: usize| expected[i][0].parse::<f64>().unwrap();
-    let options = Options {
+    let options = SimulateOptions {
         stop: Some(time(expected.len() - 1).max(fmu.description().experiment.stop_time.unwrap_or(0.0))),
         step: Some(time(1) - time(0)),
         inputs: inputs.and_then(Result::ok),
-        ..Options::default()
+        ..SimulateOptions::default()
     };
     let results = out.path().join("out.csv");
     let mut writer = Results::create(&results).unwrap();

@@ -6,17 +6,19 @@ use std::path::Path;
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use trueup_cosim::{Column, Error, Kind, Memory, Results, Row, Sink, Values};
+use trueup_cosim::{
+    ColumnKind, CosimError, ResultColumn, ResultRow, ResultSink, Results, RowValues, SeriesMemory,
+};
 
-fn columns() -> Vec<Column> {
+fn columns() -> Vec<ResultColumn> {
     let mut columns = vec![
-        Column::new("plant.angle", Kind::Real, "rad"),
-        Column::new("a[1,2]", Kind::Single, ""),
-        Column::new("signed", Kind::Integer, ""),
-        Column::new("stuck", Kind::Boolean, ""),
-        Column::new("unsigned", Kind::Unsigned, ""),
-        Column::new("state", Kind::Text, ""),
-        Column::new("seldom", Kind::Real, "N.m"),
+        ResultColumn::new("plant.angle", ColumnKind::Real, "rad"),
+        ResultColumn::new("a[1,2]", ColumnKind::Single, ""),
+        ResultColumn::new("signed", ColumnKind::Integer, ""),
+        ResultColumn::new("stuck", ColumnKind::Boolean, ""),
+        ResultColumn::new("unsigned", ColumnKind::Unsigned, ""),
+        ResultColumn::new("state", ColumnKind::Text, ""),
+        ResultColumn::new("seldom", ColumnKind::Real, "N.m"),
     ];
     columns[6].every = 3;
     columns
@@ -34,8 +36,8 @@ fn texts(k: u64) -> String {
     ["plain", "a,b", "say \"no\"", "", "two\nlines"][(k % 5) as usize].to_owned()
 }
 
-fn values(k: u64) -> Values {
-    Values {
+fn values(k: u64) -> RowValues {
+    RowValues {
         reals: vec![double(k), f64::from(double(k) as f32).clamp(-1e30, 1e30), double(k + 1000)],
         integers: vec![i64::MIN + k as i64, (k % 2) as i64, (u64::MAX - k) as i64],
         texts: vec![texts(k)],
@@ -43,12 +45,12 @@ fn values(k: u64) -> Values {
 }
 
 /// `rows` points, and an event between the second and the third.
-fn fill(sink: &mut dyn Sink, rows: u64) -> Result<(), Error> {
+fn fill(sink: &mut dyn ResultSink, rows: u64) -> Result<(), CosimError> {
     sink.begin(&columns())?;
     for k in 0..rows {
-        sink.row(Row { time: 0.1 * k as f64, point: Some(k), values: &values(k) })?;
+        sink.row(ResultRow { time: 0.1 * k as f64, point: Some(k), values: &values(k) })?;
         if k == 1 {
-            sink.row(Row { time: 0.1, point: None, values: &values(k) })?;
+            sink.row(ResultRow { time: 0.1, point: None, values: &values(k) })?;
         }
     }
     Ok(())
@@ -64,7 +66,7 @@ fn written(folder: &Path, name: &str, rows: u64) -> std::path::PathBuf {
 }
 
 /// What is expected at row `i`: point (`None`: the event) and its values.
-fn row(i: usize) -> (Option<u64>, Values) {
+fn row(i: usize) -> (Option<u64>, RowValues) {
     let k = if i < 2 { i as u64 } else { i as u64 - 1 };
     ((i != 2).then_some(k), values(k))
 }
@@ -131,7 +133,7 @@ fn parquet_reads_back_bit_for_bit_over_several_groups() {
 
 #[test]
 fn memory_keeps_what_was_given() {
-    let mut memory = (Memory::default(), None::<Memory>);
+    let mut memory = (SeriesMemory::default(), None::<SeriesMemory>);
     fill(&mut memory, 10).unwrap();
     let (memory, _) = memory;
     assert_eq!(memory.time().len(), 11);
@@ -172,7 +174,7 @@ fn a_failed_run_keeps_a_readable_file_of_another_name() {
         // No column at all is a file all the same.
         let mut results = Results::create(&file).unwrap();
         results.begin(&[]).unwrap();
-        results.row(Row { time: 0.0, point: Some(0), values: &Values::default() }).unwrap();
+        results.row(ResultRow { time: 0.0, point: Some(0), values: &RowValues::default() }).unwrap();
         results.finish().unwrap();
         assert!(file.exists());
     }

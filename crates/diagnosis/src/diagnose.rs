@@ -32,34 +32,34 @@ use trueup_hypotheses::innovations::search::search_joint;
 use trueup_hypotheses::innovations::verdict::judge;
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
-use trueup_models::effect::Plant;
+use trueup_models::effect::PlantKind;
 use trueup_signals::Loaded;
 
-use crate::engine::decide::{Decision, Free, Thresholds, decide};
-use crate::engine::hypothesis::{Claim, Hypothesis};
-use crate::engine::recordings::{Prepared, Unfit};
-use crate::engine::replay::{Complete, Polished};
-use crate::engine::search::{Fitted, Search, excess};
-use crate::engine::select::{Effort, Found};
+use crate::engine::decide::{Decision, FreeRun, Thresholds, decide};
+use crate::engine::hypothesis::{Hypothesis, HypothesisClaim};
+use crate::engine::recordings::{PreparedCase, UnfitCase};
+use crate::engine::replay::{CompleteModel, FreeRunFit};
+use crate::engine::search::{CaseSearch, FittedSet, excess};
+use crate::engine::select::{SearchEffort, SearchResult};
 use crate::engine::stretches::Stretches;
-use crate::engine::subject::Subject;
-use crate::experiment::Experiment;
+use crate::engine::subject::DiagnosisSubject;
+use crate::experiment::ProposedExperiment;
 use crate::outcome::*;
 use crate::picture::Picture;
 use crate::thinned::{Thinning, thinned};
-use began::Began;
-use conclude::{Decided, conclude};
-use contest::{Contest, POLISH};
-use ground::Ground;
-use innovations::{Judged, Teller, Told};
-use record::Record;
+use began::FreeRunStart;
+use conclude::{DecidedCase, conclude};
+use contest::{FreeRunComparison, POLISH};
+use ground::ComparisonBasis;
+use innovations::{DecisionBuilder, EngineDecision, JudgedCase};
+use record::DecisionRecord;
 
 /// Part of the work that is done when the sets are found: their free runs take longer than the search.
 const SEARCHED: f64 = 0.35;
 
 /// What weighs the causes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Engine {
+pub enum DiagnosisEngine {
     /// Balances that recordings lead, and free runs.
     #[default]
     Balances,
@@ -68,18 +68,18 @@ pub enum Engine {
 }
 
 /// What weighs the causes of a joint where nothing else is called for.
-pub const JOINT_ENGINE: Engine = Engine::Innovations;
+pub const JOINT_ENGINE: DiagnosisEngine = DiagnosisEngine::Innovations;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub struct DiagnoseOptions {
     /// For everything that is drawn.
     pub seed: u64,
     /// What weighs the causes; `None`: [`JOINT_ENGINE`] of a joint, balances of an arm. Where the innovations engine cannot take a
     /// case balances weigh them, and the record says why.
-    pub engine: Option<Engine>,
+    pub engine: Option<DiagnosisEngine>,
     /// How far to search.
-    pub effort: Effort,
+    pub effort: SearchEffort,
     /// Where the lines between verdicts are.
     pub limits: Thresholds,
     /// A grave finding of the intake caps the verdict at `unknown`: figures are told, nothing is claimed.
@@ -94,12 +94,12 @@ pub struct Options {
     pub verdict_only: bool,
 }
 
-impl Default for Options {
+impl Default for DiagnoseOptions {
     fn default() -> Self {
         Self {
             seed: 1,
             engine: None,
-            effort: Effort::default(),
+            effort: SearchEffort::default(),
             limits: Thresholds::default(),
             capped: false,
             force: false,
@@ -115,7 +115,7 @@ impl Default for Options {
 pub enum DiagnoseError {
     /// The case is not fit for it.
     #[error(transparent)]
-    Unfit(#[from] Unfit),
+    Unfit(#[from] UnfitCase),
     /// A recording is too short.
     #[error("{0}; leave it out of case.toml, or record for longer")]
     Short(String),
@@ -138,7 +138,7 @@ pub enum DiagnoseError {
 
 /// Time series of a channel of a recording, for pictures.
 #[derive(Clone, Debug)]
-pub struct Trace {
+pub struct ChannelTrace {
     /// Recording.
     pub recording: String,
     /// FMU variable.
@@ -165,22 +165,22 @@ pub struct Diagnosed {
     /// What the case shows before any effect is named; none where the verdict alone was asked for.
     pub picture: Option<Picture>,
     /// What to record next.
-    pub next: Option<Experiment>,
+    pub next: Option<ProposedExperiment>,
     /// Held-out recordings (of cases without: those for fitting).
-    pub traces: Vec<Trace>,
+    pub traces: Vec<ChannelTrace>,
     /// Which joints of the nominal model have a spring.
     pub flexible: Vec<bool>,
     /// The augmented model, where an effect is claimed.
-    pub augmented: Option<Augmented>,
+    pub augmented: Option<AugmentedModel>,
     /// Where its free runs of those recordings began.
-    pub began: Vec<Began>,
+    pub began: Vec<FreeRunStart>,
     /// What the verdict was decided from; `None`: nothing could be simulated.
-    pub record: Option<Record>,
+    pub record: Option<DecisionRecord>,
 }
 
 /// The model with what was claimed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Augmented {
+pub struct AugmentedModel {
     /// Effects that it is packed with (ids, places behind a colon).
     pub effects: Vec<String>,
     /// Which of its joints are packed flexible.
@@ -201,10 +201,10 @@ pub struct Augmented {
 /// See [`DiagnoseError`].
 pub fn diagnose(
     loaded: &Loaded,
-    options: &Options,
+    options: &DiagnoseOptions,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
-    let subject = Subject::of(&loaded.case)?;
+    let subject = DiagnosisSubject::of(&loaded.case)?;
     let (small, thinning) = match options.all_readings {
         true => (Cow::Borrowed(loaded), None),
         false => thinned(loaded, subject.plant, &subject.inputs()),
@@ -218,16 +218,17 @@ pub fn diagnose(
 fn diagnose_all(
     loaded: &Loaded,
     whole: &Loaded,
-    options: &Options,
+    options: &DiagnoseOptions,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
-    let case = Prepared::new(loaded)?;
+    let case = PreparedCase::new(loaded)?;
     tell(0.01, "finding what a perfect model would leave");
-    let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
+    let search = CaseSearch::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search);
     let noticed = input_scale::mistaken(&search);
-    let options = &Options { capped: options.capped || !noticed.is_empty() && !options.force, ..*options };
+    let options =
+        &DiagnoseOptions { capped: options.capped || !noticed.is_empty() && !options.force, ..*options };
     if options.capped {
         let found =
             raw.and_then(|raw| nothing_concluded(loaded, &search, (raw, noticed.clone()), options, tell));
@@ -235,8 +236,8 @@ fn diagnose_all(
     }
     let raw = raw?;
     let mut instead = None;
-    let usual = if case.subject.plant == Plant::Joint { JOINT_ENGINE } else { Engine::Balances };
-    if options.engine.unwrap_or(usual) == Engine::Innovations {
+    let usual = if case.subject.plant == PlantKind::Joint { JOINT_ENGINE } else { DiagnosisEngine::Balances };
+    if options.engine.unwrap_or(usual) == DiagnosisEngine::Innovations {
         tell(0.5 * SEARCHED, "weighing every cause by the innovations");
         match evidence(whole, &search, options) {
             Ok(own) => return by_innovations(loaded, &search, (raw, noticed), own, options, tell),
@@ -256,7 +257,7 @@ fn diagnose_all(
     // Where balances miss nothing they know the parameters better than free runs, which chase the noise of their inputs.
     let given = || {
         let theta = search.compare(&led.stated).start();
-        (!led.misses_little()).then(|| search.polish(&Fitted { theta, ..led.clone() }, POLISH))
+        (!led.misses_little()).then(|| search.polish(&FittedSet { theta, ..led.clone() }, POLISH))
     };
     let (nearest, given) = parallel::join(|| search.polish(&led, POLISH), given);
     // Where balances are blind a free run may have strayed too far to come back.
@@ -271,12 +272,12 @@ fn diagnose_all(
     ground.stretches = short.as_ref().zip(in_short);
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
-    let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
+    let near = |f: &FreeRun| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
     let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > near(&f));
     let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
-    let ran = Contest { ground: &ground, contenders: &contenders, effort };
+    let ran = FreeRunComparison { ground: &ground, contenders: &contenders, effort };
     // What happens in the recordings for fitting alone is a gap as well.
     let plain = found.above(found.plain.excess()) > options.limits.gap.bare;
     free.trained = !case.holdout.is_empty()
@@ -294,10 +295,10 @@ fn diagnose_all(
         ("the noise floor", free.floor),
         ("what chance may leave", free.chance),
     ])?;
-    let mut record = Record::new(case.subject.plant, &found, raw, free, &ran);
+    let mut record = DecisionRecord::new(case.subject.plant, &found, raw, free, &ran);
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
     (record.left_out, record.instead) = (decision.left_out, instead);
-    let decided = Decided { found, decision, by_evidence: None, contenders, record, noticed };
+    let decided = DecidedCase { found, decision, by_evidence: None, contenders, record, noticed };
     conclude(&search, options, models, ground, decided, loaded, tell)
 }
 
@@ -305,31 +306,36 @@ fn diagnose_all(
 ///
 /// # Errors
 /// Why it cannot take it.
-fn evidence(loaded: &Loaded, search: &Search<'_>, options: &Options) -> Result<(Told, Judged), String> {
+fn evidence(
+    loaded: &Loaded,
+    search: &CaseSearch<'_>,
+    options: &DiagnoseOptions,
+) -> Result<(EngineDecision, JudgedCase), String> {
     let findings = search_joint(loaded).map_err(|e| e.to_string())?;
     let judged = judge(&findings).ok_or("no hypothesis of the innovations engine could be compared")?;
-    let told = Teller::new(search, &findings, options.effort).told(&judged, &options.limits)?;
-    Ok((told, Judged::from(&judged)))
+    let told = DecisionBuilder::new(search, &findings, options.effort).told(&judged, &options.limits)?;
+    Ok((told, JudgedCase::from(&judged)))
 }
 
 /// By the evidence of the innovations.
 fn by_innovations(
     loaded: &Loaded,
-    search: &Search<'_>,
-    (raw, noticed): (f64, Vec<Noticed>),
-    (told, judged): (Told, Judged),
-    options: &Options,
+    search: &CaseSearch<'_>,
+    (raw, noticed): (f64, Vec<NoticedMistake>),
+    (told, judged): (EngineDecision, JudgedCase),
+    options: &DiagnoseOptions,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     tell(SEARCHED, "fitting and running freely what was found");
-    let Told { found, decision, own, evidence } = told;
+    let EngineDecision { found, decision, own, evidence } = told;
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
-    let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
+    let ran = FreeRunComparison { ground: &ground, contenders: &[], effort: options.effort };
     let plant = search.case.subject.plant;
-    let record = Record { innovations: Some(judged), ..Record::new(plant, &found, raw, free, &ran) };
+    let record =
+        DecisionRecord { innovations: Some(judged), ..DecisionRecord::new(plant, &found, raw, free, &ran) };
     let contenders = Vec::new();
-    let decided = Decided { found, decision, by_evidence: Some(own), contenders, record, noticed };
+    let decided = DecidedCase { found, decision, by_evidence: Some(own), contenders, record, noticed };
     let mut diagnosed = conclude(search, options, models, ground, decided, loaded, tell)?;
     for c in &mut diagnosed.diagnosis.candidates {
         c.evidence = evidence.get(&(c.id.clone(), c.component.clone())).copied().unwrap_or(c.evidence);
@@ -340,9 +346,9 @@ fn by_innovations(
 /// After a grave finding nothing is looked for: how far the model as it was given is off, and where, as far as that can be told.
 fn nothing_concluded(
     loaded: &Loaded,
-    search: &Search<'_>,
-    (raw, noticed): (f64, Vec<Noticed>),
-    options: &Options,
+    search: &CaseSearch<'_>,
+    (raw, noticed): (f64, Vec<NoticedMistake>),
+    options: &DiagnoseOptions,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     tell(SEARCHED, "a grave finding: no cause is looked for");
@@ -350,27 +356,27 @@ fn nothing_concluded(
     let stated = search.state(&[]).map_err(DiagnoseError::Nominal)?;
     let start = search.compare(&stated).start();
     let plain = search.standing(stated, start).ok_or_else(broken)?;
-    let found = Found { best: plain.clone(), sets: Vec::new(), plain };
+    let found = SearchResult { best: plain.clone(), sets: Vec::new(), plain };
     let (models, ground) = ground(search, &found, [], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
-    let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
-    let record = Record::new(search.case.subject.plant, &found, raw, free, &ran);
+    let ran = FreeRunComparison { ground: &ground, contenders: &[], effort: options.effort };
+    let record = DecisionRecord::new(search.case.subject.plant, &found, raw, free, &ran);
     let (decision, contenders) = (Decision::nothing(), Vec::new());
-    let decided = Decided { decision, found, by_evidence: None, contenders, record, noticed };
+    let decided = DecidedCase { decision, found, by_evidence: None, contenders, record, noticed };
     conclude(search, options, models, ground, decided, loaded, tell)
 }
 
 /// The model as it was given and with its own parameters fitted, and how both run freely. It stays as it was given where no
 /// fit of it is nearer.
 fn ground<'a>(
-    search: &'a Search<'a>,
-    found: &Found,
-    polished: impl IntoIterator<Item = Polished>,
-    options: &Options,
-) -> Result<([Complete; 2], Ground<'a>), DiagnoseError> {
+    search: &'a CaseSearch<'a>,
+    found: &SearchResult,
+    polished: impl IntoIterator<Item = FreeRunFit>,
+    options: &DiagnoseOptions,
+) -> Result<([CompleteModel; 2], ComparisonBasis<'a>), DiagnoseError> {
     let case = search.case;
     let plain = &found.plain.stated;
-    let before = Complete { stated: plain.clone(), theta: search.compare(plain).start() };
+    let before = CompleteModel { stated: plain.clone(), theta: search.compare(plain).start() };
     let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
     let nearest =
         (polished.into_iter()).filter(|p| p.misfit < bare).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
@@ -381,7 +387,7 @@ fn ground<'a>(
     let shown = search.replay(&before, runs).map_err(nominal)?;
     let shown_tuned = search.replay(&tuned, runs).unwrap_or_else(|_| shown.clone());
     let floors = search.floors(&tuned, runs, options.seed).map_err(nominal)?;
-    let ground = Ground::new(search, runs, [shown, shown_tuned], (fitted, misfit), floors, options);
+    let ground = ComparisonBasis::new(search, runs, [shown, shown_tuned], (fitted, misfit), floors, options);
     Ok(([before, tuned], ground))
 }
 
@@ -393,7 +399,7 @@ fn all_finite<const N: usize>(figures: [(&'static str, f64); N]) -> Result<(), D
     }
 }
 
-fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {
+fn raw_excess(search: &CaseSearch<'_>) -> Result<f64, DiagnoseError> {
     let stated = search.state(&[]).map_err(DiagnoseError::Nominal)?;
     let problem = search.compare(&stated);
     let r = problem.residuals(&problem.start()).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
@@ -401,19 +407,25 @@ fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {
 }
 
 /// Whether this model leaves a gap in the recordings for fitting: a limit that those held out do not reach, say.
-fn has_gap_in_training(search: &Search<'_>, model: &Complete, options: &Options) -> bool {
+fn has_gap_in_training(search: &CaseSearch<'_>, model: &CompleteModel, options: &DiagnoseOptions) -> bool {
     let runs = &search.case.train;
     let Ok(shown) = search.replay(model, runs) else { return false };
     let Ok(floors) = search.floors(model, runs, options.seed) else { return false };
-    let ground =
-        Ground::new(search, runs, [shown.clone(), shown.clone()], (None, f64::INFINITY), floors, options);
+    let ground = ComparisonBasis::new(
+        search,
+        runs,
+        [shown.clone(), shown.clone()],
+        (None, f64::INFINITY),
+        floors,
+        options,
+    );
     ground.free(&shown).is_some_and(|f| f.before > f.chance)
 }
 
 /// The plain model with all its parameters free, from where the search left it.
-fn tuned_start(search: &Search<'_>, found: &Found, effort: Effort) -> Fitted {
+fn tuned_start(search: &CaseSearch<'_>, found: &SearchResult, effort: SearchEffort) -> FittedSet {
     let wide: Vec<Hypothesis> =
-        search.causes.iter().filter(|h| matches!(h.claim, Claim::Parameter(_))).cloned().collect();
+        search.causes.iter().filter(|h| matches!(h.claim, HypothesisClaim::Parameter(_))).cloned().collect();
     let start_from =
         if found.best.stated.set.iter().any(Hypothesis::is_effect) { &found.plain } else { &found.best };
     let fitted = search.state(&wide).ok().and_then(|stated| {

@@ -7,25 +7,25 @@
 
 mod menu;
 
-use crate::engine::unknown::Prior;
+use crate::engine::unknown::UnknownPrior;
 use std::collections::BTreeSet;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
-use trueup_identification::lsq::Options;
+use trueup_identification::lsq::SolverOptions;
 use trueup_identification::parallel;
-use trueup_identification::run::{Channel, Drive, Run};
+use trueup_identification::run::{IdentificationRun, InputDrive, OutputChannel};
 use trueup_signals::Recording;
 
 use crate::engine::decide::{Decision, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::problem::{Compared, Comparison, Unknown};
-use crate::engine::recordings::Prepared;
-use crate::engine::search::{Fitted, Search};
-use crate::engine::select::Found;
+use crate::engine::problem::{BalanceProblem, BalanceUnknown, Compared};
+use crate::engine::recordings::PreparedCase;
+use crate::engine::search::{CaseSearch, FittedSet};
+use crate::engine::select::SearchResult;
 use crate::outcome::{NextExperiment, Verdict};
-use menu::Course;
+use menu::InputCourse;
 
 /// The file that its inputs are written to.
 pub const FILE: &str = "next-experiment.csv";
@@ -45,7 +45,7 @@ const SEEDS: [u64; 2] = [1, 2];
 
 /// An input over time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Played {
+pub struct SimulatedExperiment {
     /// FMU variable.
     pub name: String,
     /// Times in s.
@@ -56,19 +56,20 @@ pub struct Played {
 
 /// An experiment with what it promises.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Experiment {
+pub struct ProposedExperiment {
     /// What `diagnosis.json` says.
     pub said: NextExperiment,
     /// Its inputs, on the same times.
-    pub inputs: Vec<Played>,
+    pub inputs: Vec<SimulatedExperiment>,
 }
 
 /// The inputs as a recording's file.
 ///
 /// # Errors
 /// Of the writer.
-pub fn csv(inputs: &[Played]) -> Result<Vec<u8>, std::io::Error> {
-    let channel = |i: &Played| trueup_signals::Channel::new(&i.name, "", i.time.clone(), i.value.clone());
+pub fn csv(inputs: &[SimulatedExperiment]) -> Result<Vec<u8>, std::io::Error> {
+    let channel =
+        |i: &SimulatedExperiment| trueup_signals::Channel::new(&i.name, "", i.time.clone(), i.value.clone());
     let recording = Recording { channels: inputs.iter().map(channel).collect(), ..Recording::default() };
     let mut out = Vec::new();
     recording.to_csv(&mut out)?;
@@ -77,7 +78,7 @@ pub fn csv(inputs: &[Played]) -> Result<Vec<u8>, std::io::Error> {
 
 /// What is to be told apart, and on what ground.
 struct Setting<'a> {
-    search: &'a Search<'a>,
+    search: &'a CaseSearch<'a>,
     /// Inputs that drove the plant: index, largest value, how it goes between samples.
     driven: Vec<(usize, f64)>,
     /// A recording that the new one is to be like.
@@ -91,11 +92,11 @@ struct Setting<'a> {
 /// Proposes an experiment where causes were not told apart; `None` where there is nothing to tell apart, or nothing on the
 /// menu that would.
 pub fn propose(
-    search: &Search<'_>,
-    found: &Found,
+    search: &CaseSearch<'_>,
+    found: &SearchResult,
     decision: &Decision,
     limits: &Thresholds,
-) -> Option<Experiment> {
+) -> Option<ProposedExperiment> {
     if decision.verdict != Verdict::Ambiguous {
         return None;
     }
@@ -103,8 +104,8 @@ pub fn propose(
         let near = list.iter().filter(|r| -r.1 < limits.odds.apart).map(|r| &found.sets[r.0]);
         // What only the form of a law tells apart no recording settles.
         let own = &found.best.stated.set[i];
-        let apart = |f: &&Fitted| other(found, f).is_some_and(|o| !o.same_friction(own));
-        let near: Vec<&Fitted> = near.filter(apart).take(RIVALS).collect();
+        let apart = |f: &&FittedSet| other(found, f).is_some_and(|o| !o.same_friction(own));
+        let near: Vec<&FittedSet> = near.filter(apart).take(RIVALS).collect();
         (found.best.stated.set[i].is_effect() && !near.is_empty()).then_some((i, near))
     })?;
     let setting = Setting::new(search, limits.balances.trust)?;
@@ -122,10 +123,10 @@ pub fn propose(
     if promise.odds <= 0.0 || probability < 0.5 {
         return None;
     }
-    let inputs: Vec<Played> = course
+    let inputs: Vec<SimulatedExperiment> = course
         .inputs
         .iter()
-        .map(|(input, value)| Played {
+        .map(|(input, value)| SimulatedExperiment {
             name: search.case.subject.inputs()[*input].clone(),
             time: (0..value.len()).map(|k| tidy(k as f64 * setting.step)).collect(),
             value: value.clone(),
@@ -141,7 +142,7 @@ pub fn propose(
         promise.ratio
     );
     let said = NextExperiment { why, separates, input: FILE.into(), probability: Some(probability) };
-    Some(Experiment { said, inputs })
+    Some(ProposedExperiment { said, inputs })
 }
 
 /// Without the last digits of a product.
@@ -150,13 +151,13 @@ fn tidy(t: f64) -> f64 {
 }
 
 /// What a rival set has in the place of one of the chosen causes.
-fn other<'a>(found: &Found, f: &'a Fitted) -> Option<&'a Hypothesis> {
+fn other<'a>(found: &SearchResult, f: &'a FittedSet) -> Option<&'a Hypothesis> {
     f.stated.set.iter().find(|o| !found.best.stated.set.contains(o) && o.is_effect())
 }
 
 /// What an input promises.
 #[derive(Clone, Copy, Debug)]
-struct Promise {
+struct InputPromise {
     /// Odds (natural logarithm) of the truth over the rival.
     odds: f64,
     /// By how much they vary with the noise.
@@ -166,7 +167,7 @@ struct Promise {
 }
 
 impl<'a> Setting<'a> {
-    fn new(search: &'a Search<'a>, trust: f64) -> Option<Self> {
+    fn new(search: &'a CaseSearch<'a>, trust: f64) -> Option<Self> {
         let train = &search.case.train;
         let like = train.first()?;
         let mut driven: Vec<(usize, f64)> = Vec::new();
@@ -196,7 +197,7 @@ impl<'a> Setting<'a> {
     }
 
     /// Inputs of the joints that the rivals are about.
-    fn favoured(&self, rivals: &[&Fitted]) -> Vec<usize> {
+    fn favoured(&self, rivals: &[&FittedSet]) -> Vec<usize> {
         let inputs = self.search.case.subject.inputs();
         let sites = rivals.iter().flat_map(|f| &f.stated.set).filter(|h| h.per_joint).map(|h| h.site + 1);
         let name = |site: usize| format!("jointTorque[{site}]");
@@ -207,21 +208,27 @@ impl<'a> Setting<'a> {
     }
 
     /// The recording that would be made, without readings yet.
-    fn blank(&self, course: &Course) -> Compared {
+    fn blank(&self, course: &InputCourse) -> Compared {
         let run = &self.like.run;
         let count = (self.length / self.step).floor() as usize + 1;
         let t: Vec<f64> = (0..count).map(|k| self.step * k as f64).collect();
         let channels =
-            run.channels.iter().map(|c| Channel { t: t.clone(), y: vec![0.0; count], ..c.clone() });
-        let drives = course.inputs.iter().map(|(input, value)| Drive {
+            run.channels.iter().map(|c| OutputChannel { t: t.clone(), y: vec![0.0; count], ..c.clone() });
+        let drives = course.inputs.iter().map(|(input, value)| InputDrive {
             input: *input,
             t: t.clone(),
             u: value.clone(),
             between: run.drives.iter().find(|d| d.input == *input).map(|d| d.between).unwrap_or_default(),
-            ..Drive::default()
+            ..InputDrive::default()
         });
         let (channels, drives) = (channels.collect(), drives.collect());
-        let new = Run { name: FILE.into(), channels, drives, start: 0.0, ..Run::default() };
+        let new = IdentificationRun {
+            name: FILE.into(),
+            channels,
+            drives,
+            start: 0.0,
+            ..IdentificationRun::default()
+        };
         // From rest where it was.
         let speeds: Vec<usize> =
             self.search.case.coordinates.iter().filter_map(|c| Some(c.start?[1])).collect();
@@ -232,18 +239,18 @@ impl<'a> Setting<'a> {
 
     /// The recording that a model as it was fitted would make, read with noise. `None`: it cannot be simulated, or would
     /// leave the range that is known.
-    fn made(&self, truth: &Fitted, course: &Course, seed: u64) -> Option<Compared> {
+    fn made(&self, truth: &FittedSet, course: &InputCourse, seed: u64) -> Option<Compared> {
         let runs = [self.blank(course)];
         let mut stated = truth.stated.clone();
         stated.nominal = self.search.compare(&truth.stated).parameters(0, &truth.theta);
-        let (unknowns, theta): (Vec<Unknown>, Vec<f64>) = (stated.unknowns.iter().zip(&truth.theta))
+        let (unknowns, theta): (Vec<BalanceUnknown>, Vec<f64>) = (stated.unknowns.iter().zip(&truth.theta))
             .filter(|(u, _)| u.run.is_none())
             .map(|(u, x)| (u.clone(), *x))
             .unzip();
-        let model = Comparison {
+        let model = BalanceProblem {
             ties: stated.ties,
             unknowns,
-            ..Comparison::free(&stated.model, stated.nominal, &runs)
+            ..BalanceProblem::free(&stated.model, stated.nominal, &runs)
         };
         let mut run = runs[0].run.clone();
         run.channels.iter_mut().zip(model.shown(0, &theta).ok()?).for_each(|(c, y)| c.y = y);
@@ -256,27 +263,32 @@ impl<'a> Setting<'a> {
     }
 
     /// Power that a set of causes leaves of a recording, fitted to it within what the recordings at hand leave open.
-    fn left(new: &Search<'_>, f: &Fitted) -> Option<(f64, f64)> {
+    fn left(new: &CaseSearch<'_>, f: &FittedSet) -> Option<(f64, f64)> {
         let mut stated = new.state(&f.stated.set).ok()?;
         let sd = f.deviations();
         for u in stated.unknowns.iter_mut().filter(|u| u.run.is_none() && u.lower < u.upper) {
             let known = f.stated.unknowns.iter().position(|o| o.name == u.name && o.run.is_none());
             if let Some(k) = known.filter(|k| sd[*k] > 0.0) {
-                u.prior = Some(Prior::normal(f.theta[k], sd[k]));
+                u.prior = Some(UnknownPrior::normal(f.theta[k], sd[k]));
             }
         }
         let start = new.begin_with(&stated, f);
-        let options = Options { max_iterations: 6, cost_tolerance: 1e-4, radius: 1.0, ..Options::default() };
+        let options = SolverOptions {
+            max_iterations: 6,
+            cost_tolerance: 1e-4,
+            radius: 1.0,
+            ..SolverOptions::default()
+        };
         let fitted = new.fit(stated, &start, options).ok()?;
         Some(((fitted.chi2 + fitted.prior2) / fitted.count(), fitted.count()))
     }
 
     /// What the course promises against the rival that comes nearest, over several draws of the noise.
-    fn least(&self, truth: &Fitted, rivals: &[&Fitted], course: &Course) -> Option<Promise> {
+    fn least(&self, truth: &FittedSet, rivals: &[&FittedSet], course: &InputCourse) -> Option<InputPromise> {
         let draws = SEEDS.map(|seed| {
             let train = vec![self.made(truth, course, seed)?];
-            let case = Prepared { train, holdout: Vec::new(), ..self.search.case.clone() };
-            let new = Search::new(&case, seed).ok()?;
+            let case = PreparedCase { train, holdout: Vec::new(), ..self.search.case.clone() };
+            let new = CaseSearch::new(&case, seed).ok()?;
             let (own, count) = Self::left(&new, truth)?;
             let all: Option<Vec<f64>> = rivals.iter().map(|r| Some(Self::left(&new, r)?.0 / own)).collect();
             let ratio = all?.into_iter().fold(f64::INFINITY, f64::min);
@@ -288,11 +300,11 @@ impl<'a> Setting<'a> {
         let mean = |f: &dyn Fn(&(f64, f64)) -> f64| draws.iter().map(f).sum::<f64>() / draws.len() as f64;
         let odds = mean(&|d| d.0);
         let spread = mean(&|d| (d.0 - odds).powi(2)).sqrt() * std::f64::consts::SQRT_2;
-        Some(Promise { odds, spread, ratio: mean(&|d| d.1) })
+        Some(InputPromise { odds, spread, ratio: mean(&|d| d.1) })
     }
 
     /// Whether a channel stays near where it was recorded.
-    fn inside(&self, predicted: &Channel) -> bool {
+    fn inside(&self, predicted: &OutputChannel) -> bool {
         let same = self.search.case.train.iter().flat_map(|r| &r.run.channels);
         let readings = same.filter(|c| c.output == predicted.output).flat_map(|c| &c.y);
         let (low, high) =
@@ -308,7 +320,7 @@ mod tests {
 
     #[test]
     fn a_file_of_inputs_is_a_recording() {
-        let played = |name: &str, value: [f64; 3]| Played {
+        let played = |name: &str, value: [f64; 3]| SimulatedExperiment {
             name: name.into(),
             time: vec![0.0, tidy(3.0 * 0.1), 0.6],
             value: value.to_vec(),

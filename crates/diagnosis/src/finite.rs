@@ -227,7 +227,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     #[derive(Serialize)]
-    struct Told {
+    struct ValuePath {
         name: &'static str,
         list: Vec<Option<[f64; 2]>>,
         map: BTreeMap<String, f64>,
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_named_by_its_path() {
         let mut all =
-            Told { name: "x", list: vec![None, Some([0.0, 1.0])], map: [("a".to_owned(), 1.0)].into() };
+            ValuePath { name: "x", list: vec![None, Some([0.0, 1.0])], map: [("a".to_owned(), 1.0)].into() };
         assert_eq!(check(&all), Ok(()));
         all.map.insert("b".into(), f64::NEG_INFINITY);
         assert_eq!(check(&all).unwrap_err().to_string(), "map.b is -inf, not finite");

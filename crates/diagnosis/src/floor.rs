@@ -10,5 +10,5 @@ mod gap;
 pub use carried::carried;
 pub(crate) use carried::coloured;
 pub(crate) use estimate::correlation;
-pub use estimate::{Floor, Source, input, output};
-pub use gap::{Gap, Gaps, Pooled, Replayed, gaps};
+pub use estimate::{ChannelFloor, ChannelFloorSource, input, output};
+pub use gap::{GapShares, Gaps, Pooled, ReplayedChannel, gaps};

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use trueup_signals::Case;
 
-use crate::outcome::Inputs;
+use crate::outcome::DiagnosisInputs;
 
 /// A file that was there and cannot be read any more.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {source}", .file.display())]
-pub struct Unread {
+pub struct UnreadRecording {
     /// The file.
     pub file: PathBuf,
     /// Why.
@@ -22,8 +22,8 @@ pub struct Unread {
 /// Hashes of `case.toml`, of all recordings that it names and of what stands beside these.
 ///
 /// # Errors
-/// [`Unread`]
-pub fn read(case: &Case) -> Result<Inputs, Unread> {
+/// [`UnreadRecording`]
+pub fn read(case: &Case) -> Result<DiagnosisInputs, UnreadRecording> {
     let file = case.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut files = BTreeMap::from([(file, hash(&case.file)?)]);
     for name in case.recordings() {
@@ -44,11 +44,11 @@ pub fn read(case: &Case) -> Result<Inputs, Unread> {
     for (name, hash) in &files {
         let _ = writeln!(list, "{hash}  {name}");
     }
-    Ok(Inputs { sha256: hex(&Sha256::digest(list.as_bytes())), files })
+    Ok(DiagnosisInputs { sha256: hex(&Sha256::digest(list.as_bytes())), files })
 }
 
-fn hash(file: &Path) -> Result<String, Unread> {
-    let bytes = std::fs::read(file).map_err(|source| Unread { file: file.into(), source })?;
+fn hash(file: &Path) -> Result<String, UnreadRecording> {
+    let bytes = std::fs::read(file).map_err(|source| UnreadRecording { file: file.into(), source })?;
     Ok(hex(&Sha256::digest(&bytes)))
 }
 

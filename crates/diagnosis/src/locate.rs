@@ -20,12 +20,12 @@ pub use interval::{Interval, change_points, intervals};
 pub use joint::{
     JointBalances, JointColumns, joint_balances, joint_edges, joint_intervals, joint_unknown_inputs,
 };
-pub use order::{Order, orders};
+pub use order::{ResidualOrder, orders};
 pub use regime::{Feature, Regime, regimes};
 
 /// A residual over time and the standard deviation that noise alone would give it.
 #[derive(Clone, Copy, Debug)]
-pub struct Residual<'a> {
+pub struct ResidualSeries<'a> {
     /// The recording's name.
     pub recording: &'a str,
     /// Times in s, strictly increasing.
@@ -36,7 +36,7 @@ pub struct Residual<'a> {
     pub floor: f64,
 }
 
-impl Residual<'_> {
+impl ResidualSeries<'_> {
     /// In units of the floor.
     fn whitened(&self) -> Vec<f64> {
         self.value.iter().map(|r| r / self.floor).collect()
@@ -45,7 +45,7 @@ impl Residual<'_> {
 
 /// A balance that would be 0 if nothing were missing.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Balance {
+pub struct EquationBalance {
     /// What is missing, in the balance's unit, sample by sample.
     pub value: Vec<f64>,
     /// Standard deviation that the sensors' noise gives it.
@@ -54,7 +54,7 @@ pub struct Balance {
 
 /// On which side of a free-floating system's boundary the cause of a gap lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum BoundarySide {
     /// Nothing is missing beyond noise.
     None,
     /// Momentum stays, a joint's balance does not: friction, transmission, actuator.

@@ -25,7 +25,7 @@ pub enum Verdict {
 
 /// Gaps: RMS(simulated - measured) / RMS(measured - its mean) over held-out recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Gap {
+pub struct HeldOutGap {
     /// Nominal parameters.
     pub before: f64,
     /// Own parameters refitted, nothing added.
@@ -44,7 +44,7 @@ pub struct Gap {
     pub window: Option<WindowGap>,
 }
 
-/// A [`Gap`] of runs that begin again in every window, from first states that are estimated there.
+/// A [`HeldOutGap`] of runs that begin again in every window, from first states that are estimated there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WindowGap {
     /// Length of a window, s.
@@ -65,9 +65,9 @@ pub struct WindowGap {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GapReport {
     /// Root mean square over the channels.
-    pub overall: Option<Gap>,
+    pub overall: Option<HeldOutGap>,
     /// By channel.
-    pub channels: BTreeMap<String, Gap>,
+    pub channels: BTreeMap<String, HeldOutGap>,
     /// Channels without variation, left out.
     #[serde(default)]
     pub left_out: Vec<String>,
@@ -132,7 +132,7 @@ pub struct BandShare {
 
 /// Where the gap lies.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Where {
+pub struct GapLocation {
     /// By component.
     pub components: Vec<ComponentShare>,
     /// By channel.
@@ -150,7 +150,7 @@ pub struct Where {
 
 /// What the sensors tell apart by the structure of the equations alone.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Sensors {
+pub struct SensorFindings {
     /// Components that show; those of one set only the form of an effect tells apart.
     pub classes: Vec<Vec<String>>,
     /// Components whose faults no balance of measured quantities shows.
@@ -159,7 +159,7 @@ pub struct Sensors {
 
 /// A value with its interval.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Amount {
+pub struct ClaimedAmount {
     /// Value.
     pub value: f64,
     /// Its unit.
@@ -176,7 +176,7 @@ pub const AT_BOUND: &str = "at the bound of the search";
 /// An estimate that the recordings say nothing of.
 pub const NOT_DETERMINED: &str = "not determined by these recordings";
 
-impl Amount {
+impl ClaimedAmount {
     /// A value with the interval `ci95` that an estimate has within the bounds of its search. An end on a bound is open, for
     /// there the search ends, not the doubt; an interval without width is none.
     pub fn within([lower, upper]: [f64; 2], value: f64, unit: String, ci95: [f64; 2]) -> Self {
@@ -209,14 +209,14 @@ pub struct Claimed {
     /// That it is there.
     pub probability: f64,
     /// Its parameters.
-    pub parameters: BTreeMap<String, Amount>,
+    pub parameters: BTreeMap<String, ClaimedAmount>,
     /// How much of the held-out gap it closes by itself; where it did not run freely alone, of what the balances miss.
     pub closed_alone: Option<f64>,
 }
 
 /// A candidate, whether claimed or not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Candidate {
+pub struct CandidateCause {
     /// Effect id.
     pub id: String,
     /// Where it would act.
@@ -233,7 +233,7 @@ pub struct Candidate {
 
 /// None of these.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Unknown {
+pub struct UnknownShare {
     /// Something is there that no candidate explains.
     pub present: bool,
     /// How surely.
@@ -260,7 +260,7 @@ pub struct NextExperiment {
 /// How bad a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Severity {
+pub enum OutcomeSeverity {
     /// Good to know.
     Note,
     /// Figures may be wrong.
@@ -269,7 +269,7 @@ pub enum Severity {
     Grave,
 }
 
-impl From<trueup_signals::Severity> for Severity {
+impl From<trueup_signals::Severity> for OutcomeSeverity {
     fn from(severity: trueup_signals::Severity) -> Self {
         match severity {
             trueup_signals::Severity::Note => Self::Note,
@@ -281,9 +281,9 @@ impl From<trueup_signals::Severity> for Severity {
 
 /// Something that was noticed of a recording, the case or the figures.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Noticed {
+pub struct NoticedMistake {
     /// How bad.
-    pub severity: Severity,
+    pub severity: OutcomeSeverity,
     /// What kind, by a name that stays.
     pub kind: String,
     /// File, as the case names it.
@@ -297,7 +297,7 @@ pub struct Noticed {
     pub text: String,
 }
 
-impl Noticed {
+impl NoticedMistake {
     /// Findings of a case in this folder, the worst first.
     pub fn of(findings: &[Finding], folder: &Path) -> Vec<Self> {
         let mut all: Vec<&Finding> = findings.iter().collect();
@@ -320,7 +320,7 @@ impl Noticed {
 
 /// What was read, so that a diagnosis can be tied to its data.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Inputs {
+pub struct DiagnosisInputs {
     /// SHA-256 of the list of files below, one a line: hash, two blanks, name (what `sha256sum` prints).
     pub sha256: String,
     /// By name in the case's folder: SHA-256 of the file.
@@ -340,20 +340,20 @@ pub struct Diagnosis {
     pub gap: GapReport,
     /// What these sensors can tell at all.
     #[serde(default)]
-    pub sensors: Sensors,
+    pub sensors: SensorFindings,
     /// Where.
     #[serde(rename = "where")]
-    pub location: Where,
+    pub location: GapLocation,
     /// What is claimed, most probable first.
     pub effects: Vec<Claimed>,
     /// Ranked.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<CandidateCause>,
     /// The plant's own, refitted.
-    pub parameters: BTreeMap<String, Amount>,
+    pub parameters: BTreeMap<String, ClaimedAmount>,
     /// Sets that these recordings cannot tell apart.
     pub indistinguishable: Vec<Vec<String>>,
     /// None of these.
-    pub unknown: Unknown,
+    pub unknown: UnknownShare,
     /// When recordings held out part from the model; asked for by `--watch`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watch: Option<Vec<Departure>>,
@@ -366,10 +366,10 @@ pub struct Diagnosis {
     pub capped: bool,
     /// What was noticed, the worst first.
     #[serde(default)]
-    pub findings: Vec<Noticed>,
+    pub findings: Vec<NoticedMistake>,
     /// What was read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub inputs: Option<Inputs>,
+    pub inputs: Option<DiagnosisInputs>,
     /// What should be said beside it.
     #[serde(default)]
     pub notes: Vec<String>,
@@ -391,12 +391,12 @@ pub struct Departure {
     pub end: f64,
     /// How much of an input would do the same, on the mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub like: Option<Like>,
+    pub like: Option<SimilarCause>,
 }
 
 /// So much more of an input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Like {
+pub struct SimilarCause {
     /// FMU variable.
     pub input: String,
     /// How much more.
@@ -418,7 +418,7 @@ mod tests {
     #[test]
     fn no_interval_stands_on_a_bound_or_has_no_width() {
         let told = |value, ci95| {
-            let a = Amount::within([0.0, 10.0], value, "N.m".into(), ci95);
+            let a = ClaimedAmount::within([0.0, 10.0], value, "N.m".into(), ci95);
             (a.ci95, a.reason)
         };
         assert_eq!(told(3.0, [2.0, 4.0]), ([Some(2.0), Some(4.0)], None));
@@ -429,7 +429,7 @@ mod tests {
         assert_eq!(told(3.0, [3.0, 3.0]), ([None, None], Some(NOT_DETERMINED.into())));
         assert_eq!(told(3.0, [0.0, 10.0]), ([None, None], Some(NOT_DETERMINED.into())));
         // A search without bounds ends nowhere.
-        let free = Amount::within([f64::NEG_INFINITY, f64::INFINITY], 3.0, "N.m".into(), [2.0, 4.0]);
+        let free = ClaimedAmount::within([f64::NEG_INFINITY, f64::INFINITY], 3.0, "N.m".into(), [2.0, 4.0]);
         assert_eq!((free.ci95, free.reason), ([Some(2.0), Some(4.0)], None));
         assert_eq!(told(3.0, [f64::NAN, f64::NAN]), ([None, None], Some(NOT_DETERMINED.into())));
     }

@@ -8,17 +8,17 @@ mod joint;
 
 use std::collections::BTreeSet;
 
-use trueup_models::effect::Plant;
+use trueup_models::effect::PlantKind;
 use trueup_signals::Loaded;
 
-use crate::engine::subject::{Model, Subject};
-use crate::floor::{self, Floor};
-use crate::locate::isolability::{Isolability, Structure};
-use crate::locate::map::{Curve, Surface};
-use crate::locate::{Bands, Cause, Interval, Order};
-use crate::outcome::Sensors;
+use crate::engine::subject::{DiagnosisSubject, EngineModel};
+use crate::floor::{self, ChannelFloor};
+use crate::locate::isolability::{EquationStructure, Isolability};
+use crate::locate::map::{Curve, ForceSurface};
+use crate::locate::{Bands, BoundarySide, Interval, ResidualOrder};
+use crate::outcome::SensorFindings;
 
-impl From<&Isolability> for Sensors {
+impl From<&Isolability> for SensorFindings {
     fn from(i: &Isolability) -> Self {
         Self { classes: i.classes.clone(), hidden: i.hidden.clone() }
     }
@@ -26,7 +26,7 @@ impl From<&Isolability> for Sensors {
 
 /// A component and its share of what is missing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct PictureComponent {
     /// As in the list of effects: `motor-friction`, `transmission`, `load`, `base`, `sensor:<channel>`.
     pub component: String,
     /// Which joint, from 1 (arms).
@@ -37,7 +37,7 @@ pub struct Place {
 
 /// A quantity over time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct QuantityCourse {
     /// What it is.
     pub title: String,
     /// The recording.
@@ -52,7 +52,7 @@ pub struct Course {
 
 /// A map with its title and axes (quantity and unit).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Titled<T> {
+pub struct TitledMap<T> {
     /// What it is.
     pub title: String,
     /// Along x.
@@ -71,36 +71,38 @@ pub struct Picture {
     /// What these sensors tell apart by structure alone.
     pub isolability: Isolability,
     /// Noise floors of all channels, inputs that are commands left out.
-    pub floors: Vec<Floor>,
+    pub floors: Vec<ChannelFloor>,
     /// Where the balances fail, most first.
-    pub places: Vec<Place>,
+    pub places: Vec<PictureComponent>,
     /// Of a free-floating system: inside or outside.
-    pub cause: Option<Cause>,
+    pub cause: Option<BoundarySide>,
     /// When, by what is missing at the first place.
     pub intervals: Vec<Interval>,
     /// What is missing there over time.
-    pub courses: Vec<Course>,
+    pub courses: Vec<QuantityCourse>,
     /// Along speed, angle and so on.
-    pub curves: Vec<Titled<Curve>>,
+    pub curves: Vec<TitledMap<Curve>>,
     /// Over twist and its rate.
-    pub surfaces: Vec<Titled<Surface>>,
+    pub surfaces: Vec<TitledMap<ForceSurface>>,
     /// Along the turns of an angle.
-    pub orders: Vec<Titled<Vec<Order>>>,
+    pub orders: Vec<TitledMap<Vec<ResidualOrder>>>,
     /// Along frequency.
-    pub bands: Vec<Titled<Bands>>,
+    pub bands: Vec<TitledMap<Bands>>,
 }
 
 /// What the sensors of a case tell apart by the structure of the equations alone, before anything is compared.
-pub fn isolability(loaded: &Loaded, subject: &Subject) -> Isolability {
+pub fn isolability(loaded: &Loaded, subject: &DiagnosisSubject) -> Isolability {
     let channels = channels(loaded);
     match subject.plant {
-        Plant::Joint => Structure::joint(subject.flexible.first().copied().unwrap_or(true), &channels),
-        // What does not move is known without a sensor.
-        Plant::Arm if subject.fixed_base => {
-            let base = ["basePosition[1]", "basePosition[2]", "baseAttitude"];
-            Structure::arm(&subject.flexible, &[channels, base.to_vec()].concat())
+        PlantKind::Joint => {
+            EquationStructure::joint(subject.flexible.first().copied().unwrap_or(true), &channels)
         }
-        Plant::Arm => Structure::arm(&subject.flexible, &channels),
+        // What does not move is known without a sensor.
+        PlantKind::Arm if subject.fixed_base => {
+            let base = ["basePosition[1]", "basePosition[2]", "baseAttitude"];
+            EquationStructure::arm(&subject.flexible, &[channels, base.to_vec()].concat())
+        }
+        PlantKind::Arm => EquationStructure::arm(&subject.flexible, &channels),
     }
     .isolability()
 }
@@ -113,7 +115,7 @@ fn channels(loaded: &Loaded) -> Vec<&str> {
 
 /// The picture of a case; `p` are the parameters of the plant as its owner declares it (refitted, so that a wrong parameter is not
 /// taken for something missing).
-pub fn picture(loaded: &Loaded, subject: &Subject, p: &[f64]) -> Picture {
+pub fn picture(loaded: &Loaded, subject: &DiagnosisSubject, p: &[f64]) -> Picture {
     let channels = channels(loaded);
     let inputs = subject.inputs();
     let floor = |c: &&str| {
@@ -122,15 +124,15 @@ pub fn picture(loaded: &Loaded, subject: &Subject, p: &[f64]) -> Picture {
     let floors = channels.iter().filter_map(floor).collect();
     let mut out = Picture { isolability: isolability(loaded, subject), floors, ..Picture::default() };
     match subject.model::<&str>(&[]) {
-        Ok(Model::Joint(joint)) => joint::look(&mut out, loaded, &joint, p),
-        Ok(Model::Arm(arm)) => arm::look(&mut out, loaded, &arm, p),
+        Ok(EngineModel::Joint(joint)) => joint::look(&mut out, loaded, &joint, p),
+        Ok(EngineModel::Arm(arm)) => arm::look(&mut out, loaded, &arm, p),
         Err(_) => {}
     }
     out
 }
 
 /// The noise of a channel, if it is known.
-fn deviation(floors: &[Floor], channel: &str) -> Option<f64> {
+fn deviation(floors: &[ChannelFloor], channel: &str) -> Option<f64> {
     floors.iter().find(|f| f.channel == channel).map(|f| f.deviation)
 }
 
@@ -151,7 +153,7 @@ pub(crate) fn at_motor(torque: &[f64], velocity: &[f64]) -> &'static str {
     if sum < -0.6 * size { "motor-friction" } else { "actuator" }
 }
 
-fn titled<T>(title: &str, x: [&str; 2], unit: &str, map: T) -> Titled<T> {
+fn titled<T>(title: &str, x: [&str; 2], unit: &str, map: T) -> TitledMap<T> {
     let y = [String::new(), String::new()];
-    Titled { title: title.into(), x: x.map(str::to_owned), y, unit: unit.into(), map }
+    TitledMap { title: title.into(), x: x.map(str::to_owned), y, unit: unit.into(), map }
 }

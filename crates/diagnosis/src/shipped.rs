@@ -1,7 +1,7 @@
 //! What a model that is shipped has, against what is reported: a file that contradicts its own page gets no name.
 
-use crate::diagnose::Augmented;
-use crate::outcome::{Amount, Diagnosis};
+use crate::diagnose::AugmentedModel;
+use crate::outcome::{ClaimedAmount, Diagnosis};
 
 /// A value that is shipped is the one that is reported, to what its text may lose.
 const SAME: f64 = 1e-9;
@@ -40,7 +40,11 @@ pub enum Contradiction {
 ///
 /// # Errors
 /// The first value that is missing or another one.
-pub fn check(d: &Diagnosis, augmented: &Augmented, start: &[(String, f64)]) -> Result<(), Contradiction> {
+pub fn check(
+    d: &Diagnosis,
+    augmented: &AugmentedModel,
+    start: &[(String, f64)],
+) -> Result<(), Contradiction> {
     let claims = d
         .effects
         .iter()
@@ -59,7 +63,7 @@ pub fn check(d: &Diagnosis, augmented: &Augmented, start: &[(String, f64)]) -> R
     Ok(())
 }
 
-impl Augmented {
+impl AugmentedModel {
     /// A parameter is one of the model: gains, offsets and delays of channels are not, nor is a payload, which it has in one
     /// with the link that carries it.
     fn has(&self, name: &str) -> bool {
@@ -74,7 +78,7 @@ impl Augmented {
     }
 }
 
-fn compare(name: &str, amount: &Amount, start: &[(String, f64)]) -> Result<(), Contradiction> {
+fn compare(name: &str, amount: &ClaimedAmount, start: &[(String, f64)]) -> Result<(), Contradiction> {
     let own = start.iter().find(|s| s.0 == name);
     let shipped = own.ok_or_else(|| Contradiction::Missing(name.to_owned()))?.1;
     let reported = amount.value;
@@ -96,8 +100,8 @@ mod tests {
     use super::*;
     use rand::{Rng, SeedableRng};
 
-    fn amount(value: f64, ci95: [Option<f64>; 2]) -> Amount {
-        Amount { value, unit: "1".into(), ci95, reason: None }
+    fn amount(value: f64, ci95: [Option<f64>; 2]) -> ClaimedAmount {
+        ClaimedAmount { value, unit: "1".into(), ci95, reason: None }
     }
 
     /// Values near the one reported, and intervals about it, drawn: shipped is what is the same and inside.

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::outcome::{Noticed, Severity};
-use trueup_models::effect::Plant;
-use trueup_signals::{Channel, Interpolation, Loaded, Sensor};
+use crate::outcome::{NoticedMistake, OutcomeSeverity};
+use trueup_models::effect::PlantKind;
+use trueup_signals::{Channel, Interpolation, Loaded, SensorData};
 
 /// Readings of a channel, in all recordings for fitting, that are taken as they are. 200 s at 200 Hz are fewer.
 const MOST: usize = 40_000;
@@ -23,15 +23,15 @@ pub struct Thinning {
 impl Thinning {
     /// A finding that says so.
     #[must_use]
-    pub fn told(self) -> Noticed {
+    pub fn told(self) -> NoticedMistake {
         let Self { every, rate } = self;
         let ending = match every {
             2 => "nd",
             3 => "rd",
             _ => "th",
         };
-        Noticed {
-            severity: Severity::Note,
+        NoticedMistake {
+            severity: OutcomeSeverity::Note,
             kind: "thinned".into(),
             file: "case.toml".into(),
             line: None,
@@ -47,7 +47,7 @@ impl Thinning {
 #[must_use]
 pub fn thinned<'a>(
     loaded: &'a Loaded,
-    plant: Plant,
+    plant: PlantKind,
     inputs: &[String],
 ) -> (Cow<'a, Loaded>, Option<Thinning>) {
     let is_input = |c: &Channel| inputs.contains(&c.name);
@@ -56,7 +56,7 @@ pub fn thinned<'a>(
     let count = |name: &String| outputs().filter(|c| c.name == *name).map(Channel::len).sum::<usize>();
     let most = names.map(count).max().unwrap_or(0);
     let step = outputs().filter_map(Channel::median_step).fold(f64::INFINITY, f64::min);
-    let coarsest = COARSEST[usize::from(plant == Plant::Arm)];
+    let coarsest = COARSEST[usize::from(plant == PlantKind::Arm)];
     let every = most.div_ceil(MOST).min((coarsest / step * (1.0 + 1e-9)) as usize);
     if every < 2 {
         return (Cow::Borrowed(loaded), None);
@@ -92,7 +92,7 @@ fn averaged(c: &Channel, every: usize) -> Channel {
         Interpolation::Linear => lines(c, &kept),
     };
     let noise = c.sensor.deviation().map(|d| d / (every as f64).sqrt());
-    let sensor = Sensor { noise, resolution: None, ..c.sensor.clone() };
+    let sensor = SensorData { noise, resolution: None, ..c.sensor.clone() };
     Channel { time, values, sensor, ..c.clone() }
 }
 
@@ -148,7 +148,8 @@ mod tests {
         let values = time.iter().map(|t| (3.0 * t).sin() + t).collect();
         let mut c = Channel::new("motorCurrent", "A", time, values);
         c.interpolation = interpolation;
-        c.sensor = Sensor { noise: Some(0.3), resolution: Some(0.4 * 12f64.sqrt()), ..Sensor::default() };
+        c.sensor =
+            SensorData { noise: Some(0.3), resolution: Some(0.4 * 12f64.sqrt()), ..SensorData::default() };
         c
     }
 
@@ -211,12 +212,12 @@ mod tests {
         };
         let inputs = ["motorCurrent".to_owned()];
         let how = |seconds, plant| thinned(&case(seconds), plant, &inputs).1.map(|t| t.every);
-        assert_eq!(how(70, Plant::Joint), None);
-        assert_eq!(how(100, Plant::Joint), Some(2));
-        assert_eq!(how(1000, Plant::Joint), Some(4), "125 a second");
-        assert_eq!(how(1000, Plant::Arm), Some(10), "50 a second");
+        assert_eq!(how(70, PlantKind::Joint), None);
+        assert_eq!(how(100, PlantKind::Joint), Some(2));
+        assert_eq!(how(1000, PlantKind::Joint), Some(4), "125 a second");
+        assert_eq!(how(1000, PlantKind::Arm), Some(10), "50 a second");
         let large = case(100);
-        let (small, _) = thinned(&large, Plant::Joint, &inputs);
+        let (small, _) = thinned(&large, PlantKind::Joint, &inputs);
         let run = &small.recordings["a.csv"];
         assert_eq!(run.channels[1].values[7], large.recordings["a.csv"].channels[1].values[14]);
         assert_eq!(run.channels[1].sensor, large.recordings["a.csv"].channels[1].sensor);

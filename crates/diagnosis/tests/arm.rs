@@ -5,12 +5,12 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trueup_diagnosis::engine::subject::Subject;
-use trueup_diagnosis::locate::{ArmBalances, ArmColumns, Cause, arm_balances};
+use trueup_diagnosis::engine::subject::DiagnosisSubject;
+use trueup_diagnosis::locate::{ArmBalances, ArmColumns, BoundarySide, arm_balances};
 use trueup_diagnosis::outcome::Verdict;
 use trueup_diagnosis::picture::picture;
 use trueup_models::arm::{PlanarManipulator, input, parameter, rotor};
-use trueup_models::effect::Plant;
+use trueup_models::effect::PlantKind;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 const H: f64 = 0.01;
@@ -90,7 +90,7 @@ fn diagnose(p: &[f64], extra: Extra) -> ArmBalances {
         velocity_floor: Vec::new(),
     };
     let found = arm_balances(&arm, &nominal, &columns, &doubts, 4.0).unwrap();
-    let rms = |b: &trueup_diagnosis::locate::Balance| {
+    let rms = |b: &trueup_diagnosis::locate::EquationBalance| {
         (b.value.iter().map(|v| (v / b.floor).powi(2)).sum::<f64>() / b.value.len() as f64).sqrt()
     };
     println!(
@@ -111,7 +111,7 @@ fn defaults() -> Vec<f64> {
 #[test]
 fn nothing_missing_leaves_every_balance_at_its_floor() {
     let found = diagnose(&defaults(), |_, _, _| {});
-    assert_eq!(found.cause, Cause::None);
+    assert_eq!(found.cause, BoundarySide::None);
     for b in &found.missing {
         let rms = (b.value.iter().map(|v| (v / b.floor).powi(2)).sum::<f64>() / b.value.len() as f64).sqrt();
         assert!((0.6..1.4).contains(&rms), "{rms}");
@@ -128,7 +128,7 @@ fn what_pushes_from_outside_moves_momentum() {
         |_, v, u| u[input::base_torque(LINKS)] = -0.5 * v[2],
     ];
     for extra in cases {
-        assert_eq!(diagnose(&defaults(), extra).cause, Cause::External);
+        assert_eq!(diagnose(&defaults(), extra).cause, BoundarySide::External);
     }
 }
 
@@ -144,7 +144,7 @@ fn what_acts_inside_leaves_momentum_and_shows_in_its_row() {
         [(defaults(), friction, &[6]), (defaults(), ripple, &[4]), (soft, |_, _, _| {}, &[3, 6])];
     for (p, extra, rows) in cases {
         let found = diagnose(&p, extra);
-        assert_eq!(found.cause, Cause::Internal);
+        assert_eq!(found.cause, BoundarySide::Internal);
         for (row, ratio) in found.ratios.iter().enumerate() {
             assert_eq!(*ratio > 1.7, rows.contains(&row), "row {row}: {ratio}");
         }
@@ -158,7 +158,7 @@ fn a_wrong_mass_is_not_taken_for_a_force() {
     p[parameter::link_center_of_mass(LINKS) + 2] += 0.02;
     let found = diagnose(&p, |_, _, _| {});
     assert!(found.ratio > 2.0 && found.ratio_fitted < 1.5, "{} {}", found.ratio, found.ratio_fitted);
-    assert_ne!(found.cause, Cause::External);
+    assert_ne!(found.cause, BoundarySide::External);
 }
 
 /// A case whose `[parameters]` are `declared`, with one recording.
@@ -196,14 +196,14 @@ fn write_from(
 #[test]
 #[ignore = "whole diagnosis: ./test --full"]
 fn how_the_rotors_are_coupled_is_read_from_the_case() {
-    use trueup_diagnosis::diagnose::{Options, diagnose};
+    use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
     let mut p = defaults();
     p[parameter::motor_coupling(LINKS)] = rotor::GEARED;
     let folder = tempfile::tempdir().unwrap();
     let load = |declared: &str| {
         write(folder.path(), declared, &p, |_, _, _| {});
         let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-        diagnose(&loaded, &Options::default(), &mut |_, _| {})
+        diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {})
     };
     assert_eq!(load("motorCoupling = \"geared\"").unwrap().diagnosis.verdict, Verdict::NoGap);
     for (declared, says) in [
@@ -220,8 +220,8 @@ fn how_the_rotors_are_coupled_is_read_from_the_case() {
 #[test]
 #[ignore = "long: ./test --full runs it"]
 fn a_satellite_that_nobody_sees_turns_the_way_it_does() {
-    use trueup_diagnosis::engine::recordings::Prepared;
-    use trueup_diagnosis::engine::{replay::Complete, search::Search};
+    use trueup_diagnosis::engine::recordings::PreparedCase;
+    use trueup_diagnosis::engine::{replay::CompleteModel, search::CaseSearch};
     for rate in [0.05, -0.05] {
         let mut p = defaults();
         p[parameter::initial_base_rate(LINKS)] = rate;
@@ -229,13 +229,13 @@ fn a_satellite_that_nobody_sees_turns_the_way_it_does() {
         let gently = |t: f64| command(t).into_iter().map(|u| 0.05 * u).collect();
         write_from(3, folder.path(), "", record_by(gently, &p, |_, _, _| {}));
         let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-        let mut case = Prepared::new(&loaded).unwrap();
+        let mut case = PreparedCase::new(&loaded).unwrap();
         let known = &mut case.train[0].known;
         known.retain(|(i, _)| *i != parameter::initial_base_rate(LINKS));
         known.push((parameter::initial_base_rate(LINKS), -rate));
-        let search = Search::new(&case, 1).unwrap();
+        let search = CaseSearch::new(&case, 1).unwrap();
         let stated = search.state(&[]).unwrap();
-        let complete = Complete { theta: stated.begin_with(&[]), stated };
+        let complete = CompleteModel { theta: stated.begin_with(&[]), stated };
         let settled = search.settled(&complete, &case.train).unwrap();
         let found = settled[0].parameters[parameter::initial_base_rate(LINKS)];
         let deviation = search.misfit(&vec![settled[0].shown.clone()], &case.train).sqrt();
@@ -249,11 +249,11 @@ fn a_satellite_that_nobody_sees_turns_the_way_it_does() {
 #[test]
 #[ignore = "whole diagnosis: ./test --full"]
 fn a_joint_held_to_be_rigid_gives_way() {
-    use trueup_diagnosis::diagnose::{Options, diagnose};
+    use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "jointFlexible = [false, false, false]", &defaults(), |_, _, _| {});
     let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-    let said = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+    let said = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
     let ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
     assert_eq!((said.verdict, &ids[..]), (Verdict::Effects, &[("joint-flexibility", Some(1))][..]));
     let amount = &said.effects[0].parameters["jointStiffness"];
@@ -265,11 +265,11 @@ fn a_joint_held_to_be_rigid_gives_way() {
 #[test]
 #[ignore = "whole diagnosis: ./test --full"]
 fn friction_of_a_rigid_joint_has_no_side() {
-    use trueup_diagnosis::diagnose::{Options, diagnose};
+    use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "", &defaults(), |_, v, u| u[1] -= 0.01 * (v[4] / 1e-3).tanh());
     let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-    let said = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+    let said = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
     let mut ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
     ids.sort_unstable();
     assert_eq!(said.verdict, Verdict::Ambiguous, "{ids:?}");
@@ -282,13 +282,13 @@ fn friction_of_a_rigid_joint_has_no_side() {
 #[test]
 #[ignore = "long: ./test --full runs it"]
 fn motor_friction_of_an_arm_has_bristles_along() {
-    use trueup_diagnosis::engine::recordings::Prepared;
-    use trueup_diagnosis::engine::search::Search;
+    use trueup_diagnosis::engine::recordings::PreparedCase;
+    use trueup_diagnosis::engine::search::CaseSearch;
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "", &defaults(), |_, v, u| u[0] -= 0.05 * (v[6] / 2e-3).tanh());
     let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-    let case = Prepared::new(&loaded).unwrap();
-    let search = Search::new(&case, 1).unwrap();
+    let case = PreparedCase::new(&loaded).unwrap();
+    let search = CaseSearch::new(&case, 1).unwrap();
     let friction = search.causes.iter().find(|h| h.label() == "motor-friction[1]").unwrap();
     let stated = search.state(std::slice::from_ref(friction)).unwrap();
     let names = case.subject.parameters(&stated.model);
@@ -305,7 +305,7 @@ fn motor_friction_of_an_arm_has_bristles_along() {
     let missed = |set: &[_]| {
         let stated = search.state(set).unwrap();
         let start = stated.begin_with(&[]);
-        search.fit(stated, &start, trueup_identification::lsq::Options::default()).unwrap().excess()
+        search.fit(stated, &start, trueup_identification::lsq::SolverOptions::default()).unwrap().excess()
     };
     let [before, after] = [missed(&[]), missed(std::slice::from_ref(friction))];
     println!("{before} floors, {after} with friction");
@@ -321,17 +321,17 @@ fn the_picture_of_a_case_says_inside_or_outside_and_where() {
     soft[parameter::joint_stiffness(LINKS)] *= 0.7;
     let nothing: Extra = |_, _, _| {};
     let cases = [
-        (defaults(), nothing, Cause::None, "", None),
-        (defaults(), friction, Cause::Internal, "motor-friction", Some(1)),
-        (defaults(), ripple, Cause::Internal, "actuator", Some(2)),
-        (soft, nothing, Cause::Internal, "transmission", Some(1)),
-        (defaults(), tilt, Cause::External, "base", None),
+        (defaults(), nothing, BoundarySide::None, "", None),
+        (defaults(), friction, BoundarySide::Internal, "motor-friction", Some(1)),
+        (defaults(), ripple, BoundarySide::Internal, "actuator", Some(2)),
+        (soft, nothing, BoundarySide::Internal, "transmission", Some(1)),
+        (defaults(), tilt, BoundarySide::External, "base", None),
     ];
     for (p, extra, cause, component, joint) in cases {
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), "", &p, extra);
         let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-        let subject = Subject::new(Plant::Arm, vec![true, false, false]);
+        let subject = DiagnosisSubject::new(PlantKind::Arm, vec![true, false, false]);
         let seen = picture(&loaded, &subject, &defaults());
         println!("{component}: {:?} {:?}", seen.cause, seen.places);
         assert_eq!(seen.cause, Some(cause));

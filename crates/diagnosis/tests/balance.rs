@@ -1,45 +1,45 @@
 //! Accelerations that the recorded inputs do not explain, on recordings that are made here.
 
-use trueup_diagnosis::engine::balance::{Led, Links};
-use trueup_diagnosis::engine::coordinate::Coordinate;
+use trueup_diagnosis::engine::balance::{GriddedRecording, Links};
+use trueup_diagnosis::engine::coordinate::CoordinateReadings;
 use trueup_diagnosis::engine::octaves;
-use trueup_diagnosis::engine::subject::{Model, Subject};
-use trueup_identification::run::{Between, Channel, Drive, Run};
-use trueup_identification::sensors::Sensors;
-use trueup_models::effect::Plant;
+use trueup_diagnosis::engine::subject::{DiagnosisSubject, EngineModel};
+use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
+use trueup_identification::sensors::SensorSet;
+use trueup_models::effect::PlantKind;
 use trueup_models::joint::{input, output, parameter};
 
 /// A rigid joint without friction, inertia `J` on the motor's side, led through A sin(w t) by the current that it
 /// takes, and a push of `push` N.m on the motor from t = 4 s to 6 s that the current does not make.
-fn recording(p: &[f64], push: f64) -> Run {
+fn recording(p: &[f64], push: f64) -> IdentificationRun {
     let inertia = p[parameter::MOTOR_INERTIA] + p[parameter::LOAD_INERTIA] / p[parameter::GEAR_RATIO].powi(2);
     let t: Vec<f64> = (0..5000).map(|k| f64::from(k) * 0.002).collect();
     let pushed = |t: f64| if (4.0..6.0).contains(&t) { push } else { 0.0 };
     let (a, w) = (20.0, 3.0);
     let current = |t: f64| (-inertia * a * w * w * (w * t).sin() - pushed(t)) / p[parameter::TORQUE_CONSTANT];
-    Run {
+    IdentificationRun {
         name: "made".into(),
-        drives: vec![Drive {
+        drives: vec![InputDrive {
             input: input::MOTOR_CURRENT,
             u: t.iter().map(|t| current(*t)).collect(),
             t: t.clone(),
-            ..Drive::default()
+            ..InputDrive::default()
         }],
-        channels: vec![Channel {
+        channels: vec![OutputChannel {
             name: "motorAngle".into(),
             output: output::MOTOR_ANGLE,
             y: t.iter().map(|t| a * (w * t).sin()).collect(),
             t,
             sigma: 1e-6,
-            ..Channel::default()
+            ..OutputChannel::default()
         }],
-        ..Run::default()
+        ..IdentificationRun::default()
     }
 }
 
 #[test]
 fn what_is_missing_is_the_torque_that_nobody_told_of() {
-    let subject = Subject::new(Plant::Joint, vec![false]);
+    let subject = DiagnosisSubject::new(PlantKind::Joint, vec![false]);
     let model = subject.model(&[] as &[&str]).unwrap();
     let mut p = subject.defaults(&model);
     for i in [parameter::COULOMB_FRICTION, parameter::STATIC_FRICTION, parameter::VISCOUS_FRICTION] {
@@ -48,9 +48,9 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
     let inertia = p[parameter::MOTOR_INERTIA] + p[parameter::LOAD_INERTIA] / p[parameter::GEAR_RATIO].powi(2);
     let coordinates = subject.coordinates(&model, &p);
     for push in [0.0, 0.01] {
-        let led = Led::new(&recording(&p, push), 2, 1.5).unwrap();
+        let led = GriddedRecording::new(&recording(&p, push), 2, 1.5).unwrap();
         let links = led.links(&model, &coordinates);
-        let missing = led.missing(&model, &links, &p, &Sensors::none(2, output::COUNT)).unwrap();
+        let missing = led.missing(&model, &links, &p, &SensorSet::none(2, output::COUNT)).unwrap();
         for (k, v) in missing[0].iter().enumerate().filter(|(k, _)| led.counts.contains(k)) {
             let t = led.t[k];
             if [4.0, 6.0].iter().any(|edge| (t - edge).abs() < 0.02) {
@@ -65,9 +65,9 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
 
 #[test]
 fn rests_are_bridged() {
-    let p = Subject::new(Plant::Joint, vec![false]);
+    let p = DiagnosisSubject::new(PlantKind::Joint, vec![false]);
     let model = p.model(&[] as &[&str]).unwrap();
-    let mut led = Led::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
+    let mut led = GriddedRecording::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
     let series: Vec<f64> = led.t.clone();
     led.reversal[1000..1500].fill(true);
     let mut odd = series.clone();
@@ -83,9 +83,9 @@ fn rests_are_bridged() {
 #[test]
 fn bridges_keep_fast_noise_fast() {
     use rand::{Rng, SeedableRng};
-    let p = Subject::new(Plant::Joint, vec![false]);
+    let p = DiagnosisSubject::new(PlantKind::Joint, vec![false]);
     let model = p.model(&[] as &[&str]).unwrap();
-    let led = Led::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
+    let led = GriddedRecording::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let noise: Vec<f64> = led.t.iter().map(|_| rng.sample(rand_distr::StandardNormal)).collect();
     let series = octaves::gaussian(&noise, led.kernel, 2);
@@ -114,10 +114,10 @@ fn bridges_keep_fast_noise_fast() {
 /// Fast torques: a ripple at 38 Hz and a shaking motion at 38 Hz, behind a kernel that leaves a third of either.
 #[test]
 fn what_is_fast_passes_the_same_kernel_on_both_sides() {
-    let subject = Subject::new(Plant::Joint, vec![false]);
+    let subject = DiagnosisSubject::new(PlantKind::Joint, vec![false]);
     let (plain, rippled) =
         (subject.model(&[] as &[&str]).unwrap(), subject.model(&["torque-ripple".to_owned()]).unwrap());
-    let without = |model: &Model| {
+    let without = |model: &EngineModel| {
         let mut p = subject.defaults(model);
         for i in [parameter::COULOMB_FRICTION, parameter::STATIC_FRICTION, parameter::VISCOUS_FRICTION] {
             p[i] = 0.0;
@@ -136,17 +136,17 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
     let mut run = recording(&p, 0.0);
     let t = run.channels[0].t.clone();
     run.channels[0].y = t.iter().map(|t| angle(*t)).collect();
-    run.drives[0].between = Between::Linear;
+    run.drives[0].between = InputInterpolation::Linear;
     run.drives[0].u = (t.iter())
         .map(|t| {
             (-inertia * a * w * w * (w * t).cos() - torque * (order * angle(*t)).sin())
                 / p[parameter::TORQUE_CONSTANT]
         })
         .collect();
-    let led = Led::new(&run, 2, kernel).unwrap();
-    let rms = |model: &Model, p: &[f64]| {
+    let led = GriddedRecording::new(&run, 2, kernel).unwrap();
+    let rms = |model: &EngineModel, p: &[f64]| {
         let links = led.links(model, &subject.coordinates(model, p));
-        let missing = led.missing(model, &links, p, &Sensors::none(2, output::COUNT)).unwrap();
+        let missing = led.missing(model, &links, p, &SensorSet::none(2, output::COUNT)).unwrap();
         let counted = &missing[0][led.counts.clone()];
         (counted.iter().map(|v| v * v).sum::<f64>() / counted.len() as f64).sqrt()
     };
@@ -163,8 +163,8 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
 #[test]
 fn what_nothing_leads_moves_beside_what_was_measured() {
     use trueup_models::arm::{input, output, parameter};
-    use trueup_numerics::driver::{Options, simulate};
-    let subject = Subject::new(Plant::Arm, vec![true, false, false]);
+    use trueup_numerics::driver::{DriverOptions, simulate};
+    let subject = DiagnosisSubject::new(PlantKind::Arm, vec![true, false, false]);
     let model = subject.model(&[] as &[&str]).unwrap();
     let (n, p) = (3, subject.defaults(&model));
     // At rest in the beginning: a kernel knows nothing of what was before.
@@ -175,29 +175,32 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     let command = move |t: f64, u: &mut [f64]| u[input::joint_torque(n)..][..n].copy_from_slice(&torque(t));
     let t: Vec<f64> = (0..2000).map(|k| f64::from(k) * 0.02).collect();
     let nominal = vec![1.0; model.sizes().states];
-    let options = Options { tolerance: 1e-10, ..Options::default() };
-    let Model::Arm(arm) = &model else { panic!("an arm") };
+    let options = DriverOptions { tolerance: 1e-10, ..DriverOptions::default() };
+    let EngineModel::Arm(arm) = &model else { panic!("an arm") };
     let run = simulate(arm.inner(), &p, &nominal, options, &command, &t).unwrap();
     let all = subject.coordinates(&model, &p);
     // The joint's motor is the fifth coordinate.
     let seen = all.iter().enumerate().filter(|(i, _)| *i != 4).map(|(_, c)| c);
-    let channel = |c: &Coordinate| Channel {
+    let channel = |c: &CoordinateReadings| OutputChannel {
         output: c.positions[0].0,
         y: run.x.iter().map(|x| x[c.position[0].0]).collect(),
         t: t.clone(),
         sigma: 1e-6,
-        ..Channel::default()
+        ..OutputChannel::default()
     };
-    let drive = |j: usize| Drive {
+    let drive = |j: usize| InputDrive {
         input: input::joint_torque(n) + j,
-        between: Between::Linear,
+        between: InputInterpolation::Linear,
         u: t.iter().map(|t| torque(*t)[j]).collect(),
         t: t.clone(),
-        ..Drive::default()
+        ..InputDrive::default()
     };
-    let recording =
-        Run { drives: (0..n).map(drive).collect(), channels: seen.map(channel).collect(), ..Run::default() };
-    let mut led = Led::new(&recording, model.sizes().inputs, 1.5).unwrap();
+    let recording = IdentificationRun {
+        drives: (0..n).map(drive).collect(),
+        channels: seen.map(channel).collect(),
+        ..IdentificationRun::default()
+    };
+    let mut led = GriddedRecording::new(&recording, model.sizes().inputs, 1.5).unwrap();
     led.leading.coordinates = vec![true; all.len()];
     let made_up = led.links(&model, &all);
     led.leading.as_measured = true;
@@ -205,7 +208,7 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     assert_eq!(links.unled().collect::<Vec<_>>(), [4]);
     let missed = |links: &Links, p: &[f64]| {
         let missing =
-            led.missing(&model, links, p, &Sensors::none(model.sizes().inputs, output::count(3))).unwrap();
+            led.missing(&model, links, p, &SensorSet::none(model.sizes().inputs, output::count(3))).unwrap();
         let of = |c: usize| missing[c][led.counts.clone()].iter().map(|v| v * v).sum::<f64>();
         ((0..missing.len()).map(of).sum::<f64>() / led.counts.len() as f64).sqrt()
     };

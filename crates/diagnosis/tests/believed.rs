@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::made::Joint;
-use trueup_diagnosis::engine::recordings::Prepared;
-use trueup_diagnosis::engine::search::Search;
-use trueup_diagnosis::engine::select::Effort;
+use trueup_diagnosis::engine::recordings::PreparedCase;
+use trueup_diagnosis::engine::search::CaseSearch;
+use trueup_diagnosis::engine::select::SearchEffort;
 
 /// Gravity on the load, N.m on its side.
 const GRAVITY: f64 = 0.12;
@@ -37,10 +37,10 @@ fn what_one_sensor_misses_does_not_drag_what_is_believed() {
         let weight = GRAVITY * (l / owner.gear).sin() / owner.gear;
         [*w, (drive - spring) / owner.motor_inertia, *v, (spring - weight) / owner.reflected()]
     });
-    let case = Prepared::new(&loaded).unwrap();
-    let search = Search::new(&case, 1).unwrap();
+    let case = PreparedCase::new(&loaded).unwrap();
+    let search = CaseSearch::new(&case, 1).unwrap();
     let stated = search.state(&[]).unwrap();
     let start = search.compare(&stated).start();
-    let plain = search.fit(stated, &start, Effort::default().options()).unwrap();
+    let plain = search.fit(stated, &start, SearchEffort::default().options()).unwrap();
     assert!(plain.prior2 < 100.0, "{}", plain.prior2);
 }

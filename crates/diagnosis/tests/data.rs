@@ -5,12 +5,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use trueup_diagnosis::diagnose::{Options, diagnose};
+use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
 use trueup_diagnosis::locate::{JointColumns, joint_intervals, joint_unknown_inputs};
 use trueup_diagnosis::outcome::Verdict;
 use trueup_models::joint::parameter as j;
-use trueup_signals::process::Grid;
-use trueup_signals::{Case, Declared, Recording};
+use trueup_signals::process::ChannelGrid;
+use trueup_signals::{Case, DeclaredFigures, Recording};
 
 fn data() -> Option<PathBuf> {
     let folder = std::env::var_os("TRUEUP_DATA").map(PathBuf::from);
@@ -57,7 +57,7 @@ fn the_example_cases_are_missing_something_where_their_keys_say() {
         let mut gains: BTreeMap<String, f64> = BTreeMap::new();
         for run in loaded.train() {
             let step = run.channel("motorAngle").unwrap().median_step().unwrap();
-            let grid = Grid::of(run, &["motorCurrent", "motorAngle", "loadAngle"], step).unwrap();
+            let grid = ChannelGrid::of(run, &["motorCurrent", "motorAngle", "loadAngle"], step).unwrap();
             let floor = |c: &str| run.channel(c).unwrap().sensor.deviation().unwrap();
             let columns = JointColumns {
                 step,
@@ -101,7 +101,7 @@ fn the_example_cases_are_diagnosed_as_their_keys_say() {
         let case = folder.join("example-cases").join(name);
         let key = std::fs::read_to_string(case.join("key.toml")).unwrap();
         let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
-        let d = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+        let d = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
         let gap = d.gap.overall.as_ref().unwrap();
         let probability = d.effects.first().map(|e| e.probability);
         println!(
@@ -123,7 +123,7 @@ fn emps<const N: usize>(folder: &Path, file: &str, names: [&str; N]) -> (Vec<f64
     let copy = own.path().join("emps.mat");
     std::fs::copy(folder.join("real/emps").join(file), &copy).unwrap();
     std::fs::write(own.path().join("emps.mat.toml"), "[columns]\n\"t\" = \"time\"\n").unwrap();
-    let (run, _) = Recording::read(&copy, &[], &Declared::default()).unwrap();
+    let (run, _) = Recording::read(&copy, &[], &DeclaredFigures::default()).unwrap();
     let all = |name: &str| run.channel(name).unwrap().values.clone();
     (run.channel("qm").unwrap().time.clone(), names.map(all))
 }
@@ -213,7 +213,7 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     let force: Vec<f64> = volts.iter().zip(&pulses).map(|(v, p)| (v - p) * 35.150_65 + 3.1648).collect();
     emps_case(&case, &time, &force, &motor);
     let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
-    let found = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap();
+    let found = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap();
     let d = &found.diagnosis;
     println!("{:?}: {:?}", d.verdict, d.effects.iter().map(|e| (&e.id, &e.component)).collect::<Vec<_>>());
     println!("places by the balances: {:?}", found.picture.as_ref().map(|p| &p.places));
@@ -241,7 +241,7 @@ fn the_offset_and_asymmetry_of_a_real_drive_are_named() {
     let case = own.path().join("case");
     emps_case(&case, &time, &force, &motor);
     let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
-    let d = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+    let d = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
     println!("{:?}: {:?}", d.verdict, d.effects);
     println!("gap {:?}", d.gap.overall);
     let named: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();

@@ -5,7 +5,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trueup_diagnosis::floor::{Replayed, Source, carried, gaps, input, output};
+use trueup_diagnosis::floor::{ChannelFloorSource, ReplayedChannel, carried, gaps, input, output};
 use trueup_signals::{Channel, Loaded, Recording};
 
 fn run(name: &str, values: Vec<f64>) -> Recording {
@@ -29,7 +29,7 @@ fn without_any_word_the_noise_under_a_motion_is_guessed_and_said_to_be_so() {
     let motion = |i: usize| 3.0 * (0.002 * i as f64 * 9.0).sin();
     let noisy = white(5000, 0.01, 1).iter().enumerate().map(|(i, e)| motion(i) + e).collect();
     let floor = output(&case(vec![run("a", noisy)]), "motorAngle").unwrap();
-    assert_eq!(floor.source, Source::HighFrequency);
+    assert_eq!(floor.source, ChannelFloorSource::HighFrequency);
     assert!((floor.deviation / 0.01 - 1.0).abs() < 0.07, "{floor:?}");
     // Encoder counts: neighbouring samples are often equal, so that differences alone would say 0.
     let counts = (0..5000).map(|i| (motion(i) / 0.05).round() * 0.05).collect();
@@ -51,7 +51,7 @@ fn coloured_noise_has_a_spectrum_and_white_noise_none() {
     let mut loaded = case(vec![run("rest", coloured.clone()), run("white", white(8000, 0.01, 3))]);
     loaded.case.rest = vec!["rest".into()];
     let floor = output(&loaded, "motorAngle").unwrap();
-    assert_eq!(floor.source, Source::Rest);
+    assert_eq!(floor.source, ChannelFloorSource::Rest);
     // AR(1): variance 1/(1 - 0.81), (1 + 0.9)/(1 - 0.9) samples for one.
     assert!((floor.deviation / (0.01 / 0.19_f64.sqrt()) - 1.0).abs() < 0.06, "{}", floor.deviation);
     assert!((floor.correlation / 19.0 - 1.0).abs() < 0.35, "{}", floor.correlation);
@@ -70,7 +70,7 @@ fn coloured_noise_has_a_spectrum_and_white_noise_none() {
     let mut loaded = case(vec![run("a", motion(&coloured)), run("b", motion(&white(8000, 0.01, 5)))]);
     loaded.case.repeats = vec![vec!["a".into(), "b".into()]];
     let floor = output(&loaded, "motorAngle").unwrap();
-    assert_eq!(floor.source, Source::Repeats);
+    assert_eq!(floor.source, ChannelFloorSource::Repeats);
     assert!(
         (floor.deviation / (0.5 * (1e-4 + 1e-4 / 0.19_f64)).sqrt() - 1.0).abs() < 0.05,
         "{}",
@@ -116,7 +116,7 @@ fn gaps_are_pooled_closed_and_bounded() {
     let scaled = |by: f64| truth.iter().map(|x| by * x).collect::<Vec<_>>();
     let (before, tuned, after) = (scaled(0.5), scaled(0.7), scaled(0.95));
     let still = vec![3.0; n];
-    let replayed = |channel, measured, before| Replayed {
+    let replayed = |channel, measured, before| ReplayedChannel {
         recording: "holdout-1.csv",
         channel,
         measured,

@@ -1,13 +1,17 @@
 //! Whole diagnoses of joints by the innovations engine.
 
 use crate::made::Joint;
-use trueup_diagnosis::diagnose::{Diagnosed, Engine, Options, diagnose};
+use trueup_diagnosis::diagnose::{DiagnoseOptions, Diagnosed, DiagnosisEngine, diagnose};
 use trueup_diagnosis::outcome::Verdict;
 use trueup_diagnosis::shipped;
 use trueup_signals::Loaded;
 
 fn by_innovations(loaded: &Loaded) -> Diagnosed {
-    let options = Options { engine: Some(Engine::Innovations), verdict_only: true, ..Options::default() };
+    let options = DiagnoseOptions {
+        engine: Some(DiagnosisEngine::Innovations),
+        verdict_only: true,
+        ..DiagnoseOptions::default()
+    };
     diagnose(loaded, &options, &mut |_, _| ()).unwrap()
 }
 

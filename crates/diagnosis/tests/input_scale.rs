@@ -7,13 +7,13 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::made::Joint;
 use trueup_diagnosis::diagnose::input_scale::mistaken;
-use trueup_diagnosis::engine::recordings::Prepared;
-use trueup_diagnosis::engine::search::Search;
-use trueup_diagnosis::outcome::{Noticed, Severity};
+use trueup_diagnosis::engine::recordings::PreparedCase;
+use trueup_diagnosis::engine::search::CaseSearch;
+use trueup_diagnosis::outcome::{NoticedMistake, OutcomeSeverity};
 use trueup_signals::Loaded;
 
 /// Of a joint whose spring gives way by `slack` to both sides, N.m/rad by that deflection; 0: nothing is missing.
-fn found(current_gain: f64, slack: f64) -> Vec<Noticed> {
+fn found(current_gain: f64, slack: f64) -> Vec<NoticedMistake> {
     told(&recorded(current_gain, slack))
 }
 
@@ -27,9 +27,9 @@ fn recorded(current_gain: f64, slack: f64) -> Loaded {
     })
 }
 
-fn told(loaded: &Loaded) -> Vec<Noticed> {
-    let case = Prepared::new(loaded).unwrap();
-    mistaken(&Search::new(&case, 1).unwrap())
+fn told(loaded: &Loaded) -> Vec<NoticedMistake> {
+    let case = PreparedCase::new(loaded).unwrap();
+    mistaken(&CaseSearch::new(&case, 1).unwrap())
 }
 
 /// Multiplies the current of a file.
@@ -61,7 +61,7 @@ fn one_file(seed: u64, count: usize) {
         times(&mut loaded, file, factor);
         let all = told(&loaded);
         let [one] = &all[..] else { panic!("{file} times {factor}, slack {slack}: {all:?}") };
-        assert_eq!((one.severity, &*one.file), (Severity::Grave, file), "{}", one.text);
+        assert_eq!((one.severity, &*one.file), (OutcomeSeverity::Grave, file), "{}", one.text);
         assert!(one.text.contains(said), "times {factor}, slack {slack}: {}", one.text);
     }
 }
@@ -100,7 +100,7 @@ fn a_current_in_another_unit_or_turned_is_told() {
         let all = found(gain, slack);
         let [told] = &all[..] else { panic!("times {gain}, slack {slack}: {all:?}") };
         println!("times {gain}, slack {slack}: {}", told.text);
-        assert_eq!((told.severity, told.channel.as_deref()), (Severity::Grave, Some("motorCurrent")));
+        assert_eq!((told.severity, told.channel.as_deref()), (OutcomeSeverity::Grave, Some("motorCurrent")));
         assert!(told.text.contains(said), "{}", told.text);
     }
 }

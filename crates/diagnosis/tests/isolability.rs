@@ -1,7 +1,7 @@
 //! Against the Fault Diagnosis Toolbox's results for a flexible joint (redundancy, number of minimal over-determined sets,
 //! classes), sensor set by sensor set.
 
-use trueup_diagnosis::locate::isolability::Structure;
+use trueup_diagnosis::locate::isolability::EquationStructure;
 
 const CURRENT: &str = "motorCurrent";
 
@@ -15,7 +15,7 @@ fn a_flexible_joint_by_its_sensors() {
         (&[CURRENT, "motorAngle", "loadAngle", "transmissionTorque"], 3, 18),
     ];
     for (channels, redundancy, sets) in table {
-        let s = Structure::joint(true, channels);
+        let s = EquationStructure::joint(true, channels);
         let found = s.isolability();
         println!("{channels:?}: {} / {} {found:?}", found.redundancy, s.minimal_sets());
         assert_eq!((found.redundancy, s.minimal_sets()), (redundancy, sets), "{channels:?}");
@@ -25,19 +25,19 @@ fn a_flexible_joint_by_its_sensors() {
 
 #[test]
 fn with_one_encoder_nothing_and_with_two_all_but_the_motor_side() {
-    let one = Structure::joint(true, &[CURRENT, "motorAngle"]).isolability();
+    let one = EquationStructure::joint(true, &[CURRENT, "motorAngle"]).isolability();
     assert_eq!(one.classes.len(), 1, "{one:?}");
-    let two = Structure::joint(true, &[CURRENT, "motorAngle", "loadAngle"]).isolability();
+    let two = EquationStructure::joint(true, &[CURRENT, "motorAngle", "loadAngle"]).isolability();
     assert_eq!(two.classes.len(), 5, "{two:?}");
     assert_eq!(two.classes[0], ["actuator", "motor-friction", "sensor:motorCurrent"]);
     for alone in ["transmission", "load", "sensor:motorAngle", "sensor:loadAngle"] {
         assert!(two.isolable(alone), "{alone}");
     }
-    let torque = Structure::joint(true, &[CURRENT, "motorAngle", "transmissionTorque"]).isolability();
+    let torque = EquationStructure::joint(true, &[CURRENT, "motorAngle", "transmissionTorque"]).isolability();
     assert_eq!(torque.classes[0], ["actuator", "motor-friction", "sensor:motorCurrent"]);
     assert!(torque.classes.contains(&vec!["transmission".into(), "load".into()]), "{torque:?}");
     // Nothing measured: nothing shows.
-    let none = Structure::joint(true, &[]).isolability();
+    let none = EquationStructure::joint(true, &[]).isolability();
     assert!(none.classes.is_empty() && none.redundancy == 0);
 }
 
@@ -53,7 +53,7 @@ fn a_manipulator_tells_inside_from_outside_if_its_base_is_watched() {
             channels.push("motorAngle[1]".into());
         }
         let channels: Vec<&str> = channels.iter().map(String::as_str).collect();
-        Structure::arm(&[true, false, false], &channels).isolability()
+        EquationStructure::arm(&[true, false, false], &channels).isolability()
     };
     let full = arm(true, true);
     println!("{full:?}");

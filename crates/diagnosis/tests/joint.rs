@@ -7,11 +7,11 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trueup_diagnosis::engine::subject::Subject;
+use trueup_diagnosis::engine::subject::DiagnosisSubject;
 use trueup_diagnosis::locate::unknown_input::place_shares;
 use trueup_diagnosis::locate::{JointColumns, joint_balances, joint_intervals, joint_unknown_inputs};
 use trueup_diagnosis::picture::picture;
-use trueup_models::effect::Plant;
+use trueup_models::effect::PlantKind;
 use trueup_models::joint::parameter as j;
 
 const H: f64 = 0.002;
@@ -170,7 +170,7 @@ fn the_balance_that_is_not_concerned_stays_quiet() {
     for (seed, (place, _, missing)) in CASES.into_iter().enumerate() {
         let run = simulate(missing, seed as u64);
         let b = joint_balances(&parameters(), &columns(&run), 25.0).unwrap();
-        let size = |x: &trueup_diagnosis::locate::Balance| {
+        let size = |x: &trueup_diagnosis::locate::EquationBalance| {
             let moving =
                 x.value.iter().zip(&b.sliding).filter(|(_, s)| **s).map(|(v, _)| (v / x.floor).powi(2));
             (moving.sum::<f64>() / b.sliding.iter().filter(|s| **s).count() as f64).sqrt()
@@ -236,7 +236,7 @@ fn case(missing: Missing, seeds: &[u64]) -> (tempfile::TempDir, trueup_signals::
 #[test]
 #[ignore = "long: ./test --full runs it"]
 fn the_picture_of_a_case_shows_what_is_missing_and_where() {
-    let subject = Subject::new(Plant::Joint, vec![true]);
+    let subject = DiagnosisSubject::new(PlantKind::Joint, vec![true]);
     for (k, (place, components, missing)) in [
         ("motor", ["motor-friction", "actuator"], CASES[1].2),
         ("transmission", ["transmission"; 2], CASES[2].2),
@@ -298,6 +298,6 @@ fn the_picture_of_a_case_shows_what_is_missing_and_where() {
 #[test]
 fn the_picture_of_a_case_without_a_gap_has_no_place() {
     let (_folder, loaded) = case(|_, _, _| [0.0; 3], &[30]);
-    let seen = picture(&loaded, &Subject::new(Plant::Joint, vec![true]), &parameters());
+    let seen = picture(&loaded, &DiagnosisSubject::new(PlantKind::Joint, vec![true]), &parameters());
     assert_eq!(seen.places, []);
 }

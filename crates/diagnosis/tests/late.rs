@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::made::Joint;
-use trueup_diagnosis::engine::recordings::Prepared;
-use trueup_diagnosis::engine::search::Search;
-use trueup_diagnosis::engine::select::Effort;
+use trueup_diagnosis::engine::recordings::PreparedCase;
+use trueup_diagnosis::engine::search::CaseSearch;
+use trueup_diagnosis::engine::select::SearchEffort;
 
 /// A joint that its owner knows, behind a coarse load encoder. What promises less than 2 is not fitted; as a share of the change
 /// that a look brings the delay of that encoder promised 4.5, as it was looked at it does 0.4.
@@ -17,11 +17,11 @@ fn a_noisy_reading_promises_no_delay() {
         let drive = owner.torque_constant * current - owner.coulomb * (w / 0.02).tanh() - owner.viscous * w;
         [*w, (drive - spring) / owner.motor_inertia, *v, spring / owner.reflected()]
     });
-    let case = Prepared::new(&loaded).unwrap();
-    let search = Search::new(&case, 1).unwrap();
+    let case = PreparedCase::new(&loaded).unwrap();
+    let search = CaseSearch::new(&case, 1).unwrap();
     let stated = search.state(&[]).unwrap();
     let start = search.compare(&stated).start();
-    let plain = search.fit(stated, &start, Effort::default().options()).unwrap();
+    let plain = search.fit(stated, &start, SearchEffort::default().options()).unwrap();
     let screened = search.screen(&plain);
     let late: Vec<_> = screened.iter().filter(|s| search.causes[s.index].id == "sensor-delay").collect();
     assert_eq!(late.len(), 2);

@@ -7,7 +7,9 @@ use std::f64::consts::TAU;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trueup_diagnosis::locate::{Feature, Residual, bands, change_points, intervals, orders, regimes, shares};
+use trueup_diagnosis::locate::{
+    Feature, ResidualSeries, bands, change_points, intervals, orders, regimes, shares,
+};
 
 const H: f64 = 0.002;
 
@@ -20,8 +22,8 @@ fn time(n: usize) -> Vec<f64> {
     (0..n).map(|i| H * i as f64).collect()
 }
 
-fn residual<'a>(time: &'a [f64], value: &'a [f64], floor: f64) -> Residual<'a> {
-    Residual { recording: "train-1.csv", time, value, floor }
+fn residual<'a>(time: &'a [f64], value: &'a [f64], floor: f64) -> ResidualSeries<'a> {
+    ResidualSeries { recording: "train-1.csv", time, value, floor }
 }
 
 /// Length of what two stretches share over that of both together.

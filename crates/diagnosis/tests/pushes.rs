@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::made::Joint;
-use trueup_diagnosis::diagnose::{Options, diagnose};
-use trueup_diagnosis::engine::recordings::Prepared;
-use trueup_diagnosis::engine::search::Search;
-use trueup_diagnosis::engine::select::Effort;
+use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
+use trueup_diagnosis::engine::recordings::PreparedCase;
+use trueup_diagnosis::engine::search::CaseSearch;
+use trueup_diagnosis::engine::select::SearchEffort;
 use trueup_diagnosis::outcome::Verdict;
 use trueup_signals::Loaded;
 
@@ -41,11 +41,11 @@ fn pushed() -> Loaded {
 #[ignore = "long: ./test --full runs it"]
 fn a_free_run_asks_for_two_pushes_where_they_are() {
     let loaded = pushed();
-    let case = Prepared::new(&loaded).unwrap();
-    let search = Search::new(&case, 1).unwrap();
+    let case = PreparedCase::new(&loaded).unwrap();
+    let search = CaseSearch::new(&case, 1).unwrap();
     let stated = search.state(&[]).unwrap();
     let start = search.compare(&stated).start();
-    let plain = search.fit(stated, &start, Effort::default().options()).unwrap();
+    let plain = search.fit(stated, &start, SearchEffort::default().options()).unwrap();
     let free = search.polish(&plain, 5).fitted.unwrap();
     let asked = search.lacking(&free, 0.0);
     let several = asked.iter().find(|a| a.stated.set[0].label() == "external-force:load (several)").unwrap();
@@ -68,7 +68,7 @@ fn a_free_run_asks_for_two_pushes_where_they_are() {
 #[test]
 #[ignore = "whole diagnosis: ./test --full"]
 fn two_pushes_in_every_recording_are_one_cause() {
-    let found = diagnose(&pushed(), &Options::default(), &mut |_, _| ()).unwrap().diagnosis;
+    let found = diagnose(&pushed(), &DiagnoseOptions::default(), &mut |_, _| ()).unwrap().diagnosis;
     let named: Vec<(&str, &str)> =
         found.effects.iter().map(|e| (e.id.as_str(), e.component.as_str())).collect();
     assert_eq!((found.verdict, &named[..]), (Verdict::Effects, &[("external-force", "load")][..]));

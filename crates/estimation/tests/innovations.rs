@@ -8,7 +8,7 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use trueup_estimation::innovations::bank::{BANK, gains_of_bank};
-use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::filter::{DataColumn, FilterGains, FilterInput};
 use trueup_estimation::innovations::frame::InnovationsFrame;
@@ -215,7 +215,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let unit = d.data.forces[0].iter().fold(0.0f64, |m, f| m.max(f.abs()));
         let mut part = ColumnPart::force(1, series.iter().map(|s| s * unit).collect());
         part.readings.extend(ColumnPart::reading(0, series.clone()).readings);
-        let column: Column = vec![part];
+        let column: FilterColumn = vec![part];
         let mut pushed = DVector::zeros(2 * NODES);
         (0..NODES).for_each(|t| pushed[2 * t + 1] = series[t] * unit);
         let mut shown = &response * pushed;

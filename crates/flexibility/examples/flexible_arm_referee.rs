@@ -10,12 +10,12 @@
 use std::error::Error;
 use std::io::{Read, stdin};
 use trueup_flexibility::equilibrium::equilibrium;
-use trueup_models::flexible_arm::{FlexibleArm, Structure, presets};
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure, presets};
 use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::{Design, Flexure, Link, Motor, Tip};
+use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, Flexure, RobotDesign};
 use trueup_models::space::layout::{Outputs, Parameters, States};
-use trueup_models::space::tree::Joint;
-use trueup_models::space::{Led, SpatialFreeFlyer};
+use trueup_models::space::tree::JointType;
+use trueup_models::space::{PrescribedAccelerations, SpatialFreeFlyer};
 use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -36,20 +36,20 @@ struct Arm {
 const NOTHING: f64 = 1e-7;
 
 impl Arm {
-    fn body(&self, k: usize, mass: f64) -> Link {
+    fn body(&self, k: usize, mass: f64) -> DesignLink {
         let moment = mass * 1e-15;
         let flexible = k < 2;
-        Link {
+        DesignLink {
             name: format!("body {}", k + 1),
             parent: k,
-            joint: Joint::Revolute,
+            joint: JointType::Revolute,
             mass,
             center_of_mass: [0.0; 3],
             inertia: [[moment, 0.0, 0.0], [0.0, moment, 0.0], [0.0, 0.0, moment]],
             position: [if k == 0 { 0.0 } else { self.length[k - 1] }, 0.0, 0.0],
             orientation: [1.0, 0.0, 0.0, 0.0],
             axis: [0.0, 0.0, 1.0],
-            motor: Motor {
+            motor: DesignMotor {
                 flexible,
                 inertia: if flexible { 1e-9 } else { 0.0 },
                 gear_ratio: 1000.0,
@@ -76,11 +76,11 @@ impl Arm {
         }
     }
     /// The tip is the third body, on a joint that is held.
-    fn design(&self) -> Design {
-        Design {
+    fn design(&self) -> RobotDesign {
+        RobotDesign {
             name: "two links".into(),
             links: vec![self.body(0, NOTHING), self.body(1, self.mass[0]), self.body(2, self.mass[1])],
-            tips: vec![Tip { name: "tip".into(), body: 3, offset: [0.0; 3], mount: [0.0; 3] }],
+            tips: vec![DesignTip { name: "tip".into(), body: 3, offset: [0.0; 3], mount: [0.0; 3] }],
             flexures: (0..2).map(|k| self.link(k)).collect(),
             ..presets::delian()
         }
@@ -98,7 +98,7 @@ fn accelerations(bodies: &SpatialFreeFlyer, p: &[f64], state: &[f64]) -> [f64; 4
         x[at.motor_velocity + k] = state[2 + k];
     }
     let u = vec![0.0; bodies.sizes().inputs];
-    let led = Led { base: None, joints: &[(2, 0.0)], motors: &[] };
+    let led = PrescribedAccelerations { base: None, joints: &[(2, 0.0)], motors: &[] };
     let mut dx = vec![0.0; x.len()];
     bodies.rates_led(At { t: 0.0, x: &x, u: &u, p, modes: &[] }, led, &mut dx);
     // The tip's acceleration is how its velocity changes along the motion.
@@ -132,7 +132,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gravity = pair(5)?;
     let design = arm.design();
     design.check()?;
-    let model = FlexibleArm::new(Structure { robot: design.structure(), by_current: false })?;
+    let model = FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current: false })?;
     let mut p = model.defaults();
     let of_bodies = design.parameters();
     p[..of_bodies.len()].copy_from_slice(&of_bodies);

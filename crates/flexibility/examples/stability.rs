@@ -10,7 +10,7 @@ mod loops;
 use loops::{N, settings, with_payload};
 use std::error::Error;
 use trueup_flexibility::closed_loop::{
-    ClosedLoopError, Law, Poles, SampledPlant, closed, law, linearised, poles,
+    ClosedLoopError, Poles, SampledController, SampledPlant, closed, law, linearised, poles,
 };
 use trueup_flexibility::droop::droop;
 use trueup_flexibility::equilibrium::equilibrium;
@@ -40,7 +40,7 @@ impl Case<'_> {
     fn poles(&self, strategy: Strategy, gain: f64, omega: f64) -> Result<Poles, ClosedLoopError> {
         let laws = (0..N)
             .map(|j| law(strategy, &settings(self.arm, &self.p, j, gain, omega), STEP))
-            .collect::<Result<Vec<Law>, _>>()?;
+            .collect::<Result<Vec<SampledController>, _>>()?;
         poles(&closed(&self.plant, &laws)?, STEP)
     }
 

@@ -11,11 +11,11 @@
 use std::error::Error;
 use std::io::{Read, stdin};
 use trueup_flexibility::equilibrium::equilibrium;
-use trueup_models::flexible_arm::{FlexibleArm, Structure, presets};
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure, presets};
 use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::{Design, Flexure, Link, Motor, Tip};
+use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, Flexure, RobotDesign};
 use trueup_models::space::layout::{Outputs, Parameters};
-use trueup_models::space::tree::Joint;
+use trueup_models::space::tree::JointType;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// What must have no inertia, but as a body needs some, kg.
@@ -23,19 +23,19 @@ const NOTHING: f64 = 1e-7;
 const POISSON: f64 = 0.3;
 
 /// Body `k` of three (from 0); the third is on a joint that is held.
-fn body(k: usize, position: f64, mass: f64, center_of_mass: [f64; 3], spring: Option<&f64>) -> Link {
+fn body(k: usize, position: f64, mass: f64, center_of_mass: [f64; 3], spring: Option<&f64>) -> DesignLink {
     let moment = mass * 1e-15;
-    Link {
+    DesignLink {
         name: format!("body {}", k + 1),
         parent: k,
-        joint: Joint::Revolute,
+        joint: JointType::Revolute,
         mass,
         center_of_mass,
         inertia: [[moment, 0.0, 0.0], [0.0, moment, 0.0], [0.0, 0.0, moment]],
         position: [position, 0.0, 0.0],
         orientation: [1.0, 0.0, 0.0, 0.0],
         axis: [0.0, 0.0, 1.0],
-        motor: Motor {
+        motor: DesignMotor {
             flexible: spring.is_some(),
             inertia: if spring.is_some() { 1e-9 } else { 0.0 },
             gear_ratio: 1000.0,
@@ -81,10 +81,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     for posture in postures {
         for axial_stiffening in [false, true] {
-            let design = Design {
+            let design = RobotDesign {
                 name: "two links".into(),
                 links: links.clone(),
-                tips: vec![Tip { name: "end".into(), body: 3, offset: [0.0; 3], mount: [0.0; 3] }],
+                tips: vec![DesignTip { name: "end".into(), body: 3, offset: [0.0; 3], mount: [0.0; 3] }],
                 flexures: (0..2)
                     .map(|k| link(k, shapes, length[k], stiffness[k], density[k], polar[k]))
                     .collect(),
@@ -92,7 +92,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 ..presets::delian()
             };
             design.check()?;
-            let model = FlexibleArm::new(Structure { robot: design.structure(), by_current: false })?;
+            let model =
+                FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current: false })?;
             let mut p = model.defaults();
             let mut of_bodies = design.parameters();
             let s = &model.structure().robot;

@@ -51,7 +51,7 @@ pub enum ClosedLoopError {
     Singular,
 }
 
-/// Rows of [`Plant::c`]: row `MOTOR_ANGLE * n + j` is that of joint j of n, and so on; behind them three of the first tip.
+/// Rows of [`LinearPlant::c`]: row `MOTOR_ANGLE * n + j` is that of joint j of n, and so on; behind them three of the first tip.
 pub mod measured {
     /// Of the motor, joint side, rad.
     pub const MOTOR_ANGLE: usize = 0;
@@ -67,7 +67,7 @@ pub mod measured {
 
 /// The arm about its rest: dx/dt = A x + B u, y = C x, of N states and n joints.
 #[derive(Clone, Debug)]
-pub struct Plant {
+pub struct LinearPlant {
     /// N x N, by the states of the model in their order: rad, m and their rates.
     pub a: DMatrix<f64>,
     /// N x n, by what drives the motors: torques on the joint's side in N.m (or currents in A).
@@ -87,7 +87,7 @@ pub struct SampledPlant {
     pub a: DMatrix<f64>,
     /// N x n.
     pub b: DMatrix<f64>,
-    /// As [`Plant::c`].
+    /// As [`LinearPlant::c`].
     pub c: DMatrix<f64>,
 }
 
@@ -100,7 +100,7 @@ fn positive(value: f64, name: &'static str) -> Result<f64, ClosedLoopError> {
 ///
 /// # Errors
 /// An arm that does not rest there, and one that its motors cannot hold.
-pub fn linearised(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Plant, ClosedLoopError> {
+pub fn linearised(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<LinearPlant, ClosedLoopError> {
     let s = &arm.structure().robot;
     let plant = plants::flexible_arm(arm.clone());
     let (n, sizes) = (s.bodies(), plant.sizes());
@@ -163,10 +163,10 @@ pub fn linearised(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Plant,
             at_x[k].eps[lane] = 0.0;
         }
     }
-    Ok(Plant { a, b, c, state: rest.state, drive: found.as_slice().to_vec() })
+    Ok(LinearPlant { a, b, c, state: rest.state, drive: found.as_slice().to_vec() })
 }
 
-impl Plant {
+impl LinearPlant {
     /// Number n of joints.
     pub fn joints(&self) -> usize {
         self.b.ncols()
@@ -213,7 +213,7 @@ impl Plant {
     }
 }
 
-/// Columns of [`Law::b`] and [`Law::d`]: as the controller's inputs without the feedforward.
+/// Columns of [`SampledController::b`] and [`SampledController::d`]: as the controller's inputs without the feedforward.
 const FEEDS: [usize; 5] = [
     input::POSITION_REFERENCE,
     input::MOTOR_ANGLE,
@@ -225,7 +225,7 @@ const FEEDS: [usize; 5] = [
 /// A sampled controller of one joint away from its limit: xi(k+1) = A xi(k) + B v(k), u(k) = C xi(k) + D v(k), with v: reference,
 /// angle and velocity of the motor, angle and velocity of the joint (rad, rad/s).
 #[derive(Clone, Debug)]
-pub struct Law {
+pub struct SampledController {
     /// By the states that the strategy uses.
     pub a: DMatrix<f64>,
     /// By v.
@@ -242,7 +242,11 @@ pub struct Law {
 ///
 /// # Errors
 /// An adaptive strategy; a period, gear ratio, torque constant, integral time or (with waves) wave frequency that is not above 0.
-pub fn law(strategy: Strategy, p: &[f64; parameter::COUNT], period: f64) -> Result<Law, ClosedLoopError> {
+pub fn law(
+    strategy: Strategy,
+    p: &[f64; parameter::COUNT],
+    period: f64,
+) -> Result<SampledController, ClosedLoopError> {
     if strategy.adapts() {
         return Err(ClosedLoopError::Adapts(strategy));
     }
@@ -266,7 +270,7 @@ pub fn law(strategy: Strategy, p: &[f64; parameter::COUNT], period: f64) -> Resu
     // At 0, the values are 0 and the derivatives those of the whole law, which is linear away from its limit.
     let column = |x: Option<usize>, u: Option<usize>| {
         let seed = |k: Option<usize>, i: usize| Dual { re: 0.0, eps: [if k == Some(i) { 1.0 } else { 0.0 }] };
-        let joint = law::Joint {
+        let joint = law::ControlledJoint {
             strategy,
             p: settings,
             u: core::array::from_fn(|i| seed(u, i)),
@@ -282,7 +286,7 @@ pub fn law(strategy: Strategy, p: &[f64; parameter::COUNT], period: f64) -> Resu
     };
     let (a, c) = gathered(used.iter().map(|i| column(Some(*i), None)).collect());
     let (b, d) = gathered(FEEDS.iter().map(|i| column(None, Some(*i))).collect());
-    Ok(Law { a, b, c, d })
+    Ok(SampledController { a, b, c, d })
 }
 
 /// Plant and controllers over one sample, references at 0: z(k+1) = M z(k), z the plant's N states and then those of the
@@ -290,7 +294,7 @@ pub fn law(strategy: Strategy, p: &[f64; parameter::COUNT], period: f64) -> Resu
 ///
 /// # Errors
 /// Not one controller a joint.
-pub fn closed(plant: &SampledPlant, laws: &[Law]) -> Result<DMatrix<f64>, ClosedLoopError> {
+pub fn closed(plant: &SampledPlant, laws: &[SampledController]) -> Result<DMatrix<f64>, ClosedLoopError> {
     let (n, joints) = plant.b.shape();
     if laws.len() != joints {
         return Err(ClosedLoopError::Controllers { given: laws.len(), joints });

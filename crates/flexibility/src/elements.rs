@@ -6,14 +6,14 @@ use trueup_models::space::layout::{Parameters, States};
 
 /// What bends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Element {
+pub enum FlexibleElement {
     /// A joint's spring; the joint counts from 1.
     Joint(usize),
     /// A link; it is that of the body that counts from 1 among those that bend: beams, then tables of modes.
     Link(usize),
 }
 
-impl std::fmt::Display for Element {
+impl std::fmt::Display for FlexibleElement {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Joint(j) => write!(f, "joint {j}"),
@@ -26,7 +26,7 @@ impl std::fmt::Display for Element {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// Which one.
-    pub element: Element,
+    pub element: FlexibleElement,
     /// Its deflection under the load: the twist of a joint, the rotation of a link's end against its root, rad (S3 Table 4).
     pub deflection: f64,
     /// Its magnitude as a share of the sum over all elements; 0 where nothing deflects.
@@ -41,8 +41,8 @@ pub struct Contribution {
 pub const INCREMENT: f64 = 0.2;
 
 /// All elements of an arm at rest: joints with a spring, then links.
-fn elements(rest: &Equilibrium, links: usize) -> impl Iterator<Item = Element> + '_ {
-    rest.joints.iter().map(|j| Element::Joint(j + 1)).chain((1..=links).map(Element::Link))
+fn elements(rest: &Equilibrium, links: usize) -> impl Iterator<Item = FlexibleElement> + '_ {
+    rest.joints.iter().map(|j| FlexibleElement::Joint(j + 1)).chain((1..=links).map(FlexibleElement::Link))
 }
 
 /// What every element contributes at rest.
@@ -65,11 +65,11 @@ pub fn contributions(
     for (index, element) in elements(rest, s.links()).enumerate() {
         let mut stiffer = p.to_vec();
         let (rows, deflection) = match element {
-            Element::Joint(j) => {
+            FlexibleElement::Joint(j) => {
                 stiffer[parameter.joint_stiffness + j - 1] *= 1.0 + INCREMENT;
                 (index..index + 1, rest.state[at.joint_angle + j - 1] - rest.motors[j - 1])
             }
-            Element::Link(l) => {
+            FlexibleElement::Link(l) => {
                 let (body, count) = s.bending().nth(l - 1).unwrap_or_default();
                 if l <= s.beams().count() {
                     stiffer[parameter.youngs_modulus + l - 1] *= 1.0 + INCREMENT;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::flexible_arm::layout::Outputs;
 use trueup_models::friction::STUCK;
-use trueup_models::space::Led;
+use trueup_models::space::PrescribedAccelerations;
 use trueup_models::space::layout::{Inputs, Parameters, States};
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_numerics::{Dual, Scalar};
@@ -58,7 +58,7 @@ pub struct Equilibrium {
 }
 
 /// Indices of coordinates among states and rows of the mass matrix.
-struct Rows {
+struct CoordinateRows {
     /// Of positions.
     states: Vec<usize>,
     /// Of velocities.
@@ -73,7 +73,7 @@ struct Rows {
 /// Rows of a base in the mass matrix.
 const BASE: usize = trueup_models::space::composite::BASE;
 
-impl Rows {
+impl CoordinateRows {
     fn of(arm: &FlexibleArm) -> Self {
         let s = &arm.structure().robot;
         let at = States::new(s);
@@ -96,7 +96,7 @@ impl Rows {
 }
 
 /// Mass matrix of the coordinates, row by row, and the generalised forces on them with the motors held.
-fn forces<T: Scalar>(arm: &FlexibleArm, rows: &Rows, at: At<'_, T>) -> (Vec<T>, Vec<T>) {
+fn forces<T: Scalar>(arm: &FlexibleArm, rows: &CoordinateRows, at: At<'_, T>) -> (Vec<T>, Vec<T>) {
     let n = rows.states.len();
     let s = &arm.structure().robot;
     let size = BASE + s.bodies() + s.springs() + s.modes();
@@ -107,14 +107,18 @@ fn forces<T: Scalar>(arm: &FlexibleArm, rows: &Rows, at: At<'_, T>) -> (Vec<T>, 
     let held = |list: &[usize]| list.iter().map(|j| (*j, T::zero())).collect::<Vec<_>>();
     let (motors, joints) = (held(&rows.flexible), held(&rows.rigid));
     let mut dx = vec![T::zero(); at.x.len()];
-    arm.bodies().rates_led(at, Led { base: None, joints: &joints, motors: &motors }, &mut dx);
+    arm.bodies().rates_led(
+        at,
+        PrescribedAccelerations { base: None, joints: &joints, motors: &motors },
+        &mut dx,
+    );
     let force =
         (0..n).map(|i| (0..n).fold(T::zero(), |sum, j| sum + mass[i * n + j] * dx[rows.rates[j]])).collect();
     (mass, force)
 }
 
 /// The arm unbent: joints where their motors are, at these angles (joint side, rad).
-fn unbent(arm: &FlexibleArm, rows: &Rows, motors: &[f64]) -> Result<Vec<f64>, EquilibriumError> {
+fn unbent(arm: &FlexibleArm, rows: &CoordinateRows, motors: &[f64]) -> Result<Vec<f64>, EquilibriumError> {
     let n = arm.structure().robot.bodies();
     if motors.len() != n {
         return Err(EquilibriumError::Angles { given: motors.len(), joints: n });
@@ -136,7 +140,7 @@ fn unbent(arm: &FlexibleArm, rows: &Rows, motors: &[f64]) -> Result<Vec<f64>, Eq
 /// # Errors
 /// Angles that do not fit, an arm that does not bend.
 pub fn weight(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Vec<f64>, EquilibriumError> {
-    let rows = Rows::of(arm);
+    let rows = CoordinateRows::of(arm);
     let x = unbent(arm, &rows, motors)?;
     let u = vec![0.0; arm.sizes().inputs];
     let p = &p[..arm.bodies().sizes().parameters];
@@ -154,7 +158,7 @@ pub fn equilibrium(
     motors: &[f64],
     tip_force: [f64; 3],
 ) -> Result<Equilibrium, EquilibriumError> {
-    let rows = Rows::of(arm);
+    let rows = CoordinateRows::of(arm);
     let x = unbent(arm, &rows, motors)?;
     settled(arm, p, motors, tip_force, x)
 }
@@ -168,7 +172,7 @@ pub(crate) fn settled(
     mut x: Vec<f64>,
 ) -> Result<Equilibrium, EquilibriumError> {
     let s = &arm.structure().robot;
-    let rows = Rows::of(arm);
+    let rows = CoordinateRows::of(arm);
     let mut u = vec![0.0; arm.sizes().inputs];
     if !s.tips.is_empty() {
         u[Inputs::new(s).tip_force..][..3].copy_from_slice(&tip_force);
@@ -211,7 +215,7 @@ pub(crate) fn settled(
 const AT_ONCE: usize = 8;
 
 /// Minus the derivative of the generalised forces by the coordinates.
-fn stiffness(arm: &FlexibleArm, rows: &Rows, x: &[f64], u: &[f64], p: &[f64]) -> DMatrix<f64> {
+fn stiffness(arm: &FlexibleArm, rows: &CoordinateRows, x: &[f64], u: &[f64], p: &[f64]) -> DMatrix<f64> {
     let n = rows.states.len();
     let none = [0.0; AT_ONCE];
     let lift = |v: &[f64]| v.iter().map(|v| Dual { re: *v, eps: none }).collect::<Vec<Dual<AT_ONCE>>>();

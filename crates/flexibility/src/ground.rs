@@ -1,7 +1,7 @@
 //! An arm of a design, standing on the ground.
 
-use trueup_models::flexible_arm::{FlexibleArm, Structure};
-use trueup_models::space::design::Design;
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure};
+use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::Parameters;
 use trueup_models::space::spatial::Rigid;
 
@@ -21,9 +21,9 @@ pub struct Standing {
 ///
 /// # Errors
 /// A structure or values that `FlexibleArm` refuses, with the remedy.
-pub fn standing(design: &Design, gravity: [f64; 3]) -> Result<Standing, String> {
-    let design = Design { held: true, ..design.clone() };
-    let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: false })?;
+pub fn standing(design: &RobotDesign, gravity: [f64; 3]) -> Result<Standing, String> {
+    let design = RobotDesign { held: true, ..design.clone() };
+    let arm = FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current: false })?;
     let mut parameters = arm.defaults();
     let of_bodies = design.parameters();
     parameters[..of_bodies.len()].copy_from_slice(&of_bodies);
@@ -33,7 +33,7 @@ pub fn standing(design: &Design, gravity: [f64; 3]) -> Result<Standing, String> 
 }
 
 /// The design with a point of this mass, kg, at its first tip; `None` where it has no tip on a moving body.
-pub fn loaded(design: &Design, mass: f64) -> Option<Design> {
+pub fn loaded(design: &RobotDesign, mass: f64) -> Option<RobotDesign> {
     let tip = design.tips.first()?;
     let mut design = design.clone();
     let body = design.links.get_mut(tip.body.checked_sub(1)?)?;

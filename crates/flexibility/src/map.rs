@@ -7,7 +7,7 @@ use super::ground::Standing;
 
 /// An arm at rest at a pose.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pose {
+pub struct RestPose {
     /// Angles of the motors, joint side, rad (m of prismatic joints).
     pub motors: Vec<f64>,
     /// Frequencies with the motors held, Hz, ascending.
@@ -21,18 +21,18 @@ pub struct Pose {
 }
 
 /// Why an arm has no rest at the angles of a grid.
-pub type Fallen = ([f64; 2], EquilibriumError);
+pub type UnstablePose = ([f64; 2], EquilibriumError);
 
 /// Poses over the angles of two joints.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
+pub struct PoseGrid {
     /// Which joints, from 0.
     pub joints: [usize; 2],
     /// Their angles, ascending.
     pub at: [Vec<f64>; 2],
 }
 
-impl Pose {
+impl RestPose {
     /// The arm at rest with its motors at these angles.
     ///
     /// # Errors
@@ -56,7 +56,7 @@ impl Pose {
     }
 }
 
-impl Grid {
+impl PoseGrid {
     /// From `from` to `to` in so many steps, of both joints.
     pub fn even(joints: [usize; 2], from: [f64; 2], to: [f64; 2], steps: [usize; 2]) -> Self {
         let along = |k: usize| {
@@ -81,7 +81,7 @@ impl Grid {
         on: &Standing,
         motors: &[f64],
         mut tell: impl FnMut(usize),
-    ) -> Result<(Vec<Pose>, Vec<Fallen>), EquilibriumError> {
+    ) -> Result<(Vec<RestPose>, Vec<UnstablePose>), EquilibriumError> {
         let (mut poses, mut fallen) = (Vec::with_capacity(self.count()), Vec::new());
         let mut motors = motors.to_vec();
         for a in &self.at[0] {
@@ -91,7 +91,7 @@ impl Grid {
                         *to = angle;
                     }
                 }
-                match Pose::of(on, &motors) {
+                match RestPose::of(on, &motors) {
                     Ok(pose) => poses.push(pose),
                     Err(e @ (EquilibriumError::Angles { .. } | EquilibriumError::Rigid)) => return Err(e),
                     Err(e) => fallen.push(([*a, *b], e)),

@@ -1,10 +1,10 @@
 //! Arms that books know: cantilevers, chains of them, a beam with a mass at its tip.
 
 use trueup_flexibility::equilibrium::equilibrium;
-use trueup_models::flexible_arm::{FlexibleArm, Structure};
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure};
 use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::{Design, Flexure, Link, Motor, Tip};
-use trueup_models::space::tree::Joint;
+use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, Flexure, RobotDesign};
+use trueup_models::space::tree::JointType;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 pub(crate) const LENGTHS: [f64; 2] = [0.6, 0.5];
@@ -14,21 +14,21 @@ pub(crate) const MASS: f64 = 0.8;
 const SPRING: f64 = 5000.0;
 
 /// One or two links along x, joints about z (the first about z, too), a point of this mass at the tip.
-pub(crate) fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
+pub(crate) fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> RobotDesign {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let body = |k: usize, mass: f64| {
         let moment = mass * 1e-8;
-        Link {
+        DesignLink {
             name: format!("body {}", k + 1),
             parent: k,
-            joint: Joint::Revolute,
+            joint: JointType::Revolute,
             mass,
             center_of_mass: [0.0; 3],
             inertia: [[moment, 0.0, 0.0], [0.0, moment, 0.0], [0.0, 0.0, moment]],
             position: [if k == 0 { 0.0 } else { LENGTHS[k - 1] }, 0.0, 0.0],
             orientation: [1.0, 0.0, 0.0, 0.0],
             axis: [0.0, 0.0, 1.0],
-            motor: Motor {
+            motor: DesignMotor {
                 flexible: true,
                 inertia: 1e-6,
                 gear_ratio: 100.0,
@@ -37,7 +37,7 @@ pub(crate) fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
             },
         }
     };
-    let mut bodies: Vec<Link> = (0..links).map(|k| body(k, 1e-6)).collect();
+    let mut bodies: Vec<DesignLink> = (0..links).map(|k| body(k, 1e-6)).collect();
     // The hand: a joint that is as good as stiff.
     bodies.push(body(links, tip_mass));
     bodies[links].motor.stiffness = 1e9;
@@ -57,17 +57,18 @@ pub(crate) fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
         damping_ratio: 0.0,
     };
     let base = trueup_models::flexible_arm::presets::delian();
-    Design {
+    RobotDesign {
         name: "chain".into(),
-        tips: vec![Tip { name: "tip".into(), body: links + 1, offset: [0.0; 3], mount: [0.0; 3] }],
+        tips: vec![DesignTip { name: "tip".into(), body: links + 1, offset: [0.0; 3], mount: [0.0; 3] }],
         flexures: (0..links).map(link).collect(),
         links: bodies,
         ..base
     }
 }
 
-pub(crate) fn arm_of(design: &Design) -> (FlexibleArm, Vec<f64>) {
-    let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: false }).unwrap();
+pub(crate) fn arm_of(design: &RobotDesign) -> (FlexibleArm, Vec<f64>) {
+    let arm =
+        FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current: false }).unwrap();
     let mut p = arm.defaults();
     let of_bodies = design.parameters();
     p[..of_bodies.len()].copy_from_slice(&of_bodies);

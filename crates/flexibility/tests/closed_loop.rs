@@ -3,15 +3,15 @@
 use super::beams::arm_of;
 use nalgebra::{DMatrix, DVector};
 use trueup_flexibility::closed_loop::{
-    ClosedLoopError, Law, Plant, closed, law, linearised, measured, poles,
+    ClosedLoopError, LinearPlant, SampledController, closed, law, linearised, measured, poles,
 };
 use trueup_models::controller::{ManipulatorController, Strategy, parameter, state};
 use trueup_models::flexible_arm::presets::{delian, parameters, structure};
 use trueup_models::flexible_arm::{FlexibleArm, layout};
-use trueup_models::space::design::{Design, Link, Motor};
+use trueup_models::space::design::{DesignLink, DesignMotor, RobotDesign};
 use trueup_models::space::layout::States;
-use trueup_models::space::tree::Joint;
-use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
+use trueup_models::space::tree::JointType;
+use trueup_numerics::driver::{Driver, DriverMemory, DriverOptions, DriverState, Flow, Solver, StepInputs};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 const RATIO: f64 = 21750.0;
@@ -21,11 +21,11 @@ const INERTIA: [f64; 3] = [RATIO * RATIO * 1.2e-7, 0.5, 6.0];
 const LINK: f64 = 1555.0;
 
 /// The reference plant: two joints on one axis, the second one's motor so heavy that it is part of the hub, its spring the link.
-fn reference_plant() -> Plant {
-    let body = |k: usize, inertia: f64, motor: Motor| Link {
+fn reference_plant() -> LinearPlant {
+    let body = |k: usize, inertia: f64, motor: DesignMotor| DesignLink {
         name: format!("body {}", k + 1),
         parent: k,
-        joint: Joint::Revolute,
+        joint: JointType::Revolute,
         mass: 1.0,
         center_of_mass: [0.0; 3],
         inertia: [[inertia, 0.0, 0.0], [0.0, inertia, 0.0], [0.0, 0.0, inertia]],
@@ -35,7 +35,7 @@ fn reference_plant() -> Plant {
         motor,
     };
     let square = RATIO * RATIO;
-    let joint = Motor {
+    let joint = DesignMotor {
         flexible: true,
         inertia: INERTIA[0],
         gear_ratio: RATIO,
@@ -43,8 +43,8 @@ fn reference_plant() -> Plant {
         damping: square * 3.18e-8,
     };
     let damping = 2.0 * 0.005 * (LINK / INERTIA[2]).sqrt() * INERTIA[2];
-    let link = Motor { flexible: true, inertia: 1e12, gear_ratio: 1e12, stiffness: LINK, damping };
-    let design = Design {
+    let link = DesignMotor { flexible: true, inertia: 1e12, gear_ratio: 1e12, stiffness: LINK, damping };
+    let design = RobotDesign {
         links: vec![body(0, INERTIA[1], joint), body(1, INERTIA[2], link)],
         tips: vec![],
         flexures: vec![],
@@ -61,7 +61,7 @@ fn reference_plant() -> Plant {
     let keep: Vec<usize> =
         (0..whole.a.nrows()).filter(|i| ![at.motor_angle + 1, at.motor_velocity + 1].contains(i)).collect();
     let rows: Vec<usize> = (0..measured::COUNT).map(|i| 2 * i).collect();
-    Plant {
+    LinearPlant {
         a: whole.a.select_rows(&keep).select_columns(&keep),
         b: whole.b.select_rows(&keep).columns(0, 1).into_owned(),
         c: whole.c.select_rows(&rows).select_columns(&keep),
@@ -74,7 +74,7 @@ fn settings(motor: f64, position_gain: f64, omega: f64) -> [f64; parameter::COUN
     [position_gain, motor * 60.0, 0.1, 1.0, 1.0, 1e9, omega, 1.0]
 }
 
-fn loop_of(plant: &Plant, strategy: Strategy, gain: f64, period: f64) -> DMatrix<f64> {
+fn loop_of(plant: &LinearPlant, strategy: Strategy, gain: f64, period: f64) -> DMatrix<f64> {
     let own = law(strategy, &settings(INERTIA[0], gain, 41.648), period).unwrap();
     closed(&plant.sampled(period).unwrap(), &[own]).unwrap()
 }
@@ -123,18 +123,20 @@ fn small_motions_are_those_of_the_arm() {
     let sampled = plant.sampled(STEP).unwrap();
     let sizes = arm.sizes();
     let off = [1.0, 0.5].map(|share| {
-        let options = Options { solver: Solver::Explicit, tolerance: 1e-10, ..Options::default() };
+        let options =
+            DriverOptions { solver: Solver::Explicit, tolerance: 1e-10, ..DriverOptions::default() };
         let mut driver = Driver::new(sizes, &[], options);
         let (mut t, mut x, mut u) = (0.0, plant.state.clone(), vec![0.0; sizes.inputs]);
-        let (mut modes, mut memory) = (vec![0; sizes.modes], Memory::default());
+        let (mut modes, mut memory) = (vec![0; sizes.modes], DriverMemory::default());
         let push = DVector::from_fn(6, |j, _| share * 2.0 * (1.0 - 0.3 * j as f64));
         (0..6).for_each(|j| u[j] = plant.drive[j] + push[j]);
-        let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut modes, memory: &mut memory };
+        let mut s =
+            DriverState { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut modes, memory: &mut memory };
         driver.initialise_from(&arm, &mut s).unwrap();
         let mut linear = DVector::zeros(sizes.states);
         for k in 0..200 {
             driver
-                .advance_to(&arm, &mut s, f64::from(k + 1) * STEP, Inputs::Hold, &mut |_| Flow::Continue)
+                .advance_to(&arm, &mut s, f64::from(k + 1) * STEP, StepInputs::Hold, &mut |_| Flow::Continue)
                 .unwrap();
             linear = &sampled.a * linear + &sampled.b * &push;
         }
@@ -161,7 +163,7 @@ fn loop_is_what_the_controller_does() {
         (Strategy::Vwbc, state::VELOCITY_WAVES, 4),
         (Strategy::VwbcWashout, state::VELOCITY_WAVES, 5),
     ] {
-        let laws: Vec<Law> = joints.iter().map(|p| law(strategy, p, STEP).unwrap()).collect();
+        let laws: Vec<SampledController> = joints.iter().map(|p| law(strategy, p, STEP).unwrap()).collect();
         let m = closed(&sampled, &laws).unwrap();
         let controller = ManipulatorController { joints: n };
         let own = controller.sizes();

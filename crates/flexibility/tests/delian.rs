@@ -1,6 +1,6 @@
 //! S3's tables on its arm.
 
-use trueup_flexibility::elements::{Element, contributions};
+use trueup_flexibility::elements::{FlexibleElement, contributions};
 use trueup_flexibility::equilibrium::equilibrium;
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::flexible_arm::presets::{RAISED, delian, parameters, structure};
@@ -21,11 +21,11 @@ fn table_4_comes_out() {
     let rest = equilibrium(&arm, &p, &POSTURE, [0.0; 3]).unwrap();
     let all = contributions(&arm, &p, &rest, [0.0; 3]).unwrap();
     for (element, printed) in [
-        (Element::Link(1), 0.49),
-        (Element::Link(2), 1.09),
-        (Element::Joint(2), 0.17),
-        (Element::Joint(3), 0.08),
-        (Element::Joint(5), 0.02),
+        (FlexibleElement::Link(1), 0.49),
+        (FlexibleElement::Link(2), 1.09),
+        (FlexibleElement::Joint(2), 0.17),
+        (FlexibleElement::Joint(3), 0.08),
+        (FlexibleElement::Joint(5), 0.02),
     ] {
         let found = all.iter().find(|c| c.element == element).unwrap().deflection.abs().to_degrees();
         println!("{element}: {found:.4} deg, printed {printed}");
@@ -40,11 +40,11 @@ fn table_5_cannot_be() {
     let rest = equilibrium(&arm, &p, &POSTURE, [0.0; 3]).unwrap();
     let all = contributions(&arm, &p, &rest, [0.0; 3]).unwrap();
     let printed = [
-        (Element::Joint(2), 0.022),
-        (Element::Joint(3), 0.017),
-        (Element::Joint(5), 0.007),
-        (Element::Link(1), 0.079),
-        (Element::Link(2), 0.046),
+        (FlexibleElement::Joint(2), 0.022),
+        (FlexibleElement::Joint(3), 0.017),
+        (FlexibleElement::Joint(5), 0.007),
+        (FlexibleElement::Link(1), 0.079),
+        (FlexibleElement::Link(2), 0.046),
     ];
     let square = |rise: f64| (1.0 + rise).powi(2) - 1.0;
     let of_paper: f64 = printed.iter().map(|(_, r)| square(*r)).sum();

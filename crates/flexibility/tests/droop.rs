@@ -8,8 +8,8 @@ use trueup_flexibility::equilibrium::equilibrium;
 use trueup_flexibility::ground::{EARTH, Standing, loaded, standing};
 use trueup_models::controller::Strategy;
 use trueup_models::flexible_arm::presets::delian;
-use trueup_models::space::design::{Design, Link, Motor};
-use trueup_models::space::tree::Joint;
+use trueup_models::space::design::{DesignLink, DesignMotor, RobotDesign};
+use trueup_models::space::tree::JointType;
 
 fn of(on: &Standing, pose: &[f64]) -> f64 {
     droop(&equilibrium(&on.arm, &on.parameters, pose, [0.0; 3]).unwrap()).unwrap()
@@ -20,20 +20,20 @@ fn of(on: &Standing, pose: &[f64]) -> f64 {
 fn ctl16_of_a_pendulum_is_its_weight_over_its_spring() {
     let (mass, reach, stiffness) = (3.0, 0.7, 900.0);
     let moment = mass * 1e-4;
-    let body = Link {
+    let body = DesignLink {
         name: "pendulum".into(),
         parent: 0,
-        joint: Joint::Revolute,
+        joint: JointType::Revolute,
         mass,
         center_of_mass: [reach, 0.0, 0.0],
         inertia: [[moment, 0.0, 0.0], [0.0, moment, 0.0], [0.0, 0.0, moment]],
         position: [0.0; 3],
         orientation: [1.0, 0.0, 0.0, 0.0],
         axis: [0.0, -1.0, 0.0],
-        motor: Motor { flexible: true, inertia: 1.0, gear_ratio: 1.0, stiffness, damping: 0.0 },
+        motor: DesignMotor { flexible: true, inertia: 1.0, gear_ratio: 1.0, stiffness, damping: 0.0 },
     };
-    let on =
-        standing(&Design { links: vec![body], tips: vec![], flexures: vec![], ..delian() }, EARTH).unwrap();
+    let on = standing(&RobotDesign { links: vec![body], tips: vec![], flexures: vec![], ..delian() }, EARTH)
+        .unwrap();
     let want = mass * 9.81 * reach / stiffness;
     assert!((of(&on, &[FRAC_PI_2]) / want - 1.0).abs() < 1e-9, "{}", of(&on, &[FRAC_PI_2]));
     assert_eq!(of(&on, &[-FRAC_PI_2]), 0.0);
@@ -47,7 +47,7 @@ const STEP: f64 = 1e-3;
 /// The largest real pole of DELIAN with `VWBC` on all joints, 1/s; slow ones only.
 fn slowest(on: &Standing, pose: &[f64], omega: f64) -> f64 {
     let plant = linearised(&on.arm, &on.parameters, pose).unwrap().sampled(STEP).unwrap();
-    let of = |l: &Link| [GAIN, 60.0 * l.motor.inertia, 0.1, 1.0, 1.0, 1e9, omega, 1.0];
+    let of = |l: &DesignLink| [GAIN, 60.0 * l.motor.inertia, 0.1, 1.0, 1.0, 1e9, omega, 1.0];
     let laws: Vec<_> = delian().links.iter().map(|l| law(Strategy::Vwbc, &of(l), STEP).unwrap()).collect();
     let found = poles(&closed(&plant, &laws).unwrap(), STEP).unwrap();
     found.moving().filter(|p| p.s.im.abs() < 0.1).map(|p| p.s.re).fold(f64::NEG_INFINITY, f64::max)

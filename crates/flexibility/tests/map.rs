@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use trueup_flexibility::elements::{Element, contributions, squares};
+use trueup_flexibility::elements::{FlexibleElement, contributions, squares};
 use trueup_flexibility::equilibrium::{EquilibriumError, equilibrium};
 use trueup_flexibility::ground::{EARTH, Standing, loaded, standing};
-use trueup_flexibility::map::{Grid, Pose, weighed};
+use trueup_flexibility::map::{PoseGrid, RestPose, weighed};
 use trueup_models::flexible_arm::presets::{RAISED, delian};
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::layout::Parameters;
@@ -18,15 +18,15 @@ const POSTURE: [f64; 6] = [0.3, 0.6, -0.9, 0.4, 0.5, -0.2];
 #[test]
 fn lnk9_energy_is_the_slope_of_the_square() {
     let on = standing(&delian(), [0.0; 3]).unwrap();
-    let pose = Pose::of(&on, &POSTURE).unwrap();
+    let pose = RestPose::of(&on, &POSTURE).unwrap();
     let at = Parameters::new(&on.arm.structure().robot);
-    let first = |element: Element, factor: f64| {
+    let first = |element: FlexibleElement, factor: f64| {
         let mut p = on.parameters.clone();
         match element {
-            Element::Joint(j) => p[at.joint_stiffness + j - 1] *= factor,
-            Element::Link(l) => p[at.youngs_modulus + l - 1] *= factor,
+            FlexibleElement::Joint(j) => p[at.joint_stiffness + j - 1] *= factor,
+            FlexibleElement::Link(l) => p[at.youngs_modulus + l - 1] *= factor,
         }
-        Pose::of(&Standing { arm: on.arm.clone(), parameters: p }, &POSTURE).unwrap().modes[0]
+        RestPose::of(&Standing { arm: on.arm.clone(), parameters: p }, &POSTURE).unwrap().modes[0]
     };
     for c in &pose.elements {
         let step = 1e-4;
@@ -57,7 +57,7 @@ fn a_payload_is_a_weight_at_the_tip_at_rest() {
     let (a, b) = (deflections(&plain, &by_force, force), deflections(&heavy, &by_mass, [0.0; 3]));
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-10), "{a:?} {b:?}");
     assert!(by_mass.frequencies().unwrap()[0] < by_force.frequencies().unwrap()[0]);
-    assert!(loaded(&trueup_models::space::design::Design { tips: vec![], ..design }, 1.0).is_none());
+    assert!(loaded(&trueup_models::space::design::RobotDesign { tips: vec![], ..design }, 1.0).is_none());
 }
 
 #[test]
@@ -73,12 +73,12 @@ fn joints_about_the_vertical_do_not_change_the_weight() {
 #[test]
 fn a_map_is_its_poses() {
     let on = standing(&delian(), EARTH).unwrap();
-    let grid = Grid::even([1, 2], [0.0, -RAISED], [RAISED, 0.0], [2, 1]);
+    let grid = PoseGrid::even([1, 2], [0.0, -RAISED], [RAISED, 0.0], [2, 1]);
     let mut heard = Vec::new();
     let (poses, fallen) = grid.poses(&on, &[0.0; 6], |done| heard.push(done)).unwrap();
     assert_eq!((poses.len(), fallen.len(), grid.count(), heard.len()), (6, 0, 6, 6));
     let last = [0.0, RAISED, -RAISED, 0.0, 0.0, 0.0];
-    assert_eq!(poses[4], Pose::of(&on, &last).unwrap());
+    assert_eq!(poses[4], RestPose::of(&on, &last).unwrap());
     // Against where the unbent arm would have it: down, and more than a millimetre.
     let down = poses[4].tip_deflection.unwrap();
     assert!(
@@ -93,7 +93,7 @@ fn a_map_is_its_poses() {
 fn poses_without_rest_are_left_out() {
     let design = chain(1, Shapes { x: 2, y: 2, torsion: 1 }, 900.0);
     let on = standing(&design, [0.0, -9.81, 0.0]).unwrap();
-    let grid = Grid::even([0, 1], [-FRAC_PI_2, 0.0], [FRAC_PI_2, 0.1], [1, 1]);
+    let grid = PoseGrid::even([0, 1], [-FRAC_PI_2, 0.0], [FRAC_PI_2, 0.1], [1, 1]);
     let (poses, fallen) = grid.poses(&on, &[0.0; 2], |_| ()).unwrap();
     assert_eq!((poses.len(), fallen.len()), (2, 2));
     assert!(poses.iter().all(|p| p.motors[0] < 0.0) && fallen.iter().all(|(at, _)| at[0] > 0.0));

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use trueup_flexibility::equilibrium::{EquilibriumError, equilibrium, modes};
 use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::Design;
+use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::States;
-use trueup_models::space::{Led, SpatialFreeFlyer};
+use trueup_models::space::{PrescribedAccelerations, SpatialFreeFlyer};
 use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -14,7 +14,7 @@ use crate::beams::{LENGTHS, MASS, MODULUS, MOMENT, arm_of, chain};
 const STIFFNESS: f64 = MODULUS * MOMENT;
 
 /// A link alone, on a joint that is rigid, about z.
-fn blade() -> Design {
+fn blade() -> RobotDesign {
     let mut design = chain(1, Shapes { x: 5, y: 5, torsion: 0 }, 1e-9);
     design.links.truncate(1);
     design.links[0].motor.flexible = false;
@@ -25,7 +25,7 @@ fn blade() -> Design {
 }
 
 /// Frequencies along x (in the plane of the spin) and along y of the blade, 1/s, where it turns at this rate.
-fn spinning(design: &Design, rate: f64) -> [f64; 2] {
+fn spinning(design: &RobotDesign, rate: f64) -> [f64; 2] {
     let s = design.structure();
     let (model, p, at) = (SpatialFreeFlyer::new(s.clone()).unwrap(), design.parameters(), States::new(&s));
     let lift = |v: &[f64]| v.iter().map(|v| Dual { re: *v, eps: [0.0] }).collect::<Vec<Dual<1>>>();
@@ -38,7 +38,7 @@ fn spinning(design: &Design, rate: f64) -> [f64; 2] {
         x[at.modal_coordinate + c].eps[0] = 1.0;
         let mut dx = vec![Dual { re: 0.0, eps: [0.0] }; x.len()];
         let still = [(0, Dual { re: 0.0, eps: [0.0] })];
-        let led = Led { base: None, joints: &still, motors: &[] };
+        let led = PrescribedAccelerations { base: None, joints: &still, motors: &[] };
         model.rates_led(
             At { t: Dual { re: 0.0, eps: [0.0] }, x: &x, u: &u, p: &p, modes: &[] },
             led,
@@ -72,7 +72,7 @@ fn lnk4_a_blade_that_spins_gets_stiffer() {
         );
     }
     // Without, spin softens falsely in its plane.
-    let soft = Design { axial_stiffening: Some(false), ..blade() };
+    let soft = RobotDesign { axial_stiffening: Some(false), ..blade() };
     let [in_plane, across] = spinning(&soft, 2.0 * unit).map(|f| f / unit);
     assert!((across - 3.5160).abs() < 1e-3 && (in_plane - (3.516_f64.powi(2) - 4.0).sqrt()).abs() < 1e-3);
 }

@@ -7,8 +7,8 @@ use trueup_flexibility::equilibrium::equilibrium;
 use trueup_flexibility::ground::{EARTH, standing};
 use trueup_models::flexible_arm::presets::{RAISED, delian};
 use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::{Design, Flexure};
-use trueup_models::space::table::{LinkTable, Reach, Table, TabledMode};
+use trueup_models::space::design::{Flexure, RobotDesign};
+use trueup_models::space::table::{LinkTable, ModeReach, ModeTable, TabledMode};
 
 /// One plane of a beam, or its torsion, by finite elements; the first `clamped` rows are those of the root.
 struct Plane {
@@ -146,7 +146,7 @@ fn tabled(f: &Flexure, (elements, how): Tool) -> LinkTable {
         // z x d: along y of what bends along x, along -x of what bends along y.
         let turn = [1.0, -1.0][side];
         for (omega, momenta, end) in reduced(&plane, how) {
-            let (mut participation, mut reach) = ([0.0; 6], Reach { shift: [0.0; 3], turn: [0.0; 3] });
+            let (mut participation, mut reach) = ([0.0; 6], ModeReach { shift: [0.0; 3], turn: [0.0; 3] });
             participation[side] = momenta[0];
             participation[4 - side] = turn * momenta[1];
             reach.shift[side] = end[0];
@@ -156,19 +156,19 @@ fn tabled(f: &Flexure, (elements, how): Tool) -> LinkTable {
     }
     let twisted = torsion(elements, f.length, f.polar_inertia_per_length, shear * f.torsion_constant);
     for (omega, momenta, end) in reduced(&twisted, Reduction::CraigBampton(0)) {
-        let reach = Reach { shift: [0.0; 3], turn: [0.0, 0.0, end[0]] };
+        let reach = ModeReach { shift: [0.0; 3], turn: [0.0, 0.0, end[0]] };
         rows.push((omega, [0.0, 0.0, 0.0, 0.0, 0.0, momenta[0]], reach));
     }
     let mass = f.mass_per_length * f.length;
     let across = mass * f.length.powi(2) / 12.0;
-    let mode = |(frequency, participation, _): &(f64, [f64; 6], Reach)| TabledMode {
+    let mode = |(frequency, participation, _): &(f64, [f64; 6], ModeReach)| TabledMode {
         frequency: *frequency,
         damping_ratio: f.damping_ratio,
         participation: *participation,
     };
     LinkTable {
         body: f.body,
-        table: Table {
+        table: ModeTable {
             name: format!("link of body {}", f.body),
             position: f.position,
             orientation: f.orientation,
@@ -187,10 +187,10 @@ fn tabled(f: &Flexure, (elements, how): Tool) -> LinkTable {
 }
 
 /// The same robot with these of its links (from 0) by tables.
-fn with_tables(design: &Design, links: &[usize], how: Tool) -> Design {
+fn with_tables(design: &RobotDesign, links: &[usize], how: Tool) -> RobotDesign {
     let all = design.flexures.iter().enumerate();
     let (tables, beams): (Vec<_>, Vec<_>) = all.partition(|(k, _)| links.contains(k));
-    let design = Design {
+    let design = RobotDesign {
         flexures: beams.into_iter().map(|(_, f)| f.clone()).collect(),
         link_tables: tables.into_iter().map(|(_, f)| tabled(f, how)).collect(),
         ..design.clone()
@@ -200,7 +200,7 @@ fn with_tables(design: &Design, links: &[usize], how: Tool) -> Design {
 }
 
 /// Two links with joints and a mass at the tip, beams with all shapes that there are.
-fn two_links() -> Design {
+fn two_links() -> RobotDesign {
     let mut design = chain(2, Shapes { x: 5, y: 5, torsion: 1 }, 0.5);
     // Of a microgram they would have frequencies so high that the first three are lost in rounding.
     for body in &mut design.links {
@@ -211,11 +211,11 @@ fn two_links() -> Design {
 }
 
 /// By how much the first three frequencies are off those of the beams at most, over postures.
-fn off(beams: &Design, links: &[usize], tool: Tool) -> [f64; 3] {
+fn off(beams: &RobotDesign, links: &[usize], tool: Tool) -> [f64; 3] {
     let tables = with_tables(beams, links, tool);
     let mut worst = [0.0_f64; 3];
     for fold in [0.0, 0.6, 1.4, -2.3, 3.0] {
-        let frequencies = |design: &Design| {
+        let frequencies = |design: &RobotDesign| {
             let (arm, p) = arm_of(design);
             equilibrium(&arm, &p, &[0.2, fold, 0.1], [0.0; 3]).unwrap().frequencies().unwrap()
         };
@@ -281,14 +281,14 @@ fn lnk5_a_cantilever_by_a_table_bends_as_eq_9_has_it() {
 /// frequency as much.
 #[test]
 fn lnk9_a_table_contributes_as_its_beam() {
-    let all = |design: &Design| {
+    let all = |design: &RobotDesign| {
         let on = standing(design, EARTH).unwrap();
         let motors = [0.0, RAISED, -RAISED, 0.0, 0.0, 0.0];
         let rest = equilibrium(&on.arm, &on.parameters, &motors, [0.0; 3]).unwrap();
         contributions(&on.arm, &on.parameters, &rest, [0.0; 3]).unwrap()
     };
     // A table does not give the shortening of its link by bending, so the beam must do without that, too.
-    let beams = Design { axial_stiffening: Some(false), ..delian() };
+    let beams = RobotDesign { axial_stiffening: Some(false), ..delian() };
     let wanted = all(&beams);
     let found = all(&with_tables(&beams, &[1], (20, Reduction::CraigBampton(1))));
     assert_eq!(wanted.len(), found.len());

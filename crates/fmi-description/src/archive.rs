@@ -70,7 +70,7 @@ pub enum ArchiveError {
 
 /// An entry: as in the archive's directory.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct ArchiveEntry {
     /// Path inside the archive as stored.
     pub name: String,
     /// Unpacked size in bytes.
@@ -84,7 +84,7 @@ pub struct Entry {
 pub struct Archive {
     path: PathBuf,
     zip: Option<ZipArchive<BufReader<File>>>,
-    entries: Vec<Entry>,
+    entries: Vec<ArchiveEntry>,
 }
 
 impl Archive {
@@ -133,7 +133,7 @@ impl Archive {
                 entry.compression(),
                 zip::CompressionMethod::Deflated | zip::CompressionMethod::Stored
             );
-            entries.push(Entry { size: entry.size(), portable, name });
+            entries.push(ArchiveEntry { size: entry.size(), portable, name });
         }
         let total = entries.iter().fold(0u64, |sum, e| sum.saturating_add(e.size));
         if total > MAX_TOTAL {
@@ -147,7 +147,7 @@ impl Archive {
         &self.path
     }
     /// The entries; folders end with `/`.
-    pub fn entries(&self) -> &[Entry] {
+    pub fn entries(&self) -> &[ArchiveEntry] {
         &self.entries
     }
     /// Is there a file of that name?
@@ -235,7 +235,7 @@ fn relative(name: &str) -> Option<PathBuf> {
     (!absolute).then_some(path)
 }
 
-fn walk(folder: &Path, prefix: &str, out: &mut Vec<Entry>) -> std::io::Result<()> {
+fn walk(folder: &Path, prefix: &str, out: &mut Vec<ArchiveEntry>) -> std::io::Result<()> {
     let mut found: Vec<_> = std::fs::read_dir(folder)?.collect::<Result<_, _>>()?;
     found.sort_by_key(std::fs::DirEntry::file_name);
     for entry in found {
@@ -244,7 +244,7 @@ fn walk(folder: &Path, prefix: &str, out: &mut Vec<Entry>) -> std::io::Result<()
         if kind.is_dir() {
             walk(&entry.path(), &format!("{name}/"), out)?;
         } else if kind.is_file() {
-            out.push(Entry { name, size: entry.metadata()?.len(), portable: true });
+            out.push(ArchiveEntry { name, size: entry.metadata()?.len(), portable: true });
         }
     }
     Ok(())

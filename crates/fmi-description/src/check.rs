@@ -12,5 +12,5 @@ mod variables;
 mod whole;
 
 pub use files::archive;
-pub use finding::{Finding, Severity};
+pub use finding::{DescriptionFinding, DescriptionSeverity};
 pub use whole::description;

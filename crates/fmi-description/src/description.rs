@@ -4,14 +4,14 @@ mod variable;
 
 use std::collections::HashMap;
 
-use crate::Version;
+use crate::FmiVersion;
 pub use variable::*;
 
 /// A model description as read. Lines count from 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// Version of the standard.
-    pub version: Version,
+    pub version: FmiVersion,
     /// `fmiVersion` as written.
     pub fmi_version: String,
     /// `modelName`.
@@ -37,34 +37,34 @@ pub struct Description {
     /// `numberOfEventIndicators`, FMI 2.0 only.
     pub number_of_event_indicators: Option<u32>,
     /// Model Exchange.
-    pub model_exchange: Option<Interface>,
+    pub model_exchange: Option<InterfaceCapabilities>,
     /// Co-Simulation.
-    pub co_simulation: Option<Interface>,
+    pub co_simulation: Option<InterfaceCapabilities>,
     /// Scheduled Execution (3.0).
-    pub scheduled_execution: Option<Interface>,
+    pub scheduled_execution: Option<InterfaceCapabilities>,
     /// Units.
-    pub units: Vec<Unit>,
+    pub units: Vec<DescriptionUnit>,
     /// Type definitions.
     pub types: Vec<TypeDefinition>,
     /// Log categories: name, description.
     pub log_categories: Vec<(String, String)>,
     /// Default experiment.
-    pub experiment: Experiment,
+    pub experiment: DefaultExperiment,
     /// Variables in their order.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<DescriptionVariable>,
     /// Model structure.
-    pub structure: Structure,
+    pub structure: ModelStructure,
     pub(crate) by_name: HashMap<String, usize>,
     pub(crate) by_reference: HashMap<u32, usize>,
 }
 
 /// How the structure of a model names a variable: by its index from 1 in FMI 2.0, by its value reference in
 /// FMI 3.0. [`Description::resolve`] gives the variable.
-pub type Reference = u32;
+pub type StructureReference = u32;
 
 impl Description {
     /// The variable of that name, FMI 3.0 alias names included.
-    pub fn find(&self, name: &str) -> Option<&Variable> {
+    pub fn find(&self, name: &str) -> Option<&DescriptionVariable> {
         self.by_name.get(name).and_then(|at| self.variables.get(*at))
     }
     /// Position in [`Self::variables`] of the variable of that name, alias names included.
@@ -72,14 +72,14 @@ impl Description {
         self.by_name.get(name).copied()
     }
     /// Position in [`Self::variables`] of what the structure names.
-    pub fn resolve(&self, reference: Reference) -> Option<usize> {
+    pub fn resolve(&self, reference: StructureReference) -> Option<usize> {
         match self.version {
-            Version::V2 => (reference as usize).checked_sub(1).filter(|at| *at < self.variables.len()),
-            Version::V3 => self.by_reference.get(&reference).copied(),
+            FmiVersion::V2 => (reference as usize).checked_sub(1).filter(|at| *at < self.variables.len()),
+            FmiVersion::V3 => self.by_reference.get(&reference).copied(),
         }
     }
     /// The interfaces that the FMU offers, with their element names.
-    pub fn interfaces(&self) -> impl Iterator<Item = (&'static str, &Interface)> {
+    pub fn interfaces(&self) -> impl Iterator<Item = (&'static str, &InterfaceCapabilities)> {
         [
             ("ModelExchange", &self.model_exchange),
             ("CoSimulation", &self.co_simulation),
@@ -89,7 +89,7 @@ impl Description {
         .filter_map(|(name, i)| i.as_ref().map(|i| (name, i)))
     }
     /// Unit of that name.
-    pub fn unit(&self, name: &str) -> Option<&Unit> {
+    pub fn unit(&self, name: &str) -> Option<&DescriptionUnit> {
         self.units.iter().find(|u| u.name == name)
     }
     /// Type definition of that name.
@@ -98,15 +98,15 @@ impl Description {
     }
     /// Number of elements: of an array the product of its dimensions, as sized by the start values of structural
     /// parameters; `None` where a dimension cannot be resolved.
-    pub fn elements(&self, variable: &Variable) -> Option<usize> {
+    pub fn elements(&self, variable: &DescriptionVariable) -> Option<usize> {
         variable.dimensions.iter().try_fold(1usize, |product, dimension| {
             let length = match dimension {
-                Dimension::Fixed(n) => usize::try_from(*n).ok()?,
-                Dimension::Variable(reference) => {
+                ArrayDimension::Fixed(n) => usize::try_from(*n).ok()?,
+                ArrayDimension::Variable(reference) => {
                     let parameter = self.variables.get(*self.by_reference.get(reference)?)?;
                     match parameter.start.as_ref()? {
-                        Values::Unsigned(v) => usize::try_from(*v.first()?).ok()?,
-                        Values::Signed(v) => usize::try_from(*v.first()?).ok()?,
+                        StartValues::Unsigned(v) => usize::try_from(*v.first()?).ok()?,
+                        StartValues::Signed(v) => usize::try_from(*v.first()?).ok()?,
                         _ => return None,
                     }
                 }
@@ -117,8 +117,8 @@ impl Description {
     /// Number of event indicators.
     pub fn event_indicators(&self) -> usize {
         match self.version {
-            Version::V2 => self.number_of_event_indicators.unwrap_or(0) as usize,
-            Version::V3 => self
+            FmiVersion::V2 => self.number_of_event_indicators.unwrap_or(0) as usize,
+            FmiVersion::V3 => self
                 .structure
                 .event_indicators
                 .iter()
@@ -131,7 +131,7 @@ impl Description {
 /// One interface type with what it can do; what a version of the standard does not know is false or 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[allow(missing_docs)] // the attributes of the standard
-pub struct Interface {
+pub struct InterfaceCapabilities {
     pub model_identifier: String,
     pub needs_execution_tool: bool,
     pub can_be_instantiated_only_once_per_process: bool,
@@ -162,7 +162,7 @@ pub struct Interface {
 
 /// A unit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unit {
+pub struct DescriptionUnit {
     /// Name.
     pub name: String,
     /// In SI base units, where given.
@@ -203,7 +203,7 @@ pub struct TypeDefinition {
     /// Name.
     pub name: String,
     /// Data type.
-    pub kind: Type,
+    pub kind: VariableType,
     /// `description`.
     pub description: String,
     /// Defaults for the variables of the type.
@@ -228,7 +228,7 @@ pub struct Item {
 /// Default experiment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[allow(missing_docs)]
-pub struct Experiment {
+pub struct DefaultExperiment {
     pub start_time: Option<f64>,
     pub stop_time: Option<f64>,
     pub tolerance: Option<f64>,
@@ -237,7 +237,7 @@ pub struct Experiment {
 
 impl Description {
     /// The attributes of a variable, filled up from its declared type.
-    pub fn attributes(&self, v: &Variable) -> Attributes {
+    pub fn attributes(&self, v: &DescriptionVariable) -> Attributes {
         let own = &v.attributes;
         let Some(t) = v.declared_type.as_deref().and_then(|n| self.declared_type(n)).map(|t| &t.attributes)
         else {
@@ -261,26 +261,26 @@ impl Description {
 
 /// Model structure.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Structure {
+pub struct ModelStructure {
     /// Outputs.
-    pub outputs: Vec<Unknown>,
+    pub outputs: Vec<StructureUnknown>,
     /// Derivatives, in the order of the states.
-    pub derivatives: Vec<Unknown>,
+    pub derivatives: Vec<StructureUnknown>,
     /// Clocked states (3.0).
-    pub clocked_states: Vec<Unknown>,
+    pub clocked_states: Vec<StructureUnknown>,
     /// Initial unknowns.
-    pub initial_unknowns: Vec<Unknown>,
+    pub initial_unknowns: Vec<StructureUnknown>,
     /// Event indicators (3.0).
-    pub event_indicators: Vec<Unknown>,
+    pub event_indicators: Vec<StructureUnknown>,
 }
 
 /// An unknown and what it depends on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unknown {
+pub struct StructureUnknown {
     /// Which variable.
-    pub reference: Reference,
+    pub reference: StructureReference,
     /// `None`: on everything; empty: on nothing.
-    pub dependencies: Option<Vec<Reference>>,
+    pub dependencies: Option<Vec<StructureReference>>,
     /// One per dependency, where given.
     pub kinds: Option<Vec<String>>,
     /// Line.

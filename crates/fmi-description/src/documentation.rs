@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use trueup_fmi::table::{Causality, Kind, ModelTable, Variability, Variable};
+use trueup_fmi::table::{BoundaryType, Causality, ModelTable, TableVariable, Variability};
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em;color:#222}\
 table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .7em;border-bottom:1px solid #ddd;text-align:left;\
@@ -41,7 +41,7 @@ pub fn html(table: &ModelTable, equations: &str, picture: &str) -> String {
         ("Internal variables", Causality::Local, None),
     ];
     for (title, causality, tunable) in sections {
-        let belongs = |v: &&Variable| {
+        let belongs = |v: &&TableVariable| {
             v.causality == causality && tunable.is_none_or(|t| t == (v.variability == Variability::Tunable))
         };
         let variables: Vec<_> = table.variables.iter().filter(belongs).collect();
@@ -73,7 +73,7 @@ pub fn html(table: &ModelTable, equations: &str, picture: &str) -> String {
     s
 }
 
-fn row(s: &mut String, table: &ModelTable, v: &Variable) {
+fn row(s: &mut String, table: &ModelTable, v: &TableVariable) {
     let size: String = v.dimensions.iter().map(|n| format!("[{n}]")).collect();
     let start: Vec<String> = v.start.iter().map(|x| start_text(table, v, *x)).collect();
     let _ = writeln!(
@@ -87,20 +87,20 @@ fn row(s: &mut String, table: &ModelTable, v: &Variable) {
     );
 }
 
-fn start_text(table: &ModelTable, v: &Variable, x: f64) -> String {
+fn start_text(table: &ModelTable, v: &TableVariable, x: f64) -> String {
     match v.kind {
-        Kind::Boolean => (x != 0.0).to_string(),
-        Kind::Integer => format!("{}", x as i64),
-        Kind::Real => format!("{x:?}"),
-        Kind::Enumeration(index) => {
+        BoundaryType::Boolean => (x != 0.0).to_string(),
+        BoundaryType::Integer => format!("{}", x as i64),
+        BoundaryType::Real => format!("{x:?}"),
+        BoundaryType::Enumeration(index) => {
             let item = table.enumerations.get(index).and_then(|e| e.items.get((x as usize).wrapping_sub(1)));
             item.map_or_else(|| format!("{}", x as i64), |(name, _)| (*name).to_owned())
         }
     }
 }
 
-fn range(table: &ModelTable, v: &Variable) -> String {
-    if let Kind::Enumeration(index) = v.kind {
+fn range(table: &ModelTable, v: &TableVariable) -> String {
+    if let BoundaryType::Enumeration(index) = v.kind {
         return table.enumerations.get(index).map(|e| e.name.to_owned()).unwrap_or_default();
     }
     let lower = v.min.map(|x| format!("{} {x:?}", if v.exclusive { ">" } else { "\u{2265}" }));

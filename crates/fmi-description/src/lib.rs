@@ -16,4 +16,4 @@ mod version;
 pub mod whole;
 pub mod write;
 
-pub use version::Version;
+pub use version::FmiVersion;

@@ -12,17 +12,17 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 
 use crate::template::{Template, TemplateError};
 use crate::write::{self, WriteError, related, terminals};
-use crate::{Version, documentation, macho};
+use crate::{FmiVersion, documentation, macho};
 
 /// What goes into an FMU.
 #[derive(Clone, Copy, Debug)]
-pub struct Parts<'a> {
+pub struct FmuParts<'a> {
     /// The table of this configuration.
     pub table: &'a ModelTable,
     /// Its token is assigned here.
     pub configuration: &'a Configuration,
     /// For this version of the standard.
-    pub version: Version,
+    pub version: FmiVersion,
     /// A template library for each platform.
     pub templates: &'a [Template],
     /// The stamp that they must have: from which sources the packing program is built.
@@ -40,12 +40,12 @@ pub struct Parts<'a> {
     /// File names and texts.
     pub licences: &'a [(&'a str, &'a str)],
     /// The default experiment; `None`: these values cannot be simulated with it.
-    pub reference: Option<Reference<'a>>,
+    pub reference: Option<ReferenceResults<'a>>,
 }
 
 /// What an importer should get.
 #[derive(Clone, Copy, Debug)]
-pub struct Reference<'a> {
+pub struct ReferenceResults<'a> {
     /// CSV: what goes in.
     pub inputs: &'a str,
     /// CSV: what comes out.
@@ -75,8 +75,8 @@ pub enum PackError {
 ///
 /// # Errors
 /// [`PackError`]
-pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
-    let Parts { table, version, .. } = *parts;
+pub fn archive(parts: &FmuParts) -> Result<Vec<u8>, PackError> {
+    let FmuParts { table, version, .. } = *parts;
     let (xml, token) = write::with_token(table, parts.configuration, version)?;
     let configuration = Configuration { token, ..parts.configuration.clone() };
 
@@ -111,8 +111,8 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
         files.push((format!("documentation/licenses/{name}"), text.as_bytes().to_vec()));
     }
     match version {
-        Version::V2 => files.push(("model.png".to_owned(), parts.icon_png.to_vec())),
-        Version::V3 => files.extend([
+        FmiVersion::V2 => files.push(("model.png".to_owned(), parts.icon_png.to_vec())),
+        FmiVersion::V3 => files.extend([
             ("terminalsAndIcons/icon.png".to_owned(), parts.icon_png.to_vec()),
             ("terminalsAndIcons/icon.svg".to_owned(), parts.icon_svg.as_bytes().to_vec()),
             (
@@ -138,7 +138,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), PackError> {
 type Binary = (&'static str, &'static str, Vec<u8>);
 
 /// The libraries with their configuration. Those that share a folder (both kinds of Mac in FMI 2.0) become one file.
-fn binaries(parts: &Parts, configuration: &Configuration) -> Result<Vec<Binary>, PackError> {
+fn binaries(parts: &FmuParts, configuration: &Configuration) -> Result<Vec<Binary>, PackError> {
     let mut folders: BTreeMap<&str, Vec<&Template>> = BTreeMap::new();
     for (i, template) in parts.templates.iter().enumerate() {
         if parts.templates[..i].iter().any(|t| t.platform == template.platform) {

@@ -2,7 +2,7 @@
 
 use object::{Architecture, BinaryFormat, Object};
 
-use crate::Version;
+use crate::FmiVersion;
 
 /// One of them; its name is the platform tuple of FMI 3.0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,11 +61,11 @@ impl Platform {
 
     /// Name of its folder under `binaries/`. FMI 2.0 names operating systems alone: both kinds of Mac read `darwin64`, where one
     /// file may serve both. It has no name for Linux on ARM; tools use that of 3.0.
-    pub fn folder(self, version: Version) -> &'static str {
+    pub fn folder(self, version: FmiVersion) -> &'static str {
         match (version, self) {
-            (Version::V2, Self::X86Linux) => "linux64",
-            (Version::V2, Self::X86Windows) => "win64",
-            (Version::V2, Self::ArmDarwin | Self::X86Darwin) => "darwin64",
+            (FmiVersion::V2, Self::X86Linux) => "linux64",
+            (FmiVersion::V2, Self::X86Windows) => "win64",
+            (FmiVersion::V2, Self::ArmDarwin | Self::X86Darwin) => "darwin64",
             _ => self.name(),
         }
     }
@@ -91,7 +91,7 @@ impl std::fmt::Display for Platform {
     }
 }
 
-impl Version {
+impl FmiVersion {
     /// Name of this machine's folder under `binaries/`; on a machine for which FMUs are not packed, one that no FMU has.
     pub fn platform(self) -> &'static str {
         Platform::host().map_or("no-platform", |p| p.folder(self))
@@ -113,10 +113,10 @@ mod tests {
     fn names_are_read_back_and_folders_are_those_of_the_standards() {
         for p in Platform::ALL {
             assert_eq!(Platform::named(p.name()), Some(p));
-            assert_eq!(p.folder(Version::V3), p.name());
+            assert_eq!(p.folder(FmiVersion::V3), p.name());
         }
         assert_eq!(Platform::named("linux64"), None);
-        let folders = Platform::ALL.map(|p| p.folder(Version::V2));
+        let folders = Platform::ALL.map(|p| p.folder(FmiVersion::V2));
         assert_eq!(folders, ["linux64", "aarch64-linux", "win64", "darwin64", "darwin64"]);
     }
 }

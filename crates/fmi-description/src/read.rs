@@ -14,11 +14,11 @@ use std::collections::HashMap;
 
 use roxmltree::Document;
 
-use crate::Version;
-use crate::description::{Description, Experiment, Variable};
+use crate::FmiVersion;
+use crate::description::{DefaultExperiment, Description, DescriptionVariable};
 pub use encoding::decode;
 pub use error::ReadError;
-use node::{Lines, Node};
+use node::{DescriptionNode, LineStarts};
 
 /// Reads the bytes of a modelDescription.xml.
 ///
@@ -31,15 +31,15 @@ pub fn read(bytes: &[u8]) -> Result<Description, ReadError> {
         column: e.pos().col,
         message: format!("not well-formed XML: {e}"),
     })?;
-    let lines = Lines::of(&text);
-    let root = Node::new(document.root_element(), &lines);
+    let lines = LineStarts::of(&text);
+    let root = DescriptionNode::new(document.root_element(), &lines);
     if root.name() != "fmiModelDescription" {
         return Err(root.error(format!("the root element is `{}`, not `fmiModelDescription`", root.name())));
     }
     let fmi_version = root.required("fmiVersion")?;
     let version = match fmi_version.split('.').next() {
-        Some("2") => Version::V2,
-        Some("3") => Version::V3,
+        Some("2") => FmiVersion::V2,
+        Some("3") => FmiVersion::V3,
         _ => {
             return Err(
                 root.error(format!("fmiVersion \"{fmi_version}\": only FMI 2.0 and 3.0 are understood"))
@@ -48,13 +48,13 @@ pub fn read(bytes: &[u8]) -> Result<Description, ReadError> {
     };
     let interface = |name: &str| {
         root.child(name)
-            .map(|n| if version == Version::V2 { fmi2::interface(&n) } else { fmi3::interface(&n) })
+            .map(|n| if version == FmiVersion::V2 { fmi2::interface(&n) } else { fmi3::interface(&n) })
     };
     let (variables, structure, units, types) = match version {
-        Version::V2 => {
+        FmiVersion::V2 => {
             (fmi2::variables(&root)?, fmi2::structure(&root)?, node::units(&root)?, fmi2::types(&root)?)
         }
-        Version::V3 => {
+        FmiVersion::V3 => {
             (fmi3::variables(&root)?, fmi3::structure(&root)?, node::units(&root)?, fmi3::types(&root)?)
         }
     };
@@ -63,7 +63,7 @@ pub fn read(bytes: &[u8]) -> Result<Description, ReadError> {
         version,
         fmi_version,
         model_name: root.text("modelName"),
-        token: root.text(if version == Version::V2 { "guid" } else { "instantiationToken" }),
+        token: root.text(if version == FmiVersion::V2 { "guid" } else { "instantiationToken" }),
         description: root.text("description"),
         author: root.text("author"),
         model_version: root.text("version"),
@@ -75,7 +75,9 @@ pub fn read(bytes: &[u8]) -> Result<Description, ReadError> {
         number_of_event_indicators: root.value("numberOfEventIndicators")?,
         model_exchange: interface("ModelExchange").transpose()?,
         co_simulation: interface("CoSimulation").transpose()?,
-        scheduled_execution: interface("ScheduledExecution").transpose()?.filter(|_| version == Version::V3),
+        scheduled_execution: interface("ScheduledExecution")
+            .transpose()?
+            .filter(|_| version == FmiVersion::V3),
         units,
         types,
         log_categories: categories.collect(),
@@ -85,22 +87,22 @@ pub fn read(bytes: &[u8]) -> Result<Description, ReadError> {
         variables,
         structure,
     };
-    if version == Version::V3 {
+    if version == FmiVersion::V3 {
         description.number_of_event_indicators = None;
     }
     Ok(description)
 }
 
-fn names(variables: &[Variable]) -> HashMap<String, usize> {
+fn names(variables: &[DescriptionVariable]) -> HashMap<String, usize> {
     let own = variables.iter().enumerate().map(|(at, v)| (v.name.clone(), at));
     let aliases =
         variables.iter().enumerate().flat_map(|(at, v)| v.aliases.iter().map(move |a| (a.name.clone(), at)));
     aliases.chain(own).collect()
 }
 
-fn experiment(root: &Node) -> Result<Experiment, ReadError> {
-    let Some(n) = root.child("DefaultExperiment") else { return Ok(Experiment::default()) };
-    Ok(Experiment {
+fn experiment(root: &DescriptionNode) -> Result<DefaultExperiment, ReadError> {
+    let Some(n) = root.child("DefaultExperiment") else { return Ok(DefaultExperiment::default()) };
+    Ok(DefaultExperiment {
         start_time: n.value("startTime")?,
         stop_time: n.value("stopTime")?,
         tolerance: n.value("tolerance")?,

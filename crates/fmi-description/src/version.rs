@@ -2,14 +2,14 @@
 
 /// Version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Version {
+pub enum FmiVersion {
     /// FMI 2.0.
     V2,
     /// FMI 3.0.
     V3,
 }
 
-impl Version {
+impl FmiVersion {
     /// Both.
     pub const ALL: [Self; 2] = [Self::V2, Self::V3];
     /// 2 or 3.

@@ -16,10 +16,10 @@ use std::collections::HashSet;
 
 use sha2::{Digest, Sha256};
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Kind, ModelTable};
+use trueup_fmi::table::{BoundaryType, ModelTable};
 use trueup_fmi::units;
 
-use crate::Version;
+use crate::FmiVersion;
 use common::start_demanded;
 pub use error::WriteError;
 
@@ -33,7 +33,7 @@ pub use error::WriteError;
 pub fn with_token(
     table: &ModelTable,
     configuration: &Configuration,
-    version: Version,
+    version: FmiVersion,
 ) -> Result<(String, String), WriteError> {
     let unsigned = model_description(table, version, "")?;
     let structure = Configuration { token: String::new(), ..configuration.clone() };
@@ -44,7 +44,7 @@ pub fn with_token(
     }
     let hex: String = hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect();
     let uuid = format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..]);
-    let token = if version == Version::V2 { format!("{{{uuid}}}") } else { uuid };
+    let token = if version == FmiVersion::V2 { format!("{{{uuid}}}") } else { uuid };
     Ok((model_description(table, version, &token)?, token))
 }
 
@@ -52,11 +52,11 @@ pub fn with_token(
 ///
 /// # Errors
 /// [`WriteError`]: the table is not consistent.
-pub fn model_description(table: &ModelTable, version: Version, token: &str) -> Result<String, WriteError> {
+pub fn model_description(table: &ModelTable, version: FmiVersion, token: &str) -> Result<String, WriteError> {
     verify(table)?;
     match version {
-        Version::V2 => fmi2::write(table, token),
-        Version::V3 => fmi3::write(table, token),
+        FmiVersion::V2 => fmi2::write(table, token),
+        FmiVersion::V3 => fmi3::write(table, token),
     }
 }
 
@@ -81,7 +81,7 @@ fn verify(table: &ModelTable) -> Result<(), WriteError> {
                 return Err(WriteError::Name { variable, other: other.clone(), role });
             }
         }
-        if let Kind::Enumeration(index) = v.kind
+        if let BoundaryType::Enumeration(index) = v.kind
             && index >= table.enumerations.len()
         {
             return Err(WriteError::Enumeration { variable, index, count: table.enumerations.len() });

@@ -6,19 +6,19 @@ use std::io::Write;
 use std::path::Path;
 
 use trueup_fmi::configuration::{self, Configuration};
-use trueup_fmi_description::Version;
+use trueup_fmi_description::FmiVersion;
 use trueup_fmi_description::archive::{Archive, ArchiveError};
-use trueup_fmi_description::pack::{PackError, Parts, Reference, archive, write_file};
+use trueup_fmi_description::pack::{FmuParts, PackError, ReferenceResults, archive, write_file};
 use trueup_fmi_description::platform::Platform;
 use trueup_fmi_description::template::{Template, TemplateError};
 use zip::write::{SimpleFileOptions, ZipWriter};
 
-fn packed(version: Version, platforms: &[Platform]) -> Result<Vec<u8>, PackError> {
+fn packed(version: FmiVersion, platforms: &[Platform]) -> Result<Vec<u8>, PackError> {
     let template = |platform: &Platform| Template {
         platform: *platform,
         bytes: configuration::template("", "s").to_vec(),
     };
-    archive(&Parts {
+    archive(&FmuParts {
         table: &common::table(),
         configuration: &Configuration::of("Sample"),
         version,
@@ -30,14 +30,14 @@ fn packed(version: Version, platforms: &[Platform]) -> Result<Vec<u8>, PackError
         icon_svg: "<svg/>",
         icon_png: b"png",
         licences: &[("LICENSE-MIT.txt", "text")],
-        reference: Some(Reference { inputs: "time,u\n0,1\n", outputs: "time,y\n0,1\n" }),
+        reference: Some(ReferenceResults { inputs: "time,u\n0,1\n", outputs: "time,y\n0,1\n" }),
     })
 }
 
 #[test]
 fn an_fmu_has_its_files_and_its_token() {
     let dir = tempfile::tempdir().unwrap();
-    for version in Version::ALL {
+    for version in FmiVersion::ALL {
         let path = dir.path().join("Sample.fmu");
         let platforms = [Platform::X86Windows, Platform::X86Linux];
         write_file(&path, &packed(version, &platforms).unwrap()).unwrap();
@@ -45,7 +45,7 @@ fn an_fmu_has_its_files_and_its_token() {
         let library = format!("binaries/{}/Sample.so", Platform::X86Linux.folder(version));
         let windows = format!("binaries/{}/Sample.dll", Platform::X86Windows.folder(version));
         let icon =
-            if version == Version::V2 { "model.png" } else { "terminalsAndIcons/terminalsAndIcons.xml" };
+            if version == FmiVersion::V2 { "model.png" } else { "terminalsAndIcons/terminalsAndIcons.xml" };
         for name in [
             "modelDescription.xml",
             &library,
@@ -77,7 +77,7 @@ fn an_fmu_has_its_files_and_its_token() {
 
 #[test]
 fn packing_twice_gives_the_same_bytes() {
-    for version in Version::ALL {
+    for version in FmiVersion::ALL {
         let once = || packed(version, &[Platform::X86Linux]).unwrap();
         assert!(once() == once());
     }
@@ -86,7 +86,7 @@ fn packing_twice_gives_the_same_bytes() {
 #[test]
 fn two_templates_of_one_platform_are_refused() {
     let error =
-        packed(Version::V3, &[Platform::ArmLinux, Platform::X86Linux, Platform::ArmLinux]).unwrap_err();
+        packed(FmiVersion::V3, &[Platform::ArmLinux, Platform::X86Linux, Platform::ArmLinux]).unwrap_err();
     assert!(matches!(error, PackError::Template(TemplateError::Twice(Platform::ArmLinux))), "{error}");
 }
 
@@ -142,7 +142,7 @@ fn what_is_no_archive_is_said() {
     assert!(matches!(Archive::open(&path), Err(ArchiveError::Zip { .. })));
     assert!(matches!(Archive::open(&dir.path().join("none.fmu")), Err(ArchiveError::Nothing { .. })));
     // Cut off anywhere, or with one byte turned: an error or a reading, never a panic.
-    let whole = packed(Version::V3, &[Platform::X86Linux]).unwrap();
+    let whole = packed(FmiVersion::V3, &[Platform::X86Linux]).unwrap();
     for cut in (0..whole.len()).step_by(97) {
         std::fs::write(&path, &whole[..cut]).unwrap();
         assert!(Archive::open(&path).is_err());

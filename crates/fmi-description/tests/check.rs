@@ -2,11 +2,11 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 use crate::common;
-use trueup_fmi_description::check::{self, Severity};
+use trueup_fmi_description::check::{self, DescriptionSeverity};
 use trueup_fmi_description::read::read;
-use trueup_fmi_description::{Version, write::model_description};
+use trueup_fmi_description::{FmiVersion, write::model_description};
 
-fn written(version: Version) -> String {
+fn written(version: FmiVersion) -> String {
     model_description(&common::table(), version, "t").unwrap()
 }
 
@@ -19,7 +19,7 @@ fn findings(xml: &str) -> Vec<String> {
 
 /// What is replaced by what, and words of the finding. `fmpy`: does FMPy 0.3.32 object, too?
 struct Break {
-    version: Version,
+    version: FmiVersion,
     from: &'static str,
     to: &'static str,
     said: &'static str,
@@ -27,11 +27,11 @@ struct Break {
 }
 
 const fn v2(from: &'static str, to: &'static str, said: &'static str, fmpy: bool) -> Break {
-    Break { version: Version::V2, from, to, said, fmpy }
+    Break { version: FmiVersion::V2, from, to, said, fmpy }
 }
 
 const fn v3(from: &'static str, to: &'static str, said: &'static str, fmpy: bool) -> Break {
-    Break { version: Version::V3, from, to, said, fmpy }
+    Break { version: FmiVersion::V3, from, to, said, fmpy }
 }
 
 #[rustfmt::skip]
@@ -106,7 +106,7 @@ fn broken(b: &Break) -> String {
 
 #[test]
 fn our_own_descriptions_have_no_finding() {
-    for version in Version::ALL {
+    for version in FmiVersion::ALL {
         assert_eq!(findings(&written(version)), [""; 0]);
     }
 }
@@ -122,7 +122,7 @@ fn every_break_is_found() {
 
 #[test]
 fn a_finding_names_the_line() {
-    let xml = written(Version::V2);
+    let xml = written(FmiVersion::V2);
     let line = xml.lines().position(|l| l.contains("unit=\"kg\"")).unwrap();
     let found = findings(&xml.replacen("unit=\"kg\"", "unit=\"kgs\"", 1));
     // the line of the ScalarVariable around it, counted from 1
@@ -134,7 +134,7 @@ fn a_finding_names_the_line() {
 
 #[test]
 fn aliases_of_fmi_2_may_share_a_value_reference() {
-    let xml = written(Version::V2).replacen(
+    let xml = written(FmiVersion::V2).replacen(
         r#"name="position[2]" valueReference="5""#,
         r#"name="position[2]" valueReference="4""#,
         1,
@@ -146,7 +146,7 @@ fn aliases_of_fmi_2_may_share_a_value_reference() {
 fn severity_separates_what_is_forbidden_from_what_surprises() {
     let b = BREAKS.iter().find(|b| b.said.starts_with("depends on the output")).unwrap();
     let d = read(broken(b).as_bytes()).unwrap();
-    assert!(check::description(&d).iter().all(|f| f.severity == Severity::Warning));
+    assert!(check::description(&d).iter().all(|f| f.severity == DescriptionSeverity::Warning));
 }
 
 /// Writes the breaks for a comparison with other tools' verdicts into the folder that TRUEUP_DUMP names: folder per

@@ -2,18 +2,18 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 use crate::common;
-use trueup_fmi_description::Version;
+use trueup_fmi_description::FmiVersion;
 use trueup_fmi_description::description::*;
 use trueup_fmi_description::read::read;
 use trueup_fmi_description::write::model_description;
 
-fn written(version: Version) -> Description {
+fn written(version: FmiVersion) -> Description {
     read(model_description(&common::table(), version, "t").unwrap().as_bytes()).unwrap()
 }
 
 #[test]
 fn what_is_written_comes_back() {
-    for version in Version::ALL {
+    for version in FmiVersion::ALL {
         let d = written(version);
         let table = common::table();
         assert_eq!(
@@ -22,11 +22,11 @@ fn what_is_written_comes_back() {
         );
         let elements: usize = d.variables.iter().map(|v| d.elements(v).unwrap()).sum();
         let expected: usize = table.variables.iter().map(|v| v.len()).sum();
-        assert_eq!(elements, expected + if version == Version::V3 { table.indicators } else { 0 });
+        assert_eq!(elements, expected + if version == FmiVersion::V3 { table.indicators } else { 0 });
         assert_eq!(d.event_indicators(), 2);
         assert_eq!(d.experiment.stop_time, Some(2.0));
         assert_eq!(d.types[0].items[0].description, "a < b");
-        let mass = d.find(if version == Version::V2 { "mass[2]" } else { "mass" }).unwrap();
+        let mass = d.find(if version == FmiVersion::V2 { "mass[2]" } else { "mass" }).unwrap();
         assert_eq!(mass.start.as_ref().unwrap().as_f64().unwrap().last(), Some(&2e-7));
         assert_eq!(d.attributes(mass).min, Some(0.0));
         assert_eq!(d.unit("rad").unwrap().base.unwrap().exponents, [0, 0, 0, 0, 0, 0, 0, 1]);
@@ -42,7 +42,7 @@ fn what_is_written_comes_back() {
 
 #[test]
 fn depends_on_nothing_is_not_depends_on_everything() {
-    for version in Version::ALL {
+    for version in FmiVersion::ALL {
         let d = written(version);
         let of = |name: &str| {
             let u = d.structure.outputs.iter();
@@ -103,17 +103,20 @@ fn all_types_of_fmi_3() {
     let d = read(xml.as_bytes()).unwrap();
     assert_eq!(d.variables.len(), 9);
     let f = d.find("g").unwrap();
-    assert_eq!((d.elements(f), f.name.as_str(), f.variability), (Some(3), "f", Variability::Continuous));
+    assert_eq!(
+        (d.elements(f), f.name.as_str(), f.variability),
+        (Some(3), "f", DescriptionVariability::Continuous)
+    );
     let a = d.attributes(f);
     assert_eq!((a.unit.as_deref(), a.min, a.max), (Some("m"), Some(-1.0), Some(2.0)));
-    assert_eq!(d.find("u").unwrap().start, Some(Values::Unsigned(vec![u64::MAX])));
-    assert_eq!(d.find("i").unwrap().start, Some(Values::Signed(vec![i64::MIN])));
-    assert_eq!(d.find("s").unwrap().start, Some(Values::Text(vec!["a b".to_owned(), String::new()])));
-    assert_eq!(d.find("b").unwrap().start, Some(Values::Binary(vec![vec![10, 255]])));
-    assert_eq!(d.find("z").unwrap().start, Some(Values::Boolean(vec![true, false])));
+    assert_eq!(d.find("u").unwrap().start, Some(StartValues::Unsigned(vec![u64::MAX])));
+    assert_eq!(d.find("i").unwrap().start, Some(StartValues::Signed(vec![i64::MIN])));
+    assert_eq!(d.find("s").unwrap().start, Some(StartValues::Text(vec!["a b".to_owned(), String::new()])));
+    assert_eq!(d.find("b").unwrap().start, Some(StartValues::Binary(vec![vec![10, 255]])));
+    assert_eq!(d.find("z").unwrap().start, Some(StartValues::Boolean(vec![true, false])));
     assert_eq!((d.find("z").unwrap().clocks.as_slice(), d.find("z").unwrap().previous), (&[7][..], Some(9)));
-    assert_eq!(d.find("n").unwrap().variability, Variability::Fixed);
-    assert_eq!(d.find("w").unwrap().variability, Variability::Discrete);
+    assert_eq!(d.find("n").unwrap().variability, DescriptionVariability::Fixed);
+    assert_eq!(d.find("w").unwrap().variability, DescriptionVariability::Discrete);
     assert_eq!(d.attributes(d.find("c").unwrap()).clock.unwrap().interval_variability, "constant");
     assert!(d.co_simulation.as_ref().unwrap().has_event_mode && d.model_exchange.is_none());
     assert_eq!(d.structure.outputs[0].dependencies, Some(vec![]));

@@ -1,25 +1,26 @@
 //! Co-Simulation: a communication step with the FMU's own integrator.
 //!
-//! A step has three parts: [`Instance::begin_step`] checks the call and returns a [`Job`], which runs on
+//! A step has three parts: [`ModelInstance::begin_step`] checks the call and returns a [`Job`], which runs on
 //! copies of its own, so that the importer may read and set the instance from within its intermediate
-//! update callback; [`Instance::finish_step`] takes the result over.
+//! update callback; [`ModelInstance::finish_step`] takes the result over.
 
-use crate::fault::{Outcome, Status, discard, error};
-use crate::instance::Instance;
-use crate::integrator::CoSimulation;
+use crate::fault::{CallOutcome, CallStatus, discard, error};
+use crate::instance::ModelInstance;
+use crate::integrator::StepIntegrator;
 use crate::log::EVENTS;
 use crate::model::FmuModel;
-use crate::state_machine::{Call, Interface, State, Version};
+use crate::state_machine::{CallGroup, InstanceState, InstanceVersion, InterfaceType};
 use std::sync::Arc;
 use trueup_fmi::table::Storage;
 use trueup_numerics::driver::{
-    DriveError, Flow, Inputs, Memory, Moment, Quantity, Reached, State as Lent, View,
+    DriveError, DriverMemory, DriverMoment, DriverQuantity, DriverReached, DriverState as Lent, DriverView,
+    Flow, StepInputs,
 };
 
 /// A step under way.
 pub struct Job<M> {
     model: Arc<M>,
-    work: Box<CoSimulation>,
+    work: Box<StepIntegrator>,
     t_end: f64,
     /// Messages about events are requested.
     pub log_events: bool,
@@ -27,7 +28,7 @@ pub struct Job<M> {
 
 /// What the importer requests after an internal step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Wish {
+pub enum StepRequest {
     /// Go on.
     Continue,
     /// Go on with the inputs changed.
@@ -41,11 +42,14 @@ impl<M: FmuModel> Job<M> {
     ///
     /// # Errors
     /// What kept the integrator from going on.
-    pub fn run(&mut self, observe: &mut dyn FnMut(&mut View) -> Wish) -> Result<Reached, DriveError> {
+    pub fn run(
+        &mut self,
+        observe: &mut dyn FnMut(&mut DriverView) -> StepRequest,
+    ) -> Result<DriverReached, DriveError> {
         let w = &mut *self.work;
         let mut t_end = self.t_end;
         let mut inputs =
-            if w.slopes.iter().any(|s| *s != 0.0) { Inputs::Ramp(&w.slopes) } else { Inputs::Hold };
+            if w.slopes.iter().any(|s| *s != 0.0) { StepInputs::Ramp(&w.slopes) } else { StepInputs::Hold };
         loop {
             let mut wanted = None;
             let mut lent = Lent {
@@ -56,22 +60,28 @@ impl<M: FmuModel> Job<M> {
                 modes: &mut w.modes,
                 memory: &mut w.memory,
             };
-            let reached =
-                w.driver.advance_to(&*self.model, &mut lent, t_end, inputs, &mut |mut view: View| {
-                    match observe(&mut view) {
-                        Wish::Continue => Flow::Continue,
-                        Wish::InputsChanged => Flow::InputsChanged,
-                        Wish::ReturnAt(t) => {
-                            wanted = Some(t);
-                            Flow::Return
-                        }
+            let reached = w.driver.advance_to(
+                &*self.model,
+                &mut lent,
+                t_end,
+                inputs,
+                &mut |mut view: DriverView| match observe(&mut view) {
+                    StepRequest::Continue => Flow::Continue,
+                    StepRequest::InputsChanged => Flow::InputsChanged,
+                    StepRequest::ReturnAt(t) => {
+                        wanted = Some(t);
+                        Flow::Return
                     }
-                })?;
+                },
+            )?;
             match wanted {
                 Some(t) if t > reached.t && t < t_end && reached.pending.is_none() => {
                     t_end = t;
-                    inputs =
-                        if matches!(inputs, Inputs::Hold) { Inputs::Hold } else { Inputs::Ramp(&w.slopes) };
+                    inputs = if matches!(inputs, StepInputs::Hold) {
+                        StepInputs::Hold
+                    } else {
+                        StepInputs::Ramp(&w.slopes)
+                    };
                 }
                 _ => return Ok(reached),
             }
@@ -90,25 +100,25 @@ pub struct StepEnd {
     pub early: bool,
 }
 
-impl<M: FmuModel> Instance<M> {
+impl<M: FmuModel> ModelInstance<M> {
     /// End of initialization: events other than a sample due at the start are processed.
-    pub(crate) fn begin_co_simulation(&mut self) -> Outcome {
-        self.memory.driver = Memory::default();
+    pub(crate) fn begin_co_simulation(&mut self) -> CallOutcome {
+        self.memory.driver = DriverMemory::default();
         if self.settings.event_mode_used {
-            self.enter(State::Event);
+            self.enter(InstanceState::Event);
             return Ok(());
         }
         let due = self.next_event().is_some_and(|next| next <= self.memory.t);
         if !due {
             self.settle()?;
         }
-        self.enter(State::Step);
+        self.enter(InstanceState::Step);
         Ok(())
     }
 
     /// First part of fmiXDoStep, from `t` by `h` s.
-    pub fn begin_step(&mut self, t: f64, h: f64) -> Outcome<Job<M>> {
-        self.permit(Call::DoStep)?;
+    pub fn begin_step(&mut self, t: f64, h: f64) -> CallOutcome<Job<M>> {
+        self.permit(CallGroup::DoStep)?;
         let m = &self.memory;
         if !(h.is_finite() && h > 0.0) {
             return error(format!("communicationStepSize = {h:?}: it must be greater than 0"));
@@ -147,33 +157,33 @@ impl<M: FmuModel> Instance<M> {
         work.driver.options.stop_at_event =
             self.settings.event_mode_used && self.settings.early_return_allowed;
         let t_end = (t + h).max(m.t);
-        self.enter(State::Stepping);
+        self.enter(InstanceState::Stepping);
         Ok(Job { model: Arc::clone(&self.model), work, t_end, log_events: self.log.wants(EVENTS) })
     }
 
     /// Shows the state within a step to the importer: intermediate update mode.
-    pub fn publish(&mut self, view: &View) -> Outcome {
+    pub fn publish(&mut self, view: &DriverView) -> CallOutcome {
         let m = &mut self.memory;
         m.t = view.t;
         m.x.copy_from_slice(view.x);
         m.u.copy_from_slice(view.u);
         m.modes.copy_from_slice(view.modes);
-        self.enter(State::IntermediateUpdate);
+        self.enter(InstanceState::IntermediateUpdate);
         self.touch();
         Ok(())
     }
     /// Ends intermediate update mode; were inputs changed?
-    pub fn collect(&mut self, view: &mut View) -> bool {
-        self.enter(State::Stepping);
+    pub fn collect(&mut self, view: &mut DriverView) -> bool {
+        self.enter(InstanceState::Stepping);
         let changed = view.u != self.memory.u.as_slice();
         view.u.copy_from_slice(&self.memory.u);
         changed
     }
     /// Writes an event within a step to the log.
-    pub fn report_event(&mut self, view: &View) -> Outcome {
-        if view.moment == Moment::Event && self.log.wants(EVENTS) {
+    pub fn report_event(&mut self, view: &DriverView) -> CallOutcome {
+        if view.moment == DriverMoment::Event && self.log.wants(EVENTS) {
             let text = format!("event at time {:?}; modes now {:?}", view.t, view.modes);
-            self.log.say(Status::Ok, EVENTS, text);
+            self.log.say(CallStatus::Ok, EVENTS, text);
         }
         Ok(())
     }
@@ -186,11 +196,11 @@ impl<M: FmuModel> Instance<M> {
         &mut self,
         job: Job<M>,
         started: f64,
-        result: Result<Reached, DriveError>,
-    ) -> Outcome<StepEnd> {
+        result: Result<DriverReached, DriveError>,
+    ) -> CallOutcome<StepEnd> {
         let w = job.work;
         let progress = w.t > started;
-        let keep = result.is_ok() || self.settings.version == Version::Fmi2;
+        let keep = result.is_ok() || self.settings.version == InstanceVersion::Fmi2;
         if keep {
             self.memory.t = w.t;
             self.memory.x.copy_from_slice(&w.x);
@@ -208,7 +218,7 @@ impl<M: FmuModel> Instance<M> {
         self.touch();
         match result {
             Ok(reached) => {
-                self.enter(State::Step);
+                self.enter(InstanceState::Step);
                 self.watch();
                 let timed = || self.next_event().is_some_and(|next| next <= reached.t);
                 let event = self.settings.event_mode_used && (reached.pending.is_some() || timed());
@@ -216,8 +226,8 @@ impl<M: FmuModel> Instance<M> {
             }
             Err(e) => {
                 let text = format!("the step to {:?} could not be completed: {}", job.t_end, self.explain(e));
-                let discarded = progress && self.settings.version == Version::Fmi2;
-                self.enter(if discarded { State::StepFailed } else { State::Step });
+                let discarded = progress && self.settings.version == InstanceVersion::Fmi2;
+                self.enter(if discarded { InstanceState::StepFailed } else { InstanceState::Step });
                 if progress { discard(text) } else { error(text) }
             }
         }
@@ -226,17 +236,22 @@ impl<M: FmuModel> Instance<M> {
     fn explain(&self, e: DriveError) -> String {
         let DriveError::NotFinite { t, what } = e else { return e.to_string() };
         let name = match what {
-            Quantity::State(i) => self.layout.name_of(Storage::State(i)),
-            Quantity::Rate(i) => self.layout.name_of(Storage::Rate(i)),
-            Quantity::Input(i) => self.layout.name_of(Storage::Input(i)),
-            Quantity::Indicator(i) => format!("eventIndicator[{}]", i + 1),
+            DriverQuantity::State(i) => self.layout.name_of(Storage::State(i)),
+            DriverQuantity::Rate(i) => self.layout.name_of(Storage::Rate(i)),
+            DriverQuantity::Input(i) => self.layout.name_of(Storage::Input(i)),
+            DriverQuantity::Indicator(i) => format!("eventIndicator[{}]", i + 1),
         };
         format!("`{name}` is not finite at time {t:?}; {}", self.singular("check parameters and inputs"))
     }
 
     /// fmi2SetRealInputDerivatives: slopes of inputs during the next step.
-    pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
-        self.permit(Call::InputDerivatives)?;
+    pub fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> CallOutcome {
+        self.permit(CallGroup::InputDerivatives)?;
         for ((reference, order), value) in references.iter().zip(orders).zip(values) {
             let (v, element, _) = self.input(*reference)?;
             let name = self.layout.variable(v).element_name(element);
@@ -258,12 +273,12 @@ impl<M: FmuModel> Instance<M> {
         Ok(())
     }
     /// Variable, element and place of a continuous input.
-    fn input(&self, reference: u32) -> Outcome<(usize, usize, usize)> {
-        use crate::layout::Target;
-        use trueup_fmi::table::{Kind, Variability};
-        if let Target::Variable(r) = self.layout.find(self.settings.version, reference)? {
+    fn input(&self, reference: u32) -> CallOutcome<(usize, usize, usize)> {
+        use crate::layout::ReferenceTarget;
+        use trueup_fmi::table::{BoundaryType, Variability};
+        if let ReferenceTarget::Variable(r) = self.layout.find(self.settings.version, reference)? {
             let v = self.layout.variable(r.variable);
-            if let (Storage::Input(b), Kind::Real, Variability::Continuous) =
+            if let (Storage::Input(b), BoundaryType::Real, Variability::Continuous) =
                 (v.storage, v.kind, v.variability)
             {
                 return Ok((r.variable, r.first, b + r.first));
@@ -277,6 +292,6 @@ impl<M: FmuModel> Instance<M> {
     }
     /// Whether the instance integrates itself.
     pub fn integrates(&self) -> bool {
-        self.settings.interface == Interface::CoSimulation
+        self.settings.interface == InterfaceType::CoSimulation
     }
 }

@@ -3,39 +3,39 @@
 //! Unknowns: outputs, rates, event indicators; during initialization the initial states too.
 //! Knowns: inputs, parameters, time; states except during initialization, when they follow from the parameters.
 
-use crate::duals::{InstanceParts, Known, NOT_FINITE, Unknown};
-use crate::fault::{Outcome, discard, error};
-use crate::instance::Instance;
-use crate::layout::Target;
+use crate::duals::{InstanceParts, KnownVariable, NOT_FINITE, UnknownVariable};
+use crate::fault::{CallOutcome, discard, error};
+use crate::instance::ModelInstance;
+use crate::layout::ReferenceTarget;
 use crate::model::FmuModel;
-use crate::state_machine::{Call, State};
-use trueup_fmi::table::{Factor, Kind, Storage};
+use crate::state_machine::{CallGroup, InstanceState};
+use trueup_fmi::table::{BoundaryType, LinearFactor, Storage};
 
 /// Element of the dependent, value reference of the independent, element of the independent, the factor where the dependence
 /// is linear; elements from 1.
-pub type Dependency = (usize, u32, usize, Option<Factor>);
+pub type Dependency = (usize, u32, usize, Option<LinearFactor>);
 
-impl<M: FmuModel> Instance<M> {
-    fn resolve(&mut self, unknowns: &[u32], knowns: &[u32]) -> Outcome {
-        let initial = self.memory.state == State::Initialization;
+impl<M: FmuModel> ModelInstance<M> {
+    fn resolve(&mut self, unknowns: &[u32], knowns: &[u32]) -> CallOutcome {
+        let initial = self.memory.state == InstanceState::Initialization;
         let (version, layout) = (self.settings.version, &self.layout);
         let duals = &mut self.duals;
         duals.unknowns.clear();
         duals.knowns.clear();
         for reference in unknowns {
             let r = match layout.find(version, *reference)? {
-                Target::Indicator(i) => {
-                    duals.unknowns.push(Unknown::Indicator(i));
+                ReferenceTarget::Indicator(i) => {
+                    duals.unknowns.push(UnknownVariable::Indicator(i));
                     continue;
                 }
-                Target::Variable(r) => r,
+                ReferenceTarget::Variable(r) => r,
             };
             let v = layout.variable(r.variable);
             for i in r.first..r.first + r.len {
                 duals.unknowns.push(match (v.storage, v.kind) {
-                    (Storage::Output(b), Kind::Real) => Unknown::Output(b + i),
-                    (Storage::Rate(b), Kind::Real) => Unknown::Rate(b + i),
-                    (Storage::State(b), Kind::Real) if initial => Unknown::State(b + i),
+                    (Storage::Output(b), BoundaryType::Real) => UnknownVariable::Output(b + i),
+                    (Storage::Rate(b), BoundaryType::Real) => UnknownVariable::Rate(b + i),
+                    (Storage::State(b), BoundaryType::Real) if initial => UnknownVariable::State(b + i),
                     _ => {
                         return error(format!(
                             "`{}` is no unknown here: take outputs and derivatives of states that are real numbers{}",
@@ -47,16 +47,16 @@ impl<M: FmuModel> Instance<M> {
             }
         }
         for reference in knowns {
-            let Target::Variable(r) = layout.find(version, *reference)? else {
+            let ReferenceTarget::Variable(r) = layout.find(version, *reference)? else {
                 return error("an event indicator is an unknown, no known");
             };
             let v = layout.variable(r.variable);
             for i in r.first..r.first + r.len {
                 duals.knowns.push(match (v.storage, v.kind) {
-                    (Storage::Time, _) => Known::Time,
-                    (Storage::State(b), Kind::Real) if !initial => Known::State(b + i),
-                    (Storage::Input(b), Kind::Real) => Known::Input(b + i),
-                    (Storage::Parameter(b), Kind::Real) => Known::Parameter(b + i),
+                    (Storage::Time, _) => KnownVariable::Time,
+                    (Storage::State(b), BoundaryType::Real) if !initial => KnownVariable::State(b + i),
+                    (Storage::Input(b), BoundaryType::Real) => KnownVariable::Input(b + i),
+                    (Storage::Parameter(b), BoundaryType::Real) => KnownVariable::Parameter(b + i),
                     _ => {
                         return error(format!(
                             "`{}` is no known here: take inputs, parameters and time{}, if they are real numbers",
@@ -77,7 +77,7 @@ impl<M: FmuModel> Instance<M> {
         knowns: &[u32],
         seed: &[f64],
         sensitivity: &mut [f64],
-    ) -> Outcome {
+    ) -> CallOutcome {
         self.prepare(unknowns, knowns, seed)?;
         self.expect_len(self.duals.knowns.len(), seed.len())?;
         self.expect_len(self.duals.unknowns.len(), sensitivity.len())?;
@@ -91,7 +91,7 @@ impl<M: FmuModel> Instance<M> {
             layout: &self.layout,
             set: &m.set,
             modes: &m.modes,
-            initial: m.state == State::Initialization,
+            initial: m.state == InstanceState::Initialization,
         };
         d.one.sweep(&parts, &d.unknowns);
         d.results(sensitivity)
@@ -104,7 +104,7 @@ impl<M: FmuModel> Instance<M> {
         knowns: &[u32],
         seed: &[f64],
         sensitivity: &mut [f64],
-    ) -> Outcome {
+    ) -> CallOutcome {
         self.prepare(unknowns, knowns, seed)?;
         self.expect_len(self.duals.unknowns.len(), seed.len())?;
         self.expect_len(self.duals.knowns.len(), sensitivity.len())?;
@@ -114,7 +114,7 @@ impl<M: FmuModel> Instance<M> {
             layout: &self.layout,
             set: &m.set,
             modes: &m.modes,
-            initial: m.state == State::Initialization,
+            initial: m.state == InstanceState::Initialization,
         };
         for (out, knowns) in sensitivity.chunks_mut(4).zip(d.knowns.chunks(4)) {
             d.four.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
@@ -132,8 +132,8 @@ impl<M: FmuModel> Instance<M> {
         Ok(())
     }
 
-    fn prepare(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Outcome {
-        self.permit(Call::Derivatives)?;
+    fn prepare(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> CallOutcome {
+        self.permit(CallGroup::Derivatives)?;
         if let Some(i) = seed.iter().position(|s| !s.is_finite()) {
             return error(format!("seed {} is {}: it must be a finite number", i + 1, seed[i]));
         }
@@ -142,21 +142,26 @@ impl<M: FmuModel> Instance<M> {
     }
 
     /// Time derivatives of outputs along the flow, with the slopes of the inputs; order 1 only.
-    pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Outcome {
-        self.permit(Call::OutputDerivatives)?;
+    pub fn output_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &mut [f64],
+    ) -> CallOutcome {
+        self.permit(CallGroup::OutputDerivatives)?;
         if let Some(order) = orders.iter().find(|o| **o != 1) {
             return error(format!("output derivative of order {order}: only order 1 is offered"));
         }
         for reference in references {
             let target = self.layout.find(self.settings.version, *reference)?;
             let output = match target {
-                Target::Variable(r) => {
+                ReferenceTarget::Variable(r) => {
                     let v = self.layout.variable(r.variable);
-                    matches!((v.storage, v.kind), (Storage::Output(_), Kind::Real))
+                    matches!((v.storage, v.kind), (Storage::Output(_), BoundaryType::Real))
                         .then_some(())
                         .ok_or(&v.name)
                 }
-                Target::Indicator(_) => Err(&self.layout.table.name),
+                ReferenceTarget::Indicator(_) => Err(&self.layout.table.name),
             };
             if let Err(name) = output {
                 return error(format!("`{name}` is no continuous output: it has no output derivative"));
@@ -182,18 +187,18 @@ impl<M: FmuModel> Instance<M> {
     }
 
     /// What a variable depends on, element by element.
-    pub fn dependencies(&self, dependent: u32) -> Outcome<Vec<Dependency>> {
-        self.permit(Call::Any)?;
+    pub fn dependencies(&self, dependent: u32) -> CallOutcome<Vec<Dependency>> {
+        self.permit(CallGroup::Any)?;
         let mut found = Vec::new();
         let knowns = || {
             let table = &self.layout.table;
             table.variables.iter().filter(|v| matches!(v.storage, Storage::State(_) | Storage::Input(_)))
         };
         match self.layout.find(self.settings.version, dependent)? {
-            Target::Indicator(_) => {
+            ReferenceTarget::Indicator(_) => {
                 found.extend(knowns().flat_map(|k| (1..=k.len()).map(|j| (1, k.value_reference, j, None))));
             }
-            Target::Variable(r) => {
+            ReferenceTarget::Variable(r) => {
                 let v = self.layout.variable(r.variable);
                 if !matches!(v.storage, Storage::Output(_) | Storage::Rate(_)) {
                     return Ok(found);

@@ -1,23 +1,23 @@
 //! Work space of exact partial derivatives: the model's values as dual numbers.
 
-use crate::fault::{Outcome, discard};
+use crate::fault::{CallOutcome, discard};
 use crate::model::FmuModel;
 use trueup_numerics::Dual;
-use trueup_numerics::hybrid::{At, Sizes};
+use trueup_numerics::hybrid::{At, ModelSizes};
 
 pub(crate) const NOT_FINITE: &str = "a derivative is not finite with these states and inputs";
 
 /// Work space; grows at first use.
 #[derive(Debug, Default)]
 pub(crate) struct Duals {
-    pub(crate) one: Work<1>,
-    pub(crate) four: Work<4>,
-    pub(crate) unknowns: Vec<Unknown>,
-    pub(crate) knowns: Vec<Known>,
+    pub(crate) one: DualWorkspace<1>,
+    pub(crate) four: DualWorkspace<4>,
+    pub(crate) unknowns: Vec<UnknownVariable>,
+    pub(crate) knowns: Vec<KnownVariable>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Known {
+pub(crate) enum KnownVariable {
     Time,
     State(usize),
     Input(usize),
@@ -25,7 +25,7 @@ pub(crate) enum Known {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Unknown {
+pub(crate) enum UnknownVariable {
     Output(usize),
     Rate(usize),
     State(usize),
@@ -33,7 +33,7 @@ pub(crate) enum Unknown {
 }
 
 #[derive(Debug, Default)]
-pub(crate) struct Work<const N: usize> {
+pub(crate) struct DualWorkspace<const N: usize> {
     pub(crate) t: Dual<N>,
     pub(crate) x: Vec<Dual<N>>,
     pub(crate) u: Vec<Dual<N>>,
@@ -43,8 +43,8 @@ pub(crate) struct Work<const N: usize> {
     pub(crate) z: Vec<Dual<N>>,
 }
 
-impl<const N: usize> Work<N> {
-    pub(crate) fn load(&mut self, n: Sizes, t: f64, x: &[f64], u: &[f64], p: &[f64]) {
+impl<const N: usize> DualWorkspace<N> {
+    pub(crate) fn load(&mut self, n: ModelSizes, t: f64, x: &[f64], u: &[f64], p: &[f64]) {
         let zero = Dual::new(0.0, [0.0; N]);
         let copy = |to: &mut Vec<Dual<N>>, from: &[f64]| {
             to.clear();
@@ -58,37 +58,37 @@ impl<const N: usize> Work<N> {
         self.dx.resize(n.states, zero);
         self.z.resize(n.indicators, zero);
     }
-    pub(crate) fn known(&mut self, k: Known) -> &mut Dual<N> {
+    pub(crate) fn known(&mut self, k: KnownVariable) -> &mut Dual<N> {
         match k {
-            Known::Time => &mut self.t,
-            Known::State(i) => &mut self.x[i],
-            Known::Input(i) => &mut self.u[i],
-            Known::Parameter(i) => &mut self.p[i],
+            KnownVariable::Time => &mut self.t,
+            KnownVariable::State(i) => &mut self.x[i],
+            KnownVariable::Input(i) => &mut self.u[i],
+            KnownVariable::Parameter(i) => &mut self.p[i],
         }
     }
-    pub(crate) fn unknown(&self, k: Unknown) -> &Dual<N> {
+    pub(crate) fn unknown(&self, k: UnknownVariable) -> &Dual<N> {
         match k {
-            Unknown::Output(i) => &self.y[i],
-            Unknown::Rate(i) => &self.dx[i],
-            Unknown::State(i) => &self.x[i],
-            Unknown::Indicator(i) => &self.z[i],
+            UnknownVariable::Output(i) => &self.y[i],
+            UnknownVariable::Rate(i) => &self.dx[i],
+            UnknownVariable::State(i) => &self.x[i],
+            UnknownVariable::Indicator(i) => &self.z[i],
         }
     }
     /// Evaluates what the unknowns need.
-    pub(crate) fn sweep<M: FmuModel>(&mut self, i: &InstanceParts<M>, unknowns: &[Unknown]) {
+    pub(crate) fn sweep<M: FmuModel>(&mut self, i: &InstanceParts<M>, unknowns: &[UnknownVariable]) {
         i.layout.follow(&mut self.p, i.set);
         if i.initial {
             i.model.start(&self.p, &mut self.x);
         }
         let at = At { t: self.t, x: &self.x, u: &self.u, p: &self.p, modes: i.modes };
-        let any = |f: fn(&Unknown) -> bool| unknowns.iter().any(f);
-        if any(|k| matches!(k, Unknown::Output(_))) {
+        let any = |f: fn(&UnknownVariable) -> bool| unknowns.iter().any(f);
+        if any(|k| matches!(k, UnknownVariable::Output(_))) {
             i.model.outputs(at, &mut self.y);
         }
-        if any(|k| matches!(k, Unknown::Rate(_))) {
+        if any(|k| matches!(k, UnknownVariable::Rate(_))) {
             i.model.rates(at, &mut self.dx);
         }
-        if any(|k| matches!(k, Unknown::Indicator(_))) {
+        if any(|k| matches!(k, UnknownVariable::Indicator(_))) {
             i.model.indicators(at, &mut self.z);
         }
     }
@@ -96,7 +96,7 @@ impl<const N: usize> Work<N> {
 
 impl Duals {
     /// The derivatives that a sweep with one direction gave.
-    pub(crate) fn results(&self, out: &mut [f64]) -> Outcome {
+    pub(crate) fn results(&self, out: &mut [f64]) -> CallOutcome {
         for (out, k) in out.iter_mut().zip(&self.unknowns) {
             let derivative = self.one.unknown(*k).eps[0];
             if !derivative.is_finite() {

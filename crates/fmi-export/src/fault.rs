@@ -3,7 +3,7 @@
 /// Status of a call, as both FMI versions number it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(i32)]
-pub enum Status {
+pub enum CallStatus {
     /// Done.
     Ok = 0,
     /// Done with a reservation.
@@ -18,22 +18,22 @@ pub enum Status {
 
 /// A call that was not carried out: status and a message with variable, value and remedy.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct CallFault {
     /// Discard, Error or Fatal.
-    pub status: Status,
+    pub status: CallStatus,
     /// For the importer's log.
     pub message: String,
 }
 
 /// Done, or why not.
-pub type Outcome<T = ()> = Result<T, Fault>;
+pub type CallOutcome<T = ()> = Result<T, CallFault>;
 
 /// A refusal with status Error.
-pub fn error<T>(message: impl Into<String>) -> Outcome<T> {
-    Err(Fault { status: Status::Error, message: message.into() })
+pub fn error<T>(message: impl Into<String>) -> CallOutcome<T> {
+    Err(CallFault { status: CallStatus::Error, message: message.into() })
 }
 
 /// A refusal with status Discard.
-pub fn discard<T>(message: impl Into<String>) -> Outcome<T> {
-    Err(Fault { status: Status::Discard, message: message.into() })
+pub fn discard<T>(message: impl Into<String>) -> CallOutcome<T> {
+    Err(CallFault { status: CallStatus::Discard, message: message.into() })
 }

@@ -1,13 +1,13 @@
 //! One instance of a model: its values, its mode, and the evaluation of its equations.
 
 use crate::duals::Duals;
-use crate::fault::{Outcome, Status, discard, error};
-use crate::integrator::CoSimulation;
+use crate::fault::{CallOutcome, CallStatus, discard, error};
+use crate::integrator::StepIntegrator;
 use crate::layout::Layout;
-use crate::log::{Log, WARNINGS};
-use crate::memory::{Memory, Snapshot};
+use crate::log::{MessageLog, WARNINGS};
+use crate::memory::{InstanceMemory, StoredState};
 use crate::model::FmuModel;
-use crate::state_machine::{Call, Interface, State, Version};
+use crate::state_machine::{CallGroup, InstanceState, InstanceVersion, InterfaceType};
 use std::sync::Arc;
 use trueup_fmi::abi::fmi3::fmi3Boolean;
 use trueup_fmi::configuration::Configuration;
@@ -17,7 +17,7 @@ use trueup_numerics::hybrid::At;
 
 /// Results that are valid until a value changes.
 #[derive(Debug, Default)]
-pub(crate) struct Cache {
+pub(crate) struct EvaluationCache {
     pub(crate) y: Vec<f64>,
     pub(crate) dx: Vec<f64>,
     pub(crate) z: Vec<f64>,
@@ -28,11 +28,11 @@ pub(crate) struct Cache {
 
 /// How an importer requests the instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct InstanceSettings {
     /// Version of the standard.
-    pub version: Version,
+    pub version: InstanceVersion,
     /// Interface type.
-    pub interface: Interface,
+    pub interface: InterfaceType,
     /// FMI 3.0 Co-Simulation: the importer handles events.
     pub event_mode_used: bool,
     /// FMI 3.0 Co-Simulation: a step may end early.
@@ -40,34 +40,34 @@ pub struct Settings {
 }
 
 /// One instance.
-pub struct Instance<M: FmuModel> {
-    pub(crate) settings: Settings,
+pub struct ModelInstance<M: FmuModel> {
+    pub(crate) settings: InstanceSettings,
     /// Shared with a step under way, see [`crate::co_simulation`].
     pub(crate) model: Arc<M>,
     pub(crate) layout: Layout,
     pub(crate) token: String,
-    pub(crate) memory: Memory,
-    pub(crate) cache: Cache,
+    pub(crate) memory: InstanceMemory,
+    pub(crate) cache: EvaluationCache,
     /// States and modes of an event iteration that is only tried.
     pub(crate) tried: (Vec<f64>, Vec<i32>),
     /// Bits of the warnings given on states of this run, and whether of its communication steps.
     said: (u32, bool),
     /// Where messages go.
-    pub log: Log,
+    pub log: MessageLog,
     /// Boxed, because their addresses are the importer's handles.
     #[allow(clippy::vec_box)]
-    pub(crate) snapshots: Vec<Box<Snapshot>>,
+    pub(crate) snapshots: Vec<Box<StoredState>>,
     pub(crate) duals: Duals,
     /// Co-Simulation only; lent to the step under way.
-    pub(crate) co_simulation: Option<Box<CoSimulation>>,
+    pub(crate) co_simulation: Option<Box<StepIntegrator>>,
     /// Indices of inputs that may be set in intermediate update mode.
     pub(crate) intermediate: Vec<u32>,
     /// The importer's callback and (as a number) its environment, see [`crate::abi`].
-    pub(crate) intermediate_update: Option<(IntermediateUpdate, usize)>,
+    pub(crate) intermediate_update: Option<(IntermediateUpdateFunction, usize)>,
 }
 
 /// The importer's function for intermediate update mode; called from [`crate::abi`] only.
-pub(crate) type IntermediateUpdate = unsafe extern "C" fn(
+pub(crate) type IntermediateUpdateFunction = unsafe extern "C" fn(
     *mut core::ffi::c_void,
     f64,
     fmi3Boolean,
@@ -91,14 +91,14 @@ fn unasked(layout: &Layout) -> f64 {
     TOLERANCE.min(layout.table.experiment.tolerance)
 }
 
-impl<M: FmuModel> Instance<M> {
+impl<M: FmuModel> ModelInstance<M> {
     /// From the configuration packed into the library; the message gives the reason.
-    pub fn new(configuration: &Configuration, settings: Settings) -> Result<Self, String> {
+    pub fn new(configuration: &Configuration, settings: InstanceSettings) -> Result<Self, String> {
         let model = M::build(configuration)?;
         let layout = Layout::new(&model, configuration)?;
         let sizes = layout.sizes;
-        let memory = Memory {
-            state: State::Instantiated,
+        let memory = InstanceMemory {
+            state: InstanceState::Instantiated,
             t: 0.0,
             start_time: 0.0,
             stop_time: None,
@@ -113,17 +113,17 @@ impl<M: FmuModel> Instance<M> {
             passes: 0,
             start_stale: true,
             unchecked: true,
-            driver: driver::Memory::default(),
+            driver: driver::DriverMemory::default(),
             last_successful: 0.0,
         };
-        let cache = Cache {
+        let cache = EvaluationCache {
             y: vec![0.0; sizes.outputs],
             dx: vec![0.0; sizes.states],
             z: vec![0.0; sizes.indicators],
-            ..Cache::default()
+            ..EvaluationCache::default()
         };
-        let integrates = settings.interface == Interface::CoSimulation;
-        let co_simulation = integrates.then(|| Box::new(CoSimulation::new(&layout, &model)));
+        let integrates = settings.interface == InterfaceType::CoSimulation;
+        let co_simulation = integrates.then(|| Box::new(StepIntegrator::new(&layout, &model)));
         Ok(Self {
             settings,
             model: Arc::new(model),
@@ -132,7 +132,7 @@ impl<M: FmuModel> Instance<M> {
             cache,
             tried: (vec![0.0; sizes.states], vec![0; sizes.modes]),
             said: (0, false),
-            log: Log::default(),
+            log: MessageLog::default(),
             snapshots: Vec::new(),
             duals: Duals::default(),
             co_simulation,
@@ -143,14 +143,14 @@ impl<M: FmuModel> Instance<M> {
     }
 
     /// Whether a call is legal now.
-    pub fn permit(&self, call: Call) -> Outcome {
+    pub fn permit(&self, call: CallGroup) -> CallOutcome {
         call.permit(self.settings.version, self.settings.interface, self.memory.state)
     }
     /// Current time in s.
     pub fn time(&self) -> f64 {
         self.memory.t
     }
-    pub(crate) fn enter(&mut self, state: State) {
+    pub(crate) fn enter(&mut self, state: InstanceState) {
         self.memory.state = state;
     }
     /// A value changed: results are to be computed again.
@@ -159,11 +159,11 @@ impl<M: FmuModel> Instance<M> {
     }
     /// A panic was caught: nothing but freeing is left.
     pub fn lose(&mut self) {
-        self.memory.state = State::Fatal;
+        self.memory.state = InstanceState::Fatal;
     }
     /// Whether a panic was caught.
     pub fn is_lost(&self) -> bool {
-        self.memory.state == State::Fatal
+        self.memory.state == InstanceState::Fatal
     }
     /// Whether a step may end early.
     pub fn early_return_allowed(&self) -> bool {
@@ -186,20 +186,23 @@ impl<M: FmuModel> Instance<M> {
         Ok(())
     }
     /// fmiXSetDebugLogging.
-    pub fn set_debug_logging(&mut self, on: bool, categories: &[String]) -> Outcome {
-        self.permit(Call::Any)?;
-        let others_stay = self.settings.version == Version::Fmi3;
+    pub fn set_debug_logging(&mut self, on: bool, categories: &[String]) -> CallOutcome {
+        self.permit(CallGroup::Any)?;
+        let others_stay = self.settings.version == InstanceVersion::Fmi3;
         self.log.switch(on, categories, others_stay).or_else(|name| {
             let known: Vec<_> = LOG_CATEGORIES.iter().map(|c| c.0).collect();
             error(format!("unknown log category {name:?}: take {}", known.join(", ")))
         })
     }
     pub(crate) fn is_initial(&self) -> bool {
-        matches!(self.memory.state, State::Instantiated | State::Configuration | State::Initialization)
+        matches!(
+            self.memory.state,
+            InstanceState::Instantiated | InstanceState::Configuration | InstanceState::Initialization
+        )
     }
 
     /// Makes the instance fit to be evaluated: parameters consistent, initial states computed.
-    pub(crate) fn ready(&mut self) -> Outcome {
+    pub(crate) fn ready(&mut self) -> CallOutcome {
         let m = &mut self.memory;
         if m.unchecked {
             if let Err((i, why)) = self.model.check(&m.p) {
@@ -210,7 +213,7 @@ impl<M: FmuModel> Instance<M> {
             if self.log.wants(WARNINGS)
                 && let Some(remark) = self.model.remark(&self.memory.p)
             {
-                self.log.say(Status::Warning, WARNINGS, remark);
+                self.log.say(CallStatus::Warning, WARNINGS, remark);
             }
         }
         let m = &mut self.memory;
@@ -233,7 +236,7 @@ impl<M: FmuModel> Instance<M> {
         let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
         if let Some((bit, warning)) = self.model.watch(at, self.said.0) {
             self.said.0 |= bit;
-            self.log.say(Status::Warning, WARNINGS, warning);
+            self.log.say(CallStatus::Warning, WARNINGS, warning);
         }
     }
     /// Warns of a communication step that is too long for the model, once a run.
@@ -243,7 +246,7 @@ impl<M: FmuModel> Instance<M> {
         }
         if let Some(warning) = self.model.long_step(h, &self.memory.p) {
             self.said.1 = true;
-            self.log.say(Status::Warning, WARNINGS, warning);
+            self.log.say(CallStatus::Warning, WARNINGS, warning);
         }
     }
     /// Why values are not numbers now, as far as the model reports it; else `otherwise`.
@@ -252,7 +255,7 @@ impl<M: FmuModel> Instance<M> {
         let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
         self.model.singular(at).unwrap_or_else(|| otherwise.to_owned())
     }
-    pub(crate) fn finite_states(&self) -> Outcome {
+    pub(crate) fn finite_states(&self) -> CallOutcome {
         match self.memory.x.iter().position(|v| !v.is_finite()) {
             None => Ok(()),
             Some(i) => error(format!(
@@ -263,7 +266,7 @@ impl<M: FmuModel> Instance<M> {
             )),
         }
     }
-    fn finite(&self, values: &[f64], place: fn(usize) -> Storage) -> Outcome {
+    fn finite(&self, values: &[f64], place: fn(usize) -> Storage) -> CallOutcome {
         match values.iter().position(|v| !v.is_finite()) {
             None => Ok(()),
             Some(i) => discard(format!(
@@ -277,7 +280,7 @@ impl<M: FmuModel> Instance<M> {
     }
 
     /// Computes the rates of the states if they are out of date.
-    pub(crate) fn evaluate_rates(&mut self) -> Outcome {
+    pub(crate) fn evaluate_rates(&mut self) -> CallOutcome {
         if self.cache.dx_valid {
             return Ok(());
         }
@@ -290,7 +293,7 @@ impl<M: FmuModel> Instance<M> {
         Ok(())
     }
     /// Computes the outputs if they are out of date.
-    pub(crate) fn evaluate_outputs(&mut self) -> Outcome {
+    pub(crate) fn evaluate_outputs(&mut self) -> CallOutcome {
         if self.cache.y_valid {
             return Ok(());
         }
@@ -301,13 +304,13 @@ impl<M: FmuModel> Instance<M> {
         self.finite(&self.cache.y, Storage::Output)?;
         self.cache.y_valid = true;
         // Importers need not report completed steps, but read outputs at the present state.
-        if self.settings.interface == Interface::ModelExchange && !self.is_initial() {
+        if self.settings.interface == InterfaceType::ModelExchange && !self.is_initial() {
             self.watch();
         }
         Ok(())
     }
     /// Computes the event indicators if they are out of date.
-    pub(crate) fn evaluate_indicators(&mut self) -> Outcome {
+    pub(crate) fn evaluate_indicators(&mut self) -> CallOutcome {
         if self.cache.z_valid {
             return Ok(());
         }
@@ -330,7 +333,7 @@ impl<M: FmuModel> Instance<M> {
     }
 
     /// fmi2SetupExperiment and the arguments of fmi3EnterInitializationMode.
-    pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Outcome {
+    pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> CallOutcome {
         if let Some(tol) = tolerance.filter(|tol| !(tol.is_finite() && *tol > 0.0)) {
             return error(format!("tolerance = {tol:?}: it must be a number above 0"));
         }
@@ -348,36 +351,36 @@ impl<M: FmuModel> Instance<M> {
         Ok(())
     }
     /// fmiXEnterInitializationMode.
-    pub fn enter_initialization(&mut self) -> Outcome {
-        self.permit(Call::EnterInitialization)?;
-        self.enter(State::Initialization);
+    pub fn enter_initialization(&mut self) -> CallOutcome {
+        self.permit(CallGroup::EnterInitialization)?;
+        self.enter(InstanceState::Initialization);
         self.said = (0, false);
         Ok(())
     }
     /// fmiXExitInitializationMode.
-    pub fn exit_initialization(&mut self) -> Outcome {
-        self.permit(Call::ExitInitialization)?;
+    pub fn exit_initialization(&mut self) -> CallOutcome {
+        self.permit(CallGroup::ExitInitialization)?;
         self.memory.start_stale = true;
         self.ready()?;
         self.memory.passes = 0;
         match self.settings.interface {
-            Interface::ModelExchange => self.enter(State::Event),
-            Interface::CoSimulation => self.begin_co_simulation()?,
+            InterfaceType::ModelExchange => self.enter(InstanceState::Event),
+            InterfaceType::CoSimulation => self.begin_co_simulation()?,
         }
         self.watch();
         Ok(())
     }
     /// fmiXTerminate.
-    pub fn terminate(&mut self) -> Outcome {
-        self.permit(Call::Terminate)?;
-        self.enter(State::Terminated);
+    pub fn terminate(&mut self) -> CallOutcome {
+        self.permit(CallGroup::Terminate)?;
+        self.enter(InstanceState::Terminated);
         Ok(())
     }
     /// fmiXReset: as after instantiation; logging stays as it is.
-    pub fn reset(&mut self) -> Outcome {
-        self.permit(Call::Any)?;
+    pub fn reset(&mut self) -> CallOutcome {
+        self.permit(CallGroup::Any)?;
         let m = &mut self.memory;
-        m.state = State::Instantiated;
+        m.state = InstanceState::Instantiated;
         (m.t, m.start_time, m.stop_time, m.last_successful) = (0.0, 0.0, None, 0.0);
         m.tolerance = unasked(&self.layout);
         m.x.fill(0.0);
@@ -387,7 +390,7 @@ impl<M: FmuModel> Instance<M> {
         m.modes.fill(0);
         m.slopes.fill(0.0);
         (m.slopes_new, m.passes, m.start_stale, m.unchecked) = (false, 0, true, true);
-        m.driver = driver::Memory::default();
+        m.driver = driver::DriverMemory::default();
         self.touch();
         Ok(())
     }

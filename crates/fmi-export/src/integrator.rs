@@ -2,12 +2,12 @@
 
 use crate::layout::Layout;
 use crate::model::FmuModel;
-use trueup_numerics::driver::{Driver, Memory, Options, Solver};
+use trueup_numerics::driver::{Driver, DriverMemory, DriverOptions, Solver};
 
 /// Integrator with work space.
-pub(crate) struct CoSimulation {
+pub(crate) struct StepIntegrator {
     pub(crate) driver: Driver,
-    pub(crate) memory: Memory,
+    pub(crate) memory: DriverMemory,
     pub(crate) t: f64,
     pub(crate) x: Vec<f64>,
     pub(crate) u: Vec<f64>,
@@ -18,16 +18,18 @@ pub(crate) struct CoSimulation {
     pub(crate) before: (Vec<f64>, Vec<f64>, Vec<i32>),
 }
 
-impl CoSimulation {
+impl StepIntegrator {
     pub(crate) fn new<M: FmuModel>(layout: &Layout, model: &M) -> Self {
         let n = layout.sizes;
         let options = match model.fixed_step() {
-            Some(max_step) => Options { solver: Solver::FixedStiff, max_step, ..Options::default() },
-            None => Options { solver: Solver::Explicit, ..Options::default() },
+            Some(max_step) => {
+                DriverOptions { solver: Solver::FixedStiff, max_step, ..DriverOptions::default() }
+            }
+            None => DriverOptions { solver: Solver::Explicit, ..DriverOptions::default() },
         };
         Self {
             driver: Driver::new(n, &layout.nominals, options),
-            memory: Memory::default(),
+            memory: DriverMemory::default(),
             t: 0.0,
             x: vec![0.0; n.states],
             u: vec![0.0; n.inputs],

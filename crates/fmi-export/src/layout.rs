@@ -1,15 +1,15 @@
 //! The variable table made ready for look-up by value reference.
 
-use crate::fault::{Outcome, error};
+use crate::fault::{CallOutcome, error};
 use crate::model::FmuModel;
-use crate::state_machine::Version;
+use crate::state_machine::InstanceVersion;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Depends, Kind, ModelTable, Storage, Variable};
-use trueup_numerics::hybrid::Sizes;
+use trueup_fmi::table::{BoundaryType, Depends, ModelTable, Storage, TableVariable};
+use trueup_numerics::hybrid::ModelSizes;
 
 /// Elements of the variable of a value reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reference {
+pub struct ReferenceElements {
     /// Index of the variable in the table.
     pub variable: usize,
     /// First element.
@@ -20,9 +20,9 @@ pub struct Reference {
 
 /// The meaning of a value reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum ReferenceTarget {
     /// Elements of a variable of the table.
-    Variable(Reference),
+    Variable(ReferenceElements),
     /// An event indicator (FMI 3.0).
     Indicator(usize),
 }
@@ -33,7 +33,7 @@ pub struct Layout {
     /// The table, numbered, with the start values of this FMU.
     pub table: ModelTable,
     /// Sizes of the model.
-    pub sizes: Sizes,
+    pub sizes: ModelSizes,
     /// Start values of the parameters.
     pub parameters: Vec<f64>,
     /// Start values of the inputs.
@@ -85,12 +85,12 @@ impl Layout {
     }
 
     /// The meaning of a value reference in this version.
-    pub fn find(&self, version: Version, reference: u32) -> Outcome<Target> {
+    pub fn find(&self, version: InstanceVersion, reference: u32) -> CallOutcome<ReferenceTarget> {
         let known = self.elements.len();
         let Some((variable, element)) = self.elements.get(reference as usize).copied() else {
             let k = (reference as usize).wrapping_sub(known);
-            if version == Version::Fmi3 && k < self.sizes.indicators {
-                return Ok(Target::Indicator(k));
+            if version == InstanceVersion::Fmi3 && k < self.sizes.indicators {
+                return Ok(ReferenceTarget::Indicator(k));
             }
             return error(format!(
                 "unknown value reference {reference}: this FMU has 0 to {}; take them from its modelDescription.xml",
@@ -98,8 +98,8 @@ impl Layout {
             ));
         };
         let (variable, first) = (variable as usize, element as usize);
-        if version == Version::Fmi2 {
-            return Ok(Target::Variable(Reference { variable, first, len: 1 }));
+        if version == InstanceVersion::Fmi2 {
+            return Ok(ReferenceTarget::Variable(ReferenceElements { variable, first, len: 1 }));
         }
         let v = &self.table.variables[variable];
         if first > 0 {
@@ -108,10 +108,10 @@ impl Layout {
                 v.name, v.value_reference
             ));
         }
-        Ok(Target::Variable(Reference { variable, first, len: v.len() }))
+        Ok(ReferenceTarget::Variable(ReferenceElements { variable, first, len: v.len() }))
     }
     /// Variable of an index that [`Layout::find`] gave.
-    pub fn variable(&self, index: usize) -> &Variable {
+    pub fn variable(&self, index: usize) -> &TableVariable {
         &self.table.variables[index]
     }
     /// Name of the element at a place of storage, for messages.
@@ -143,9 +143,9 @@ impl Layout {
     /// Whether an unknown may depend on a known element, by the table's declaration.
     pub fn depends(
         &self,
-        unknown: &Variable,
+        unknown: &TableVariable,
         element: usize,
-        known: &Variable,
+        known: &TableVariable,
         known_element: usize,
     ) -> bool {
         let is_state = matches!(known.storage, Storage::State(_));
@@ -163,8 +163,8 @@ impl Layout {
 }
 
 fn followers(table: &ModelTable) -> Result<Vec<(usize, usize)>, String> {
-    let base = |v: &Variable| if let Storage::Parameter(i) = v.storage { Some(i) } else { None };
-    let mut waiting: Vec<&Variable> = table.variables.iter().filter(|v| v.follows.is_some()).collect();
+    let base = |v: &TableVariable| if let Storage::Parameter(i) = v.storage { Some(i) } else { None };
+    let mut waiting: Vec<&TableVariable> = table.variables.iter().filter(|v| v.follows.is_some()).collect();
     let mut pairs = Vec::new();
     while !waiting.is_empty() {
         let before = waiting.len();
@@ -193,13 +193,13 @@ fn followers(table: &ModelTable) -> Result<Vec<(usize, usize)>, String> {
 }
 
 /// How a function of a version names a data type.
-pub fn setter(version: Version, kind: Kind) -> &'static str {
+pub fn setter(version: InstanceVersion, kind: BoundaryType) -> &'static str {
     match (version, kind) {
-        (Version::Fmi2, Kind::Real) => "Real",
-        (Version::Fmi3, Kind::Real) => "Float64",
-        (_, Kind::Boolean) => "Boolean",
-        (Version::Fmi2, Kind::Integer | Kind::Enumeration(_)) => "Integer",
-        (Version::Fmi3, Kind::Integer) => "Int32",
-        (Version::Fmi3, Kind::Enumeration(_)) => "Int64",
+        (InstanceVersion::Fmi2, BoundaryType::Real) => "Real",
+        (InstanceVersion::Fmi3, BoundaryType::Real) => "Float64",
+        (_, BoundaryType::Boolean) => "Boolean",
+        (InstanceVersion::Fmi2, BoundaryType::Integer | BoundaryType::Enumeration(_)) => "Integer",
+        (InstanceVersion::Fmi3, BoundaryType::Integer) => "Int32",
+        (InstanceVersion::Fmi3, BoundaryType::Enumeration(_)) => "Int64",
     }
 }

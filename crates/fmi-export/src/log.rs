@@ -1,11 +1,11 @@
 //! Messages to the importer.
 
-use crate::fault::Status;
+use crate::fault::CallStatus;
 use std::ffi::CString;
 use trueup_fmi::table::LOG_CATEGORIES;
 
 /// The importer's callback: status, category, message.
-pub type Sink = Box<dyn Fn(Status, &std::ffi::CStr, &std::ffi::CStr) + Send>;
+pub type LogSink = Box<dyn Fn(CallStatus, &std::ffi::CStr, &std::ffi::CStr) + Send>;
 
 /// Index into [`LOG_CATEGORIES`] of refused and failed calls.
 pub const ERRORS: usize = 0;
@@ -16,16 +16,16 @@ pub const EVENTS: usize = 2;
 
 /// Where messages go and which are requested. Without `loggingOn` nothing is sent, as both standards require.
 #[derive(Default)]
-pub struct Log {
+pub struct MessageLog {
     enabled: [bool; LOG_CATEGORIES.len()],
-    sink: Option<Sink>,
+    sink: Option<LogSink>,
     /// The last message, sent or not.
     pub last: String,
 }
 
-impl Log {
+impl MessageLog {
     /// All categories on or off.
-    pub fn new(sink: Option<Sink>, on: bool) -> Self {
+    pub fn new(sink: Option<LogSink>, on: bool) -> Self {
         Self { enabled: [on; LOG_CATEGORIES.len()], sink, last: String::new() }
     }
     /// Whether a message of that category would be sent; check before formatting what is not an error.
@@ -33,7 +33,7 @@ impl Log {
         self.sink.is_some() && self.enabled.get(category).copied().unwrap_or(false)
     }
     /// Sends a message if its category is on.
-    pub fn say(&mut self, status: Status, category: usize, message: String) {
+    pub fn say(&mut self, status: CallStatus, category: usize, message: String) {
         if self.wants(category) {
             let name = LOG_CATEGORIES.get(category).map_or("", |c| c.0);
             let text = |s: &str| CString::new(s.replace('\0', "?")).unwrap_or_default();

@@ -1,12 +1,12 @@
 //! All that an FMU state holds, and one that is stored.
 
-use crate::state_machine::State;
+use crate::state_machine::InstanceState;
 use trueup_numerics::driver;
 
 /// All that an FMU state holds.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Memory {
-    pub(crate) state: State,
+pub(crate) struct InstanceMemory {
+    pub(crate) state: InstanceState,
     /// Time in s.
     pub(crate) t: f64,
     pub(crate) start_time: f64,
@@ -28,12 +28,12 @@ pub(crate) struct Memory {
     /// Parameters were changed and not yet checked against each other.
     pub(crate) unchecked: bool,
     /// What the integrator remembers (Co-Simulation).
-    pub(crate) driver: driver::Memory,
+    pub(crate) driver: driver::DriverMemory,
     /// End of the last successful step, in s.
     pub(crate) last_successful: f64,
 }
 
 /// A stored state; owned by the instance that made it.
-pub(crate) struct Snapshot {
-    pub(crate) memory: Memory,
+pub(crate) struct StoredState {
+    pub(crate) memory: InstanceMemory,
 }

@@ -3,8 +3,10 @@
 use crate::FmuModel;
 use std::fmt::Write as _;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Causality, ModelTable, Storage, Variable};
-use trueup_numerics::driver::{DriveError, Driver, Flow, Inputs, Memory, Options, State};
+use trueup_fmi::table::{Causality, ModelTable, Storage, TableVariable};
+use trueup_numerics::driver::{
+    DriveError, Driver, DriverMemory, DriverOptions, DriverState, Flow, StepInputs,
+};
 use trueup_numerics::hybrid::At;
 
 /// An input gets a value at a time and keeps it; times in s, in order.
@@ -13,7 +15,7 @@ pub type Schedule<'a> = &'a [(f64, &'a str, f64)];
 /// Inputs and outputs as CSV: one column per element, every double so that it reads back bit-equal. A jump of
 /// an input is two rows of one time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reference {
+pub struct ReferenceSeries {
     /// `time` and the inputs.
     pub inputs: String,
     /// `time` and the outputs.
@@ -59,7 +61,7 @@ pub fn reference<M: FmuModel>(
     configuration: &Configuration,
     schedule: Schedule,
     work: usize,
-) -> Result<Reference, String> {
+) -> Result<ReferenceSeries, String> {
     let model = M::build(configuration)?;
     let mut table = model.table();
     table.apply(&configuration.start)?;
@@ -79,14 +81,15 @@ pub fn reference<M: FmuModel>(
     };
     let n = model.sizes();
     let most = work / n.states.max(1);
-    let options = Options { tolerance: TOLERANCE, ..Options::default() };
-    let options = Options { max_steps: most.min(options.max_steps), ..options };
+    let options = DriverOptions { tolerance: TOLERANCE, ..DriverOptions::default() };
+    let options = DriverOptions { max_steps: most.min(options.max_steps), ..options };
     let mut taken = 0;
     let mut driver = Driver::new(n, &nominals(&table), options);
-    let (mut t, mut memory) = (0.0, Memory::default());
+    let (mut t, mut memory) = (0.0, DriverMemory::default());
     let (mut x, mut u, mut modes) = (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]);
     let mut y = vec![0.0; n.outputs];
-    let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut modes, memory: &mut memory };
+    let mut s =
+        DriverState { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut modes, memory: &mut memory };
     let failed = |e: DriveError| e.to_string();
 
     let outputs = self::elements(&table, Causality::Output);
@@ -98,7 +101,7 @@ pub fn reference<M: FmuModel>(
             driver.initialise(&model, &mut s).map_err(failed)?;
         } else {
             let reached = driver
-                .advance_to(&model, &mut s, *time, Inputs::Hold, &mut |_| Flow::Continue)
+                .advance_to(&model, &mut s, *time, StepInputs::Hold, &mut |_| Flow::Continue)
                 .map_err(failed)?;
             taken += reached.accepted + reached.rejected;
             if taken > most {
@@ -110,7 +113,7 @@ pub fn reference<M: FmuModel>(
         model.outputs(At { t: *s.t, x: s.x, u: s.u, p: s.p, modes: s.modes }, &mut y);
         row(&mut csv, *time, outputs.iter().map(|(i, _)| y[*i]));
     }
-    Ok(Reference {
+    Ok(ReferenceSeries {
         inputs: stairs(schedule, &elements, &start, &inputs_at, table.experiment.stop_time),
         outputs: csv,
     })
@@ -118,12 +121,13 @@ pub fn reference<M: FmuModel>(
 
 /// Storage index and name of every element of that causality.
 fn elements(table: &ModelTable, causality: Causality) -> Vec<(usize, String)> {
-    let base = |v: &Variable| match v.storage {
+    let base = |v: &TableVariable| match v.storage {
         Storage::Input(i) | Storage::Output(i) => Some(i),
         _ => None,
     };
-    let of =
-        |v: &Variable| base(v).map(|b| (0..v.len()).map(|i| (b + i, v.element_name(i))).collect::<Vec<_>>());
+    let of = |v: &TableVariable| {
+        base(v).map(|b| (0..v.len()).map(|i| (b + i, v.element_name(i))).collect::<Vec<_>>())
+    };
     table.variables.iter().filter(|v| v.causality == causality).filter_map(of).flatten().collect()
 }
 

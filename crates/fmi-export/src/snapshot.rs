@@ -1,10 +1,10 @@
 //! FMU states: stored, restored, as bytes and back.
 
-use crate::fault::{Outcome, error};
-use crate::instance::Instance;
-use crate::memory::{Memory, Snapshot};
+use crate::fault::{CallOutcome, error};
+use crate::instance::ModelInstance;
+use crate::memory::{InstanceMemory, StoredState};
 use crate::model::FmuModel;
-use crate::state_machine::{Call, Interface, State, Version};
+use crate::state_machine::{CallGroup, InstanceState, InstanceVersion, InterfaceType};
 
 /// First bytes of a serialized state, with the format's version.
 const HEAD: &[u8; 12] = b"TRUEUPSTATE\x01";
@@ -14,12 +14,12 @@ fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
-impl<M: FmuModel> Instance<M> {
+impl<M: FmuModel> ModelInstance<M> {
     /// Stores the state, over an older one where a handle is given; returns its handle.
-    pub fn get_state(&mut self, handle: usize) -> Outcome<usize> {
-        self.permit(Call::Any)?;
+    pub fn get_state(&mut self, handle: usize) -> CallOutcome<usize> {
+        self.permit(CallGroup::Any)?;
         if handle == 0 {
-            let new = Box::new(Snapshot { memory: self.memory.clone() });
+            let new = Box::new(StoredState { memory: self.memory.clone() });
             let handle = handle_of(&new);
             self.snapshots.push(new);
             return Ok(handle);
@@ -29,23 +29,23 @@ impl<M: FmuModel> Instance<M> {
         Ok(handle)
     }
     /// Restores a stored state, mode of the instance included.
-    pub fn set_state(&mut self, handle: usize) -> Outcome {
-        self.permit(Call::Any)?;
+    pub fn set_state(&mut self, handle: usize) -> CallOutcome {
+        self.permit(CallGroup::Any)?;
         let i = self.position(handle)?;
         self.memory.clone_from(&self.snapshots[i].memory);
         self.touch();
         Ok(())
     }
     /// Frees a stored state (0: nothing to do).
-    pub fn free_state(&mut self, handle: usize) -> Outcome {
-        self.permit(Call::Any)?;
+    pub fn free_state(&mut self, handle: usize) -> CallOutcome {
+        self.permit(CallGroup::Any)?;
         if handle != 0 {
             let i = self.position(handle)?;
             self.snapshots.swap_remove(i);
         }
         Ok(())
     }
-    fn position(&self, handle: usize) -> Outcome<usize> {
+    fn position(&self, handle: usize) -> CallOutcome<usize> {
         match self.snapshots.iter().position(|s| handle_of(s) == handle) {
             Some(i) => Ok(i),
             None => error(
@@ -55,11 +55,11 @@ impl<M: FmuModel> Instance<M> {
         }
     }
     /// Number of bytes of a serialized state.
-    pub fn serialized_size(&mut self, handle: usize) -> Outcome<usize> {
+    pub fn serialized_size(&mut self, handle: usize) -> CallOutcome<usize> {
         Ok(self.bytes(handle)?.len())
     }
     /// Serializes a stored state into the beginning of `out`.
-    pub fn serialize(&mut self, handle: usize, out: &mut [u8]) -> Outcome {
+    pub fn serialize(&mut self, handle: usize, out: &mut [u8]) -> CallOutcome {
         let bytes = self.bytes(handle)?;
         let Some(out) = out.get_mut(..bytes.len()) else {
             return error(format!(
@@ -71,11 +71,11 @@ impl<M: FmuModel> Instance<M> {
         out.copy_from_slice(&bytes);
         Ok(())
     }
-    fn bytes(&self, handle: usize) -> Outcome<Vec<u8>> {
-        self.permit(Call::Any)?;
+    fn bytes(&self, handle: usize) -> CallOutcome<Vec<u8>> {
+        self.permit(CallGroup::Any)?;
         let m = &self.snapshots[self.position(handle)?].memory;
         let mut w = HEAD.to_vec();
-        let kind = [u8::from(self.settings.version == Version::Fmi3), u8::from(self.integrates())];
+        let kind = [u8::from(self.settings.version == InstanceVersion::Fmi3), u8::from(self.integrates())];
         w.extend(kind);
         for n in [self.token.len(), m.x.len(), m.u.len(), m.p.len(), m.modes.len()] {
             w.extend((n as u32).to_le_bytes());
@@ -94,27 +94,27 @@ impl<M: FmuModel> Instance<M> {
         w.extend(sum.to_le_bytes());
         Ok(w)
     }
-    /// Makes a stored state of bytes that [`Instance::serialize`] wrote, in this process or another one.
-    pub fn deserialize(&mut self, bytes: &[u8]) -> Outcome<usize> {
-        self.permit(Call::Any)?;
+    /// Makes a stored state of bytes that [`ModelInstance::serialize`] wrote, in this process or another one.
+    pub fn deserialize(&mut self, bytes: &[u8]) -> CallOutcome<usize> {
+        self.permit(CallGroup::Any)?;
         let memory = match self.parse(bytes) {
             Ok(memory) => memory,
             Err(why) => return error(format!("these {} bytes are no state of this FMU: {why}", bytes.len())),
         };
-        let new = Box::new(Snapshot { memory });
+        let new = Box::new(StoredState { memory });
         let handle = handle_of(&new);
         self.snapshots.push(new);
         Ok(handle)
     }
-    fn parse(&self, bytes: &[u8]) -> Result<Memory, String> {
-        let mut r = Reader { rest: bytes };
+    fn parse(&self, bytes: &[u8]) -> Result<InstanceMemory, String> {
+        let mut r = SnapshotReader { rest: bytes };
         if r.take(HEAD.len())? != HEAD {
             return Err("they do not begin as a state of this format".to_owned());
         }
         let body = bytes.len().saturating_sub(8);
         let sum = bytes.get(body..).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
         let kind = r.take(2)?;
-        let own = [u8::from(self.settings.version == Version::Fmi3), u8::from(self.integrates())];
+        let own = [u8::from(self.settings.version == InstanceVersion::Fmi3), u8::from(self.integrates())];
         if kind != own {
             return Err("they belong to the other FMI version or interface type".to_owned());
         }
@@ -135,18 +135,18 @@ impl<M: FmuModel> Instance<M> {
             return Err("the numbers of states, inputs, parameters or modes differ".to_owned());
         }
         let state = r.take(1)?[0];
-        let state = State::from_number(state).ok_or_else(|| format!("unknown mode {state}"))?;
+        let state = InstanceState::from_number(state).ok_or_else(|| format!("unknown mode {state}"))?;
         let flags = [r.flag()?, r.flag()?, r.flag()?, r.flag()?];
         let passes = r.u32()?;
         let s: [f64; 5] = r.array()?;
-        let memory = Memory {
+        let memory = InstanceMemory {
             state,
             t: s[0],
             start_time: s[1],
             stop_time: flags[3].then_some(s[2]),
             tolerance: s[3],
             last_successful: s[4],
-            driver: trueup_numerics::driver::Memory::from_array(r.array()?),
+            driver: trueup_numerics::driver::DriverMemory::from_array(r.array()?),
             x: r.doubles(n.states)?,
             u: r.doubles(n.inputs)?,
             slopes: r.doubles(n.inputs)?,
@@ -165,25 +165,30 @@ impl<M: FmuModel> Instance<M> {
             return Err("their checksum is wrong: they were damaged".to_owned());
         }
         let fits = match self.settings.interface {
-            Interface::ModelExchange => !matches!(state, State::Step | State::StepFailed),
-            Interface::CoSimulation => state != State::ContinuousTime,
+            InterfaceType::ModelExchange => !matches!(state, InstanceState::Step | InstanceState::StepFailed),
+            InterfaceType::CoSimulation => state != InstanceState::ContinuousTime,
         };
-        if !fits || matches!(state, State::Stepping | State::IntermediateUpdate | State::Fatal) {
+        if !fits
+            || matches!(
+                state,
+                InstanceState::Stepping | InstanceState::IntermediateUpdate | InstanceState::Fatal
+            )
+        {
             return Err(format!("the mode {state:?} cannot be restored"));
         }
         Ok(memory)
     }
 }
 
-fn handle_of(s: &Snapshot) -> usize {
+fn handle_of(s: &StoredState) -> usize {
     core::ptr::from_ref(s) as usize
 }
 
-struct Reader<'a> {
+struct SnapshotReader<'a> {
     rest: &'a [u8],
 }
 
-impl<'a> Reader<'a> {
+impl<'a> SnapshotReader<'a> {
     fn take(&mut self, n: usize) -> Result<&'a [u8], String> {
         let (head, rest) = self.rest.split_at_checked(n).ok_or("they end too early")?;
         self.rest = rest;

@@ -1,10 +1,10 @@
 //! Which function may be called when, for both versions and both interface types.
 
-use crate::fault::{Outcome, error};
+use crate::fault::{CallOutcome, error};
 
 /// Version of the standard that an instance was made with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Version {
+pub enum InstanceVersion {
     /// FMI 2.0.
     Fmi2,
     /// FMI 3.0.
@@ -13,7 +13,7 @@ pub enum Version {
 
 /// Interface type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interface {
+pub enum InterfaceType {
     /// The importer integrates.
     ModelExchange,
     /// The FMU integrates.
@@ -23,7 +23,7 @@ pub enum Interface {
 /// State of an instance; the names of FMI 3.0 (FMI 2.0's "step complete" is `Step`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum State {
+pub enum InstanceState {
     /// After instantiation or reset.
     Instantiated = 0,
     /// FMI 3.0 configuration mode.
@@ -48,7 +48,7 @@ pub enum State {
     Fatal = 10,
 }
 
-impl State {
+impl InstanceState {
     const ALL: [Self; 11] = [
         Self::Instantiated,
         Self::Configuration,
@@ -85,7 +85,7 @@ impl State {
 
 /// Groups of functions with the same rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Call {
+pub enum CallGroup {
     /// Possible in every state: logging, FMU states, reset, counts, dependencies.
     Any,
     /// fmi2SetupExperiment.
@@ -132,14 +132,14 @@ pub enum Call {
     StepStatus,
 }
 
-impl Call {
+impl CallGroup {
     /// States in which the call is legal.
-    fn states(self, version: Version, interface: Interface) -> &'static [State] {
-        use State::{
+    fn states(self, version: InstanceVersion, interface: InterfaceType) -> &'static [InstanceState] {
+        use InstanceState::{
             Configuration, ContinuousTime, Event, Initialization, Instantiated, IntermediateUpdate, Step,
             StepFailed, Terminated,
         };
-        let three = version == Version::Fmi3;
+        let three = version == InstanceVersion::Fmi3;
         match self {
             Self::Any => &[
                 Instantiated,
@@ -154,7 +154,7 @@ impl Call {
             Self::SetupExperiment | Self::EnterConfiguration | Self::EnterInitialization => &[Instantiated],
             Self::ExitConfiguration => &[Configuration],
             Self::ExitInitialization => &[Initialization],
-            Self::EnterEvent if interface == Interface::CoSimulation => &[Step],
+            Self::EnterEvent if interface == InterfaceType::CoSimulation => &[Step],
             Self::EnterEvent => &[Event, ContinuousTime],
             Self::Terminate => &[Event, ContinuousTime, Step, StepFailed],
             Self::Get if three => &[
@@ -192,31 +192,36 @@ impl Call {
         }
     }
     /// The interface type that the call belongs to, if not to both.
-    fn interface(self) -> Option<Interface> {
+    fn interface(self) -> Option<InterfaceType> {
         match self {
             Self::EnterContinuousTime
             | Self::Integrator
             | Self::SetTime
             | Self::Evaluate
-            | Self::Nominals => Some(Interface::ModelExchange),
+            | Self::Nominals => Some(InterfaceType::ModelExchange),
             Self::EnterStep
             | Self::InputDerivatives
             | Self::OutputDerivatives
             | Self::DoStep
-            | Self::StepStatus => Some(Interface::CoSimulation),
+            | Self::StepStatus => Some(InterfaceType::CoSimulation),
             _ => None,
         }
     }
     /// Whether it is legal now; otherwise an error that names the legal states.
-    pub fn permit(self, version: Version, interface: Interface, state: State) -> Outcome {
+    pub fn permit(
+        self,
+        version: InstanceVersion,
+        interface: InterfaceType,
+        state: InstanceState,
+    ) -> CallOutcome {
         let states = self.states(version, interface);
         if states.contains(&state) && self.interface().is_none_or(|i| i == interface) {
             return Ok(());
         }
         if let Some(i) = self.interface().filter(|i| *i != interface) {
             let of = |i| match i {
-                Interface::ModelExchange => "Model Exchange",
-                Interface::CoSimulation => "Co-Simulation",
+                InterfaceType::ModelExchange => "Model Exchange",
+                InterfaceType::CoSimulation => "Co-Simulation",
             };
             return error(format!(
                 "belongs to {}, but this instance was made for {}: instantiate another one",

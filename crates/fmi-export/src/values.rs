@@ -2,16 +2,16 @@
 //!
 //! A call sets all of its values or none: everything is checked before anything is set.
 
-use crate::fault::{Outcome, error};
-use crate::instance::Instance;
-use crate::layout::{Reference, Target, setter};
+use crate::fault::{CallOutcome, error};
+use crate::instance::ModelInstance;
+use crate::layout::{ReferenceElements, ReferenceTarget, setter};
 use crate::model::FmuModel;
-use crate::state_machine::{Call, Interface, State, Version};
-use trueup_fmi::table::{Causality, Kind, Storage, Variability, Variable};
+use crate::state_machine::{CallGroup, InstanceState, InstanceVersion, InterfaceType};
+use trueup_fmi::table::{BoundaryType, Causality, Storage, TableVariable, Variability};
 
 /// Data type that a function reads or sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Type {
+pub enum ValueType {
     /// fmi2Real, fmi3Float64.
     Real,
     /// fmi2Integer: integers and enumerations.
@@ -26,34 +26,35 @@ pub enum Type {
     Other,
 }
 
-impl Type {
-    fn fits(self, kind: Kind) -> bool {
+impl ValueType {
+    fn fits(self, kind: BoundaryType) -> bool {
         match self {
-            Self::Real => kind == Kind::Real,
-            Self::AnyInteger => matches!(kind, Kind::Integer | Kind::Enumeration(_)),
-            Self::Int32 => kind == Kind::Integer,
-            Self::Enumeration => matches!(kind, Kind::Enumeration(_)),
-            Self::Boolean => kind == Kind::Boolean,
+            Self::Real => kind == BoundaryType::Real,
+            Self::AnyInteger => matches!(kind, BoundaryType::Integer | BoundaryType::Enumeration(_)),
+            Self::Int32 => kind == BoundaryType::Integer,
+            Self::Enumeration => matches!(kind, BoundaryType::Enumeration(_)),
+            Self::Boolean => kind == BoundaryType::Boolean,
             Self::Other => false,
         }
     }
 }
 
-impl<M: FmuModel> Instance<M> {
-    fn typed(&self, kind: Type, set: bool, reference: u32) -> Outcome<Target> {
+impl<M: FmuModel> ModelInstance<M> {
+    fn typed(&self, kind: ValueType, set: bool, reference: u32) -> CallOutcome<ReferenceTarget> {
         let version = self.settings.version;
         let target = self.layout.find(version, reference)?;
         let (name, actual) = match target {
-            Target::Variable(r) => {
+            ReferenceTarget::Variable(r) => {
                 let v = self.layout.variable(r.variable);
                 (v.name.as_str(), v.kind)
             }
-            Target::Indicator(_) => ("eventIndicator", Kind::Real),
+            ReferenceTarget::Indicator(_) => ("eventIndicator", BoundaryType::Real),
         };
         if kind.fits(actual) {
             return Ok(target);
         }
-        let (major, verb) = (if version == Version::Fmi2 { 2 } else { 3 }, if set { "Set" } else { "Get" });
+        let (major, verb) =
+            (if version == InstanceVersion::Fmi2 { 2 } else { 3 }, if set { "Set" } else { "Get" });
         error(format!("`{name}` has another data type: use fmi{major}{verb}{}", setter(version, actual)))
     }
 
@@ -61,12 +62,12 @@ impl<M: FmuModel> Instance<M> {
     /// counts for nothing.
     pub fn get(
         &mut self,
-        kind: Type,
+        kind: ValueType,
         references: &[u32],
         len: usize,
         mut put: impl FnMut(usize, f64),
-    ) -> Outcome {
-        self.permit(Call::Get)?;
+    ) -> CallOutcome {
+        self.permit(CallGroup::Get)?;
         let mut k = 0;
         let mut next = |value| {
             if k < len {
@@ -76,11 +77,11 @@ impl<M: FmuModel> Instance<M> {
         };
         for reference in references {
             match self.typed(kind, false, *reference)? {
-                Target::Indicator(i) => {
+                ReferenceTarget::Indicator(i) => {
                     self.evaluate_indicators()?;
                     next(self.cache.z[i]);
                 }
-                Target::Variable(r) => {
+                ReferenceTarget::Variable(r) => {
                     match self.layout.variable(r.variable).storage {
                         Storage::Output(_) => self.evaluate_outputs()?,
                         Storage::Rate(_) => self.evaluate_rates()?,
@@ -95,7 +96,7 @@ impl<M: FmuModel> Instance<M> {
         self.expect_len(k, len)
     }
 
-    fn element(&self, v: &Variable, i: usize) -> f64 {
+    fn element(&self, v: &TableVariable, i: usize) -> f64 {
         match v.storage {
             Storage::Time => self.memory.t,
             Storage::Parameter(b) => self.memory.p[b + i],
@@ -107,7 +108,7 @@ impl<M: FmuModel> Instance<M> {
         }
     }
 
-    pub(crate) fn expect_len(&self, needed: usize, len: usize) -> Outcome {
+    pub(crate) fn expect_len(&self, needed: usize, len: usize) -> CallOutcome {
         if needed == len {
             return Ok(());
         }
@@ -119,15 +120,15 @@ impl<M: FmuModel> Instance<M> {
     /// Sets the values of `references` in order; `value(k)` is the k-th one.
     pub fn set(
         &mut self,
-        kind: Type,
+        kind: ValueType,
         references: &[u32],
         len: usize,
         value: impl Fn(usize) -> f64,
-    ) -> Outcome {
-        self.permit(Call::Set)?;
+    ) -> CallOutcome {
+        self.permit(CallGroup::Set)?;
         let mut k = 0;
         for reference in references {
-            let Target::Variable(r) = self.typed(kind, true, *reference)? else {
+            let ReferenceTarget::Variable(r) = self.typed(kind, true, *reference)? else {
                 return error("event indicators are computed and cannot be set");
             };
             let v = self.layout.variable(r.variable);
@@ -142,7 +143,9 @@ impl<M: FmuModel> Instance<M> {
         self.expect_len(k, len)?;
         k = 0;
         for reference in references {
-            let Target::Variable(r) = self.layout.find(self.settings.version, *reference)? else { continue };
+            let ReferenceTarget::Variable(r) = self.layout.find(self.settings.version, *reference)? else {
+                continue;
+            };
             for i in r.first..r.first + r.len {
                 self.store(r, i, value(k));
                 k += 1;
@@ -155,36 +158,49 @@ impl<M: FmuModel> Instance<M> {
         Ok(())
     }
 
-    fn store(&mut self, r: Reference, i: usize, value: f64) {
+    fn store(&mut self, r: ReferenceElements, i: usize, value: f64) {
         let m = &mut self.memory;
         match self.layout.table.variables[r.variable].storage {
             Storage::Parameter(b) => {
                 m.p[b + i] = value;
                 m.set[b + i] = true;
                 m.unchecked = true;
-                m.start_stale |=
-                    matches!(m.state, State::Instantiated | State::Configuration | State::Initialization);
+                m.start_stale |= matches!(
+                    m.state,
+                    InstanceState::Instantiated
+                        | InstanceState::Configuration
+                        | InstanceState::Initialization
+                );
             }
             Storage::Input(b) => {
                 m.u[b + i] = value;
-                m.start_stale |=
-                    matches!(m.state, State::Instantiated | State::Configuration | State::Initialization);
+                m.start_stale |= matches!(
+                    m.state,
+                    InstanceState::Instantiated
+                        | InstanceState::Configuration
+                        | InstanceState::Initialization
+                );
             }
             _ => {}
         }
     }
 
     /// Whether the variable may be set in this state; otherwise the reason with the remedy.
-    fn settable(&self, v: &Variable) -> Outcome {
+    fn settable(&self, v: &TableVariable) -> CallOutcome {
         let state = self.memory.state;
         let name = &v.name;
         match v.causality {
             Causality::Input => {
-                let between_events = matches!(state, State::ContinuousTime | State::IntermediateUpdate);
-                if between_events && (v.variability != Variability::Continuous || v.kind != Kind::Real) {
+                let between_events =
+                    matches!(state, InstanceState::ContinuousTime | InstanceState::IntermediateUpdate);
+                if between_events
+                    && (v.variability != Variability::Continuous || v.kind != BoundaryType::Real)
+                {
                     return error(format!("the discrete input `{name}` can be set in event mode only"));
                 }
-                if state == State::IntermediateUpdate && !self.intermediate.contains(&v.value_reference) {
+                if state == InstanceState::IntermediateUpdate
+                    && !self.intermediate.contains(&v.value_reference)
+                {
                     return error(format!(
                         "the input `{name}` was not among the required intermediate variables at instantiation"
                     ));
@@ -193,11 +209,13 @@ impl<M: FmuModel> Instance<M> {
             }
             Causality::Parameter => match (v.variability, state) {
                 (Variability::Fixed | Variability::Tunable, _) if self.is_initial() => Ok(()),
-                (Variability::Tunable, State::Event) => Ok(()),
-                (Variability::Tunable, State::Step) if !self.settings.event_mode_used => Ok(()),
-                (Variability::Tunable, _) if self.settings.interface == Interface::ModelExchange => error(
-                    format!("the tunable parameter `{name}` can be set in event mode only: enter it first"),
-                ),
+                (Variability::Tunable, InstanceState::Event) => Ok(()),
+                (Variability::Tunable, InstanceState::Step) if !self.settings.event_mode_used => Ok(()),
+                (Variability::Tunable, _) if self.settings.interface == InterfaceType::ModelExchange => {
+                    error(format!(
+                        "the tunable parameter `{name}` can be set in event mode only: enter it first"
+                    ))
+                }
                 (Variability::Tunable, _) => error(format!(
                     "the tunable parameter `{name}` can be set between steps, or in event mode if that is used"
                 )),
@@ -216,11 +234,13 @@ impl<M: FmuModel> Instance<M> {
     }
 
     /// Whether a value is within the variable's bounds.
-    fn acceptable(&self, v: &Variable, i: usize, value: f64) -> Outcome {
+    fn acceptable(&self, v: &TableVariable, i: usize, value: f64) -> CallOutcome {
         let refuse = |why: String| error(format!("`{}` = {value:?}: {why}", v.element_name(i)));
         match v.kind {
-            Kind::Boolean if value != 0.0 && value != 1.0 => return refuse("a Boolean is 0 or 1".to_owned()),
-            Kind::Enumeration(k) if value.is_finite() => {
+            BoundaryType::Boolean if value != 0.0 && value != 1.0 => {
+                return refuse("a Boolean is 0 or 1".to_owned());
+            }
+            BoundaryType::Enumeration(k) if value.is_finite() => {
                 let items = self.layout.table.enumerations.get(k).map_or(&[][..], |e| &e.items);
                 if value < 1.0 || value > items.len() as f64 {
                     let names: Vec<_> =

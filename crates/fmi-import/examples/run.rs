@@ -12,9 +12,9 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use trueup_fmi_description::Version;
-use trueup_fmi_description::description::{Causality, Type};
-use trueup_fmi_import::{Experiment, Fmu, Interface, Options, fmi2, fmi3};
+use trueup_fmi_description::FmiVersion;
+use trueup_fmi_description::description::{DescriptionCausality, VariableType};
+use trueup_fmi_import::{ExperimentSetup, InstanceOptions, UnpackedFmu, UsedInterface, fmi2, fmi3};
 
 /// Start, stop and step in s.
 struct Run {
@@ -36,11 +36,14 @@ impl Run {
     }
 }
 
+use trueup_fmi_import::fmi2::Fmi2Instance;
+use trueup_fmi_import::fmi3::Fmi3Instance;
+
 /// The same calls in both versions but for two names.
 macro_rules! runs {
-    ($co_simulation:ident $model_exchange:ident $module:ident $get:ident $iterate:ident) => {
-        fn $co_simulation(mut fmu: $module::Instance, run: &mut Run) -> Result<(), Box<dyn Error>> {
-            fmu.enter_initialization_mode(Experiment {
+    ($co_simulation:ident $model_exchange:ident $instance:ident $get:ident $iterate:ident) => {
+        fn $co_simulation(mut fmu: $instance, run: &mut Run) -> Result<(), Box<dyn Error>> {
+            fmu.enter_initialization_mode(ExperimentSetup {
                 start: run.start,
                 stop: Some(run.stop),
                 ..Default::default()
@@ -64,12 +67,12 @@ macro_rules! runs {
         }
 
         fn $model_exchange(
-            mut fmu: $module::Instance,
+            mut fmu: $instance,
             nx: usize,
             nz: usize,
             run: &mut Run,
         ) -> Result<(), Box<dyn Error>> {
-            fmu.enter_initialization_mode(Experiment {
+            fmu.enter_initialization_mode(ExperimentSetup {
                 start: run.start,
                 stop: Some(run.stop),
                 ..Default::default()
@@ -121,11 +124,14 @@ macro_rules! runs {
     };
 }
 
-runs!(co_simulation2 model_exchange2 fmi2 get_real new_discrete_states);
-runs!(co_simulation3 model_exchange3 fmi3 get_float64 update_discrete_states);
+runs!(co_simulation2 model_exchange2 Fmi2Instance get_real new_discrete_states);
+runs!(co_simulation3 model_exchange3 Fmi3Instance get_float64 update_discrete_states);
 
-fn options() -> Options {
-    Options { listener: Some(Box::new(|message| eprintln!("{message}"))), ..Options::default() }
+fn options() -> InstanceOptions {
+    InstanceOptions {
+        listener: Some(Box::new(|message| eprintln!("{message}"))),
+        ..InstanceOptions::default()
+    }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -133,11 +139,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         std::env::args().skip(1).partition(|argument| argument.starts_with("--"));
     let [file] = &files[..] else { return Err("usage: run FILE.fmu [--me]".into()) };
     let model_exchange = flags.iter().any(|flag| flag == "--me");
-    let fmu: Arc<Fmu> = Fmu::open(file)?;
+    let fmu: Arc<UnpackedFmu> = UnpackedFmu::open(file)?;
     let description = fmu.description();
     let outputs = description.variables.iter().filter(|variable| {
-        variable.causality == Causality::Output
-            && variable.kind == Type::Float64
+        variable.causality == DescriptionCausality::Output
+            && variable.kind == VariableType::Float64
             && variable.dimensions.is_empty()
     });
     let outputs: Vec<_> = outputs.collect();
@@ -152,19 +158,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     println!("time,{}", outputs.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(","));
     match (description.version, model_exchange) {
-        (Version::V2, false) => {
-            co_simulation2(fmi2::Instance::new(&fmu, Interface::CoSimulation, options())?, &mut run)
+        (FmiVersion::V2, false) => {
+            co_simulation2(fmi2::Fmi2Instance::new(&fmu, UsedInterface::CoSimulation, options())?, &mut run)
         }
-        (Version::V2, true) => {
-            let instance = fmi2::Instance::new(&fmu, Interface::ModelExchange, options())?;
+        (FmiVersion::V2, true) => {
+            let instance = fmi2::Fmi2Instance::new(&fmu, UsedInterface::ModelExchange, options())?;
             let (nx, nz) = (description.structure.derivatives.len(), description.event_indicators());
             model_exchange2(instance, nx, nz, &mut run)
         }
-        (Version::V3, false) => {
-            co_simulation3(fmi3::Instance::co_simulation(&fmu, options(), Default::default())?, &mut run)
+        (FmiVersion::V3, false) => {
+            co_simulation3(fmi3::Fmi3Instance::co_simulation(&fmu, options(), Default::default())?, &mut run)
         }
-        (Version::V3, true) => {
-            let mut instance = fmi3::Instance::model_exchange(&fmu, options())?;
+        (FmiVersion::V3, true) => {
+            let mut instance = fmi3::Fmi3Instance::model_exchange(&fmu, options())?;
             let (nx, nz) = (instance.number_of_states()?, instance.number_of_event_indicators()?);
             model_exchange3(instance, nx, nz, &mut run)
         }

@@ -6,15 +6,15 @@ use std::ffi::{CString, c_int, c_void};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::error::{Error, FmiError, Status};
+use crate::error::{FmiError, FmiStatus, ImportError};
 use crate::exit;
-use crate::isolation::Fault;
-use crate::library::Fmu;
+use crate::isolation::HostFault;
+use crate::library::UnpackedFmu;
 use crate::log::{Listener, Live};
 
 /// How to instantiate.
 #[derive(Default)]
-pub struct Options {
+pub struct InstanceOptions {
     /// Name of the instance, as it appears in messages; empty: the file's name.
     pub name: String,
     /// Request the FMU's debug messages.
@@ -25,7 +25,7 @@ pub struct Options {
     pub listener: Option<Listener>,
 }
 
-impl Options {
+impl InstanceOptions {
     /// Quiet, with this name.
     pub fn named(name: impl Into<String>) -> Self {
         Self { name: name.into(), ..Self::default() }
@@ -43,7 +43,7 @@ pub struct StateId {
 /// Value references whose number of values is known: what is read or written again and again costs the call alone.
 /// Made by `prepare` of an instance; it holds until sizes of arrays change (configuration mode, reset).
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Prepared {
+pub struct PreparedReferences {
     pub(crate) references: Box<[u32]>,
     /// Number of values, all elements of arrays.
     pub(crate) count: usize,
@@ -51,7 +51,7 @@ pub struct Prepared {
     pub(crate) epoch: u32,
 }
 
-impl Prepared {
+impl PreparedReferences {
     /// The value references.
     pub fn references(&self) -> &[u32] {
         &self.references
@@ -64,7 +64,7 @@ impl Prepared {
 }
 
 /// A version's function table.
-pub(crate) trait Table {
+pub(crate) trait FunctionTable {
     /// Frees an instance.
     ///
     /// # Safety
@@ -73,23 +73,23 @@ pub(crate) trait Table {
     /// Never unload the library; if it is in another process, end that.
     fn leak(&mut self);
     /// Why there is no process of the FMU any more.
-    fn fault(&self) -> Option<Fault>;
+    fn fault(&self) -> Option<HostFault>;
     /// The function that the last status is of, if it is not the one that returned it.
     fn blamed(&self) -> Option<&'static str>;
 }
 
 /// An instance: what every call needs.
-pub(crate) struct Core<F: Table> {
+pub(crate) struct Core<F: FunctionTable> {
     pub(crate) component: *mut c_void,
     pub(crate) functions: F,
     pub(crate) live: Arc<Live>,
     pub(crate) lost: AtomicBool,
     /// Last, so that the directory outlives the library.
-    pub(crate) fmu: Arc<Fmu>,
+    pub(crate) fmu: Arc<UnpackedFmu>,
 }
 
-impl<F: Table> Core<F> {
-    pub(crate) fn new(fmu: &Arc<Fmu>, functions: F, options: Options) -> Self {
+impl<F: FunctionTable> Core<F> {
+    pub(crate) fn new(fmu: &Arc<UnpackedFmu>, functions: F, options: InstanceOptions) -> Self {
         let stem =
             || fmu.file().file_stem().map_or_else(|| "fmu".into(), |s| s.to_string_lossy().into_owned());
         let name = if options.name.is_empty() { stem() } else { options.name };
@@ -109,38 +109,38 @@ impl<F: Table> Core<F> {
     }
 
     #[inline]
-    pub(crate) fn ready(&self, function: &'static str) -> Result<(), Error> {
+    pub(crate) fn ready(&self, function: &'static str) -> Result<(), ImportError> {
         if self.lost.load(Ordering::Relaxed) {
-            return Err(Error::Lost { function, instance: self.live.name.clone() });
+            return Err(ImportError::Lost { function, instance: self.live.name.clone() });
         }
         Ok(())
     }
 
-    pub(crate) fn missing(&self, function: &'static str) -> Error {
-        Error::NotSupported { function, instance: self.live.name.clone() }
+    pub(crate) fn missing(&self, function: &'static str) -> ImportError {
+        ImportError::NotSupported { function, instance: self.live.name.clone() }
     }
 
-    pub(crate) fn no_instance(&self, function: &'static str) -> Error {
-        if let Some(Fault { how, .. }) = self.functions.fault() {
+    pub(crate) fn no_instance(&self, function: &'static str) -> ImportError {
+        if let Some(HostFault { how, .. }) = self.functions.fault() {
             return self.ended(function, how);
         }
-        Error::Instantiate { function, instance: self.live.name.clone(), log: self.live.tail() }
+        ImportError::Instantiate { function, instance: self.live.name.clone(), log: self.live.tail() }
     }
 
     #[inline]
-    pub(crate) fn check(&self, function: &'static str, status: c_int) -> Result<(), Error> {
+    pub(crate) fn check(&self, function: &'static str, status: c_int) -> Result<(), ImportError> {
         // OK and Warning
-        if matches!(status, 0 | 1) { Ok(()) } else { Err(self.failed(function, Status::from(status))) }
+        if matches!(status, 0 | 1) { Ok(()) } else { Err(self.failed(function, FmiStatus::from(status))) }
     }
 
     #[cold]
-    fn failed(&self, function: &'static str, status: Status) -> Error {
-        if let Some(Fault { function, how }) = self.functions.fault() {
+    fn failed(&self, function: &'static str, status: FmiStatus) -> ImportError {
+        if let Some(HostFault { function, how }) = self.functions.fault() {
             self.lost.store(true, Ordering::Relaxed);
             return self.ended(function, how);
         }
         let function = self.functions.blamed().unwrap_or(function);
-        if status == Status::Fatal {
+        if status == FmiStatus::Fatal {
             self.lost.store(true, Ordering::Relaxed);
         }
         FmiError { function, status, instance: self.live.name.clone(), log: self.live.tail() }.into()
@@ -148,13 +148,13 @@ impl<F: Table> Core<F> {
 
     /// Waits no longer for this instance, which is never called again.
     #[cold]
-    pub(crate) fn give_up(&self, function: &'static str, how: String) -> Error {
+    pub(crate) fn give_up(&self, function: &'static str, how: String) -> ImportError {
         self.lost.store(true, Ordering::Relaxed);
         self.ended(function, how)
     }
 
-    fn ended(&self, function: &'static str, how: String) -> Error {
-        Error::Ended {
+    fn ended(&self, function: &'static str, how: String) -> ImportError {
+        ImportError::Ended {
             function,
             instance: self.live.name.clone(),
             file: self.fmu.file().to_owned(),
@@ -170,7 +170,7 @@ impl<F: Table> Core<F> {
         what: &'static str,
         expected: usize,
         got: usize,
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         if expected == got {
             return Ok(());
         }
@@ -178,13 +178,19 @@ impl<F: Table> Core<F> {
     }
 
     #[cold]
-    fn wrong_length(&self, function: &'static str, what: &'static str, expected: usize, got: usize) -> Error {
-        Error::Length { function, instance: self.live.name.clone(), what, expected, got }
+    fn wrong_length(
+        &self,
+        function: &'static str,
+        what: &'static str,
+        expected: usize,
+        got: usize,
+    ) -> ImportError {
+        ImportError::Length { function, instance: self.live.name.clone(), what, expected, got }
     }
 
     /// The instance may be called, with a block that was prepared for these sizes and has as many values as `got`.
     #[inline]
-    pub(crate) fn fits(&self, block: &Prepared, epoch: u32, got: usize) -> bool {
+    pub(crate) fn fits(&self, block: &PreparedReferences, epoch: u32, got: usize) -> bool {
         block.epoch == epoch && block.count == got && !self.lost.load(Ordering::Relaxed)
     }
 
@@ -193,14 +199,14 @@ impl<F: Table> Core<F> {
     pub(crate) fn unfit(
         &self,
         function: &'static str,
-        block: &Prepared,
+        block: &PreparedReferences,
         epoch: u32,
         got: usize,
-    ) -> Box<Error> {
+    ) -> Box<ImportError> {
         let instance = || self.live.name.clone();
         Box::new(match self.ready(function) {
             Err(lost) => lost,
-            Ok(()) if block.epoch != epoch => Error::Stale { function, instance: instance() },
+            Ok(()) if block.epoch != epoch => ImportError::Stale { function, instance: instance() },
             Ok(()) if block.count != got => self.wrong_length(function, "values", block.count, got),
             Ok(()) => self.missing(function),
         })
@@ -208,17 +214,17 @@ impl<F: Table> Core<F> {
 
     /// As [`Core::check`], small enough for a register.
     #[inline]
-    pub(crate) fn check_boxed(&self, function: &'static str, status: c_int) -> Result<(), Box<Error>> {
+    pub(crate) fn check_boxed(&self, function: &'static str, status: c_int) -> Result<(), Box<ImportError>> {
         if matches!(status, 0 | 1) { Ok(()) } else { Err(self.failed_boxed(function, status)) }
     }
 
     #[cold]
-    fn failed_boxed(&self, function: &'static str, status: c_int) -> Box<Error> {
-        Box::new(self.failed(function, Status::from(status)))
+    fn failed_boxed(&self, function: &'static str, status: c_int) -> Box<ImportError> {
+        Box::new(self.failed(function, FmiStatus::from(status)))
     }
 }
 
-impl<F: Table> Drop for Core<F> {
+impl<F: FunctionTable> Drop for Core<F> {
     fn drop(&mut self) {
         if self.lost.load(Ordering::Relaxed) {
             self.functions.leak(); // the FMU may not be called any more, but its threads may still run
@@ -297,42 +303,50 @@ pub(crate) use {call, call_prepared};
 #[derive(Default)]
 pub(crate) struct States {
     next: usize,
-    list: Vec<State>,
+    list: Vec<FmuState>,
 }
 
 /// What the FMU stores, and the sizes of arrays at that time.
-pub(crate) struct State {
+pub(crate) struct FmuState {
     serial: usize,
     pub(crate) pointer: *mut c_void,
     pub(crate) epoch: Option<u32>,
 }
 
 impl States {
-    pub(crate) fn add<F: Table>(
+    pub(crate) fn add<F: FunctionTable>(
         &mut self,
         core: &Core<F>,
         pointer: *mut c_void,
         epoch: Option<u32>,
     ) -> StateId {
         self.next += 1;
-        self.list.push(State { serial: self.next, pointer, epoch });
+        self.list.push(FmuState { serial: self.next, pointer, epoch });
         StateId { instance: core.live.id, serial: self.next }
     }
 
-    fn position<F: Table>(&self, core: &Core<F>, id: &StateId) -> Result<usize, Error> {
+    fn position<F: FunctionTable>(&self, core: &Core<F>, id: &StateId) -> Result<usize, ImportError> {
         let position = self.list.iter().position(|state| state.serial == id.serial);
         position
             .filter(|_| id.instance == core.live.id)
-            .ok_or_else(|| Error::NoSuchState { instance: core.live.name.clone() })
+            .ok_or_else(|| ImportError::NoSuchState { instance: core.live.name.clone() })
     }
 
-    pub(crate) fn slot<F: Table>(&mut self, core: &Core<F>, id: &StateId) -> Result<&mut State, Error> {
+    pub(crate) fn slot<F: FunctionTable>(
+        &mut self,
+        core: &Core<F>,
+        id: &StateId,
+    ) -> Result<&mut FmuState, ImportError> {
         let position = self.position(core, id)?;
         Ok(&mut self.list[position])
     }
 
     /// Forgets a state.
-    pub(crate) fn take<F: Table>(&mut self, core: &Core<F>, id: &StateId) -> Result<*mut c_void, Error> {
+    pub(crate) fn take<F: FunctionTable>(
+        &mut self,
+        core: &Core<F>,
+        id: &StateId,
+    ) -> Result<*mut c_void, ImportError> {
         let position = self.position(core, id)?;
         Ok(self.list.swap_remove(position).pointer)
     }
@@ -350,7 +364,7 @@ macro_rules! state_functions {
         ///
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($get), "` returns.")]
-        pub fn save(&mut self) -> Result<StateId, Error> {
+        pub fn save(&mut self) -> Result<StateId, ImportError> {
             let mut state = std::ptr::null_mut();
             call!(self.core, $get, &raw mut state)?;
             let epoch = Some(self.epoch());
@@ -361,7 +375,7 @@ macro_rules! state_functions {
         ///
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($get), "` returns; [`Error::NoSuchState`].")]
-        pub fn save_over(&mut self, id: &StateId) -> Result<(), Error> {
+        pub fn save_over(&mut self, id: &StateId) -> Result<(), ImportError> {
             let epoch = Some(self.epoch());
             let state = self.states.slot(&self.core, id)?;
             state.epoch = epoch;
@@ -372,7 +386,7 @@ macro_rules! state_functions {
         ///
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($set), "` returns; [`Error::NoSuchState`].")]
-        pub fn restore(&mut self, id: &StateId) -> Result<(), Error> {
+        pub fn restore(&mut self, id: &StateId) -> Result<(), ImportError> {
             let (now, state) = (self.epoch(), self.states.slot(&self.core, id)?);
             let (pointer, same) = (state.pointer, state.epoch == Some(now));
             if !same {
@@ -385,7 +399,7 @@ macro_rules! state_functions {
         ///
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($free), "` returns; [`Error::NoSuchState`].")]
-        pub fn free(&mut self, id: StateId) -> Result<(), Error> {
+        pub fn free(&mut self, id: StateId) -> Result<(), ImportError> {
             let mut state = self.states.take(&self.core, &id)?;
             call!(self.core, $free, &raw mut state)
         }
@@ -394,7 +408,7 @@ macro_rules! state_functions {
         ///
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($serialize), "` returns; [`Error::NoSuchState`].")]
-        pub fn serialize(&mut self, id: &StateId) -> Result<Vec<u8>, Error> {
+        pub fn serialize(&mut self, id: &StateId) -> Result<Vec<u8>, ImportError> {
             let state = self.states.slot(&self.core, id)?.pointer;
             let mut size = 0;
             call!(self.core, $size, state, &raw mut size)?;
@@ -407,7 +421,7 @@ macro_rules! state_functions {
         ///
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($deserialize), "` returns.")]
-        pub fn deserialize(&mut self, bytes: &[u8]) -> Result<StateId, Error> {
+        pub fn deserialize(&mut self, bytes: &[u8]) -> Result<StateId, ImportError> {
             let mut state = std::ptr::null_mut();
             call!(self.core, $deserialize, bytes.as_ptr().cast(), bytes.len(), &raw mut state)?;
             Ok(self.states.add(&self.core, state, None))
@@ -424,11 +438,11 @@ macro_rules! state_functions {
 pub(crate) use state_functions;
 
 /// A text for C.
-pub(crate) fn c_string(what: &'static str, text: &str) -> Result<CString, Error> {
-    CString::new(text).map_err(|_| Error::Text { what, text: text.into() })
+pub(crate) fn c_string(what: &'static str, text: &str) -> Result<CString, ImportError> {
+    CString::new(text).map_err(|_| ImportError::Text { what, text: text.into() })
 }
 
 /// Texts for C, with the pointers to them.
-pub(crate) fn c_strings(what: &'static str, texts: &[&str]) -> Result<Vec<CString>, Error> {
+pub(crate) fn c_strings(what: &'static str, texts: &[&str]) -> Result<Vec<CString>, ImportError> {
     texts.iter().map(|text| c_string(what, text)).collect()
 }

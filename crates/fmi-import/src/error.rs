@@ -8,7 +8,7 @@ use trueup_fmi_description::archive::ArchiveError;
 
 /// What an FMI function returned; FMI 2.0 and 3.0 number it alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
+pub enum FmiStatus {
     /// All well.
     Ok,
     /// Not all well, the run may go on.
@@ -25,7 +25,7 @@ pub enum Status {
     Unknown(c_int),
 }
 
-impl From<c_int> for Status {
+impl From<c_int> for FmiStatus {
     fn from(status: c_int) -> Self {
         match status {
             0 => Self::Ok,
@@ -39,7 +39,7 @@ impl From<c_int> for Status {
     }
 }
 
-impl fmt::Display for Status {
+impl fmt::Display for FmiStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Ok => f.write_str("OK"),
@@ -60,7 +60,7 @@ pub struct FmiError {
     /// The C function.
     pub function: &'static str,
     /// What it returned.
-    pub status: Status,
+    pub status: FmiStatus,
     /// Name of the instance.
     pub instance: String,
     /// The FMU's last messages.
@@ -69,7 +69,7 @@ pub struct FmiError {
 
 /// Any failure of this crate.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum ImportError {
     /// The FMU did not carry out a call.
     #[error(transparent)]
     Call(#[from] FmiError),
@@ -182,9 +182,9 @@ pub enum Error {
     },
 }
 
-impl Error {
+impl ImportError {
     /// The status behind it, if an FMI function returned one.
-    pub fn status(&self) -> Option<Status> {
+    pub fn status(&self) -> Option<FmiStatus> {
         match self {
             Self::Call(error) => Some(error.status),
             _ => None,

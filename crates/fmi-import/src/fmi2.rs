@@ -11,14 +11,15 @@ use std::sync::Arc;
 use trueup_fmi::abi::fmi2::*;
 
 use crate::core::{
-    Core, Options, Prepared, StateId, States, c_string, c_strings, call, call_prepared, lent, state_functions,
+    Core, InstanceOptions, PreparedReferences, StateId, States, c_string, c_strings, call, call_prepared,
+    lent, state_functions,
 };
-use crate::error::Error;
-use crate::library::{Fmu, Interface};
+use crate::error::ImportError;
+use crate::library::{UnpackedFmu, UsedInterface};
 use crate::log::{Message, text, trueup_fmi2_logger};
 use crate::open;
-use crate::results::Experiment;
-use crate::table::table2::Functions;
+use crate::results::ExperimentSetup;
+use crate::table::table2::LibraryFunctions;
 
 unsafe extern "C" {
     fn calloc(count: usize, size: usize) -> *mut c_void;
@@ -26,8 +27,8 @@ unsafe extern "C" {
 }
 
 /// An instance. It may move between threads, one thread at a time.
-pub struct Instance {
-    pub(crate) core: Core<Functions>,
+pub struct Fmi2Instance {
+    pub(crate) core: Core<LibraryFunctions>,
     states: States,
     /// Booleans as the FMU has them.
     raw: Vec<fmi2Boolean>,
@@ -36,16 +37,20 @@ pub struct Instance {
 }
 
 // SAFETY: FMI asks that one thread at a time calls an instance, not that it is always the same.
-unsafe impl Send for Instance {}
+unsafe impl Send for Fmi2Instance {}
 
-impl Instance {
+impl Fmi2Instance {
     /// Instantiates.
     ///
     /// # Errors
-    /// [`Error::Interface`], [`Error::File`] if the library cannot be loaded, [`Error::Instantiate`].
-    pub fn new(fmu: &Arc<Fmu>, interface: Interface, options: Options) -> Result<Self, Error> {
+    /// [`ImportError::Interface`], [`ImportError::File`] if the library cannot be loaded, [`ImportError::Instantiate`].
+    pub fn new(
+        fmu: &Arc<UnpackedFmu>,
+        interface: UsedInterface,
+        options: InstanceOptions,
+    ) -> Result<Self, ImportError> {
         let (visible, logging_on) = (options.visible.into(), options.logging_on.into());
-        let mut core = Core::new(fmu, Functions::none(), options);
+        let mut core = Core::new(fmu, LibraryFunctions::none(), options);
         core.functions = open::two(fmu, interface, &core.live)?;
         let callbacks = Box::new(fmi2CallbackFunctions {
             logger: Some(trueup_fmi2_logger),
@@ -58,8 +63,8 @@ impl Instance {
         let guid = c_string("guid", &fmu.description().token)?;
         let resources = c_string("resource location", &fmu.resource_uri())?;
         let kind = match interface {
-            Interface::ModelExchange => fmi2ModelExchange,
-            Interface::CoSimulation => fmi2CoSimulation,
+            UsedInterface::ModelExchange => fmi2ModelExchange,
+            UsedInterface::CoSimulation => fmi2CoSimulation,
         };
         let callbacks_pointer: *const fmi2CallbackFunctions = &*callbacks;
         core.mark();
@@ -89,7 +94,7 @@ impl Instance {
     }
 
     /// The FMU.
-    pub fn fmu(&self) -> &Arc<Fmu> {
+    pub fn fmu(&self) -> &Arc<UnpackedFmu> {
         &self.core.fmu
     }
 
@@ -107,7 +112,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2SetDebugLogging` returns.
-    pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), Error> {
+    pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), ImportError> {
         let texts = c_strings("log category", categories)?;
         let pointers: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
         call!(self.core, fmi2SetDebugLogging, on.into(), pointers.len(), pointers.as_ptr())
@@ -117,8 +122,8 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2SetupExperiment`, `fmi2EnterInitializationMode` return.
-    pub fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
-        let Experiment { tolerance, start, stop } = experiment;
+    pub fn enter_initialization_mode(&mut self, experiment: ExperimentSetup) -> Result<(), ImportError> {
+        let ExperimentSetup { tolerance, start, stop } = experiment;
         let (with_tolerance, with_stop) = (tolerance.is_some().into(), stop.is_some().into());
         let (tolerance, stop) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
         call!(self.core, fmi2SetupExperiment, with_tolerance, tolerance, start, with_stop, stop)?;
@@ -129,7 +134,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2ExitInitializationMode` returns.
-    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+    pub fn exit_initialization_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi2ExitInitializationMode)
     }
 
@@ -137,7 +142,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2Terminate` returns.
-    pub fn terminate(&mut self) -> Result<(), Error> {
+    pub fn terminate(&mut self) -> Result<(), ImportError> {
         self.free_states();
         call!(self.core, fmi2Terminate)
     }
@@ -146,15 +151,15 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2Reset` returns.
-    pub fn reset(&mut self) -> Result<(), Error> {
+    pub fn reset(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi2Reset)
     }
 
     /// Values of Reals.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetReal` returns.
-    pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2GetReal` returns.
+    pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), ImportError> {
         self.core.length("fmi2GetReal", "values", references.len(), values.len())?;
         lent(references, |r| call!(self.core, fmi2GetReal, r, references.len(), values.as_mut_ptr()))
     }
@@ -162,8 +167,8 @@ impl Instance {
     /// Sets Reals.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2SetReal` returns.
-    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2SetReal` returns.
+    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), ImportError> {
         self.core.length("fmi2SetReal", "values", references.len(), values.len())?;
         lent(references, |r| lent(values, |v| call!(self.core, fmi2SetReal, r, references.len(), v)))
     }
@@ -171,8 +176,8 @@ impl Instance {
     /// Values of Integers and Enumerations.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetInteger` returns.
-    pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2GetInteger` returns.
+    pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), ImportError> {
         self.core.length("fmi2GetInteger", "values", references.len(), values.len())?;
         lent(references, |r| call!(self.core, fmi2GetInteger, r, references.len(), values.as_mut_ptr()))
     }
@@ -180,8 +185,8 @@ impl Instance {
     /// Sets Integers and Enumerations.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2SetInteger` returns.
-    pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2SetInteger` returns.
+    pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), ImportError> {
         self.core.length("fmi2SetInteger", "values", references.len(), values.len())?;
         lent(references, |r| lent(values, |v| call!(self.core, fmi2SetInteger, r, references.len(), v)))
     }
@@ -189,8 +194,8 @@ impl Instance {
     /// Values of Booleans.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetBoolean` returns.
-    pub fn get_boolean(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2GetBoolean` returns.
+    pub fn get_boolean(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), ImportError> {
         self.core.length("fmi2GetBoolean", "values", references.len(), values.len())?;
         self.raw.clear();
         self.raw.resize(values.len(), fmi2False);
@@ -202,8 +207,8 @@ impl Instance {
     /// Sets Booleans.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2SetBoolean` returns.
-    pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2SetBoolean` returns.
+    pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), ImportError> {
         self.core.length("fmi2SetBoolean", "values", references.len(), values.len())?;
         self.raw.clear();
         self.raw.extend(values.iter().map(|value| fmi2Boolean::from(*value)));
@@ -214,7 +219,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2GetString` returns.
-    pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, Error> {
+    pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, ImportError> {
         let mut raw = vec![std::ptr::null(); references.len()];
         lent(references, |r| call!(self.core, fmi2GetString, r, references.len(), raw.as_mut_ptr()))?;
         // SAFETY: the FMU's texts are NULL or null-terminated, and valid until its next call.
@@ -224,8 +229,8 @@ impl Instance {
     /// Sets Strings.
     ///
     /// # Errors
-    /// [`Error::Length`], [`Error::Text`]; whatever `fmi2SetString` returns.
-    pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), Error> {
+    /// [`ImportError::Length`], [`ImportError::Text`]; whatever `fmi2SetString` returns.
+    pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), ImportError> {
         self.core.length("fmi2SetString", "values", references.len(), values.len())?;
         let texts = c_strings("value", values)?;
         let raw: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
@@ -250,17 +255,17 @@ impl Instance {
     /// A block to be read or written again and again.
     ///
     /// # Errors
-    /// None; as in [FMI 3.0](crate::fmi3::Instance::prepare), where sizes of arrays are asked for.
-    pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
-        Ok(Prepared { references: references.into(), count: references.len(), epoch: 0 })
+    /// None; as in [FMI 3.0](crate::fmi3::Fmi3Instance::prepare), where sizes of arrays are asked for.
+    pub fn prepare(&mut self, references: &[u32]) -> Result<PreparedReferences, ImportError> {
+        Ok(PreparedReferences { references: references.into(), count: references.len(), epoch: 0 })
     }
 
     /// Reals of a block.
     ///
     /// # Errors
-    /// As [`Instance::get_real`].
+    /// As [`Fmi2Instance::get_real`].
     #[inline]
-    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Box<Error>> {
+    pub fn read(&mut self, block: &PreparedReferences, values: &mut [f64]) -> Result<(), Box<ImportError>> {
         let n = values.len();
         lent(&block.references, |r| {
             call_prepared!(self.core, fmi2GetReal, block, 0, n, r, n, values.as_mut_ptr())
@@ -270,9 +275,9 @@ impl Instance {
     /// Sets Reals of a block.
     ///
     /// # Errors
-    /// As [`Instance::set_real`].
+    /// As [`Fmi2Instance::set_real`].
     #[inline]
-    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Box<Error>> {
+    pub fn write(&mut self, block: &PreparedReferences, values: &[f64]) -> Result<(), Box<ImportError>> {
         let n = values.len();
         lent(&block.references, |r| {
             lent(values, |v| call_prepared!(self.core, fmi2SetReal, block, 0, n, r, n, v))
@@ -282,14 +287,14 @@ impl Instance {
     /// Partial derivatives of the unknowns times a direction of the knowns.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetDirectionalDerivative` returns.
+    /// [`ImportError::Length`]; whatever `fmi2GetDirectionalDerivative` returns.
     pub fn directional_derivative(
         &mut self,
         unknowns: &[u32],
         knowns: &[u32],
         direction: &[f64],
         result: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         self.core.length("fmi2GetDirectionalDerivative", "direction", knowns.len(), direction.len())?;
         self.core.length("fmi2GetDirectionalDerivative", "result", unknowns.len(), result.len())?;
         let (m, n, result) = (unknowns.len(), knowns.len(), result.as_mut_ptr());
@@ -301,7 +306,7 @@ impl Instance {
     }
 }
 
-impl Drop for Instance {
+impl Drop for Fmi2Instance {
     fn drop(&mut self) {
         self.free_states();
         if self.core.ready("fmi2FreeInstance").is_err() {

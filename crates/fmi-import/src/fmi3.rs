@@ -10,24 +10,26 @@ use std::sync::{Arc, Weak};
 
 use trueup_fmi::abi::fmi3::*;
 
-use self::inner::Inner;
-use crate::core::{Core, Options, Prepared, StateId, States, c_string, c_strings, call, state_functions};
-use crate::error::Error;
-use crate::isolation::Three;
-use crate::library::{Fmu, Interface};
+use self::inner::InstanceInner;
+use crate::core::{
+    Core, InstanceOptions, PreparedReferences, StateId, States, c_string, c_strings, call, state_functions,
+};
+use crate::error::ImportError;
+use crate::isolation::Fmi3Opening;
+use crate::library::{UnpackedFmu, UsedInterface};
 use crate::log::{Hook, Message, fmi3_intermediate_update, fmi3_log};
 use crate::open;
-use crate::results::Experiment;
-use crate::table::table3::Functions;
+use crate::results::ExperimentSetup;
+use crate::table::table3::LibraryFunctions;
 
-pub use self::values::{DerivativeOf, Number};
+pub use self::values::{DerivativeOf, Fmi3Number};
 
 /// Called inside a step of Co-Simulation.
-pub type IntermediateUpdate = Box<dyn FnMut(&mut Intermediate) + Send>;
+pub type IntermediateUpdateListener = Box<dyn FnMut(&mut Intermediate) + Send>;
 
 /// What Co-Simulation may use.
 #[derive(Default)]
-pub struct CoSimulation {
+pub struct CoSimulationOptions {
     /// The importer handles events (enters event mode when a step requests it).
     pub event_mode_used: bool,
     /// The FMU may end a step early.
@@ -35,12 +37,12 @@ pub struct CoSimulation {
     /// Variables that the intermediate update gets or sets.
     pub intermediate_variables: Vec<u32>,
     /// Called inside steps.
-    pub intermediate_update: Option<IntermediateUpdate>,
+    pub intermediate_update: Option<IntermediateUpdateListener>,
 }
 
 /// An instance. It may move between threads, one thread at a time.
-pub struct Instance {
-    pub(crate) core: Arc<Inner>,
+pub struct Fmi3Instance {
+    pub(crate) core: Arc<InstanceInner>,
     states: States,
     /// Counts changes of the sizes of arrays.
     pub(crate) epoch: u32,
@@ -49,11 +51,11 @@ pub struct Instance {
 }
 
 // SAFETY: FMI requires that one thread at a time calls an instance, not that it is always the same.
-unsafe impl Send for Instance {}
+unsafe impl Send for Fmi3Instance {}
 
 /// The inside of a step, as an intermediate update sees it: values may be got and set through it as the flags say.
 pub struct Intermediate {
-    core: Arc<Inner>,
+    core: Arc<InstanceInner>,
     /// Time in s.
     pub time: f64,
     /// Inputs may be set.
@@ -74,13 +76,13 @@ impl Intermediate {
     }
 }
 
-impl Instance {
+impl Fmi3Instance {
     /// Instantiates for Model Exchange.
     ///
     /// # Errors
-    /// [`Error::Interface`], [`Error::File`] if the library cannot be loaded, [`Error::Instantiate`].
-    pub fn model_exchange(fmu: &Arc<Fmu>, options: Options) -> Result<Self, Error> {
-        let fill = |core: &Core<Functions>, it: &Three<'_>| {
+    /// [`ImportError::Interface`], [`ImportError::File`] if the library cannot be loaded, [`ImportError::Instantiate`].
+    pub fn model_exchange(fmu: &Arc<UnpackedFmu>, options: InstanceOptions) -> Result<Self, ImportError> {
+        let fill = |core: &Core<LibraryFunctions>, it: &Fmi3Opening<'_>| {
             let function = core.functions.fmi3InstantiateModelExchange;
             let function = function.ok_or_else(|| core.missing("fmi3InstantiateModelExchange"))?;
             let [visible, logging, ..] = it.flags.map(fmi3Boolean::from);
@@ -90,17 +92,21 @@ impl Instance {
                 function(name, token, resources, visible, logging, core.live.environment(), Some(fmi3_log))
             })
         };
-        Self::build(fmu, Interface::ModelExchange, options, &CoSimulation::default(), fill)
+        Self::build(fmu, UsedInterface::ModelExchange, options, &CoSimulationOptions::default(), fill)
     }
 
     /// Instantiates for Co-Simulation.
     ///
     /// # Errors
-    /// As [`Instance::model_exchange`].
-    pub fn co_simulation(fmu: &Arc<Fmu>, options: Options, how: CoSimulation) -> Result<Self, Error> {
+    /// As [`Fmi3Instance::model_exchange`].
+    pub fn co_simulation(
+        fmu: &Arc<UnpackedFmu>,
+        options: InstanceOptions,
+        how: CoSimulationOptions,
+    ) -> Result<Self, ImportError> {
         let callback: fmi3IntermediateUpdateCallback =
             how.intermediate_update.is_some().then_some(fmi3_intermediate_update);
-        let fill = |core: &Core<Functions>, it: &Three<'_>| {
+        let fill = |core: &Core<LibraryFunctions>, it: &Fmi3Opening<'_>| {
             let function = core.functions.fmi3InstantiateCoSimulation;
             let function = function.ok_or_else(|| core.missing("fmi3InstantiateCoSimulation"))?;
             let [visible, logging, event_mode_used, early_return_allowed, _] =
@@ -124,7 +130,7 @@ impl Instance {
                 )
             })
         };
-        let instance = Self::build(fmu, Interface::CoSimulation, options, &how, fill)?;
+        let instance = Self::build(fmu, UsedInterface::CoSimulation, options, &how, fill)?;
         if let Some(update) = how.intermediate_update {
             instance.core.live.set_hook(Some(hook(Arc::downgrade(&instance.core), update)));
         }
@@ -133,21 +139,21 @@ impl Instance {
 
     /// `instantiate` does it in this process.
     fn build(
-        fmu: &Arc<Fmu>,
-        interface: Interface,
-        options: Options,
-        how: &CoSimulation,
-        instantiate: impl FnOnce(&Core<Functions>, &Three<'_>) -> Result<fmi3Instance, Error>,
-    ) -> Result<Self, Error> {
+        fmu: &Arc<UnpackedFmu>,
+        interface: UsedInterface,
+        options: InstanceOptions,
+        how: &CoSimulationOptions,
+        instantiate: impl FnOnce(&Core<LibraryFunctions>, &Fmi3Opening<'_>) -> Result<fmi3Instance, ImportError>,
+    ) -> Result<Self, ImportError> {
         let (visible, logging) = (options.visible, options.logging_on);
-        let mut core = Core::new(fmu, Functions::none(), options);
+        let mut core = Core::new(fmu, LibraryFunctions::none(), options);
         core.functions = open::three(fmu, interface, &core.live)?;
         let name = c_string("instance name", &core.live.name)?;
         let token = c_string("instantiation token", &fmu.description().token)?;
         let resources = fmu.resource_path().map(|path| c_string("resource path", &path)).transpose()?;
-        let co_simulation = interface == Interface::CoSimulation;
+        let co_simulation = interface == UsedInterface::CoSimulation;
         let update = how.intermediate_update.is_some();
-        let it = Three {
+        let it = Fmi3Opening {
             co_simulation,
             name: &name,
             token: &token,
@@ -166,7 +172,7 @@ impl Instance {
             return Err(core.no_instance(function));
         }
         Ok(Self {
-            core: Arc::new(Inner::new(core)),
+            core: Arc::new(InstanceInner::new(core)),
             states: States::default(),
             epoch: 0,
             counts: (None, None),
@@ -174,7 +180,7 @@ impl Instance {
     }
 
     /// The FMU.
-    pub fn fmu(&self) -> &Arc<Fmu> {
+    pub fn fmu(&self) -> &Arc<UnpackedFmu> {
         &self.core.fmu
     }
 
@@ -192,7 +198,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3SetDebugLogging` returns.
-    pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), Error> {
+    pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), ImportError> {
         let texts = c_strings("log category", categories)?;
         let pointers: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
         call!(self.core, fmi3SetDebugLogging, on.into(), pointers.len(), pointers.as_ptr())
@@ -202,8 +208,8 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3EnterInitializationMode` returns.
-    pub fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
-        let Experiment { tolerance, start, stop } = experiment;
+    pub fn enter_initialization_mode(&mut self, experiment: ExperimentSetup) -> Result<(), ImportError> {
+        let ExperimentSetup { tolerance, start, stop } = experiment;
         let (with_tolerance, with_stop) = (tolerance.is_some().into(), stop.is_some().into());
         let (tolerance, stop) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
         call!(self.core, fmi3EnterInitializationMode, with_tolerance, tolerance, start, with_stop, stop)
@@ -213,7 +219,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3ExitInitializationMode` returns.
-    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+    pub fn exit_initialization_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi3ExitInitializationMode)
     }
 
@@ -221,7 +227,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3EnterConfigurationMode` returns.
-    pub fn enter_configuration_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_configuration_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi3EnterConfigurationMode)
     }
 
@@ -229,7 +235,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3ExitConfigurationMode` returns.
-    pub fn exit_configuration_mode(&mut self) -> Result<(), Error> {
+    pub fn exit_configuration_mode(&mut self) -> Result<(), ImportError> {
         self.forget_sizes();
         call!(self.core, fmi3ExitConfigurationMode)
     }
@@ -238,7 +244,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3Terminate` returns.
-    pub fn terminate(&mut self) -> Result<(), Error> {
+    pub fn terminate(&mut self) -> Result<(), ImportError> {
         self.free_states();
         call!(self.core, fmi3Terminate)
     }
@@ -247,7 +253,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3Reset` returns.
-    pub fn reset(&mut self) -> Result<(), Error> {
+    pub fn reset(&mut self) -> Result<(), ImportError> {
         self.forget_sizes();
         call!(self.core, fmi3Reset)
     }
@@ -271,22 +277,26 @@ impl Instance {
         self.epoch
     }
 
-    /// A block to be [read](Instance::read) or [written](Instance::write) again and again.
+    /// A block to be [read](Fmi3Instance::read) or [written](Fmi3Instance::write) again and again.
     ///
     /// # Errors
     /// Sizes of arrays cannot be had.
-    pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
-        Ok(Prepared { references: references.into(), count: self.core.count(references)?, epoch: self.epoch })
+    pub fn prepare(&mut self, references: &[u32]) -> Result<PreparedReferences, ImportError> {
+        Ok(PreparedReferences {
+            references: references.into(),
+            count: self.core.count(references)?,
+            epoch: self.epoch,
+        })
     }
 }
 
 /// Name, token and resources for C.
-fn pointers(it: &Three<'_>) -> (fmi3String, fmi3String, fmi3String) {
+fn pointers(it: &Fmi3Opening<'_>) -> (fmi3String, fmi3String, fmi3String) {
     (it.name.as_ptr(), it.token.as_ptr(), it.resources.map_or(std::ptr::null(), |path| path.as_ptr()))
 }
 
 /// The closure behind the C callback. Weak: the instance owns the closure, not the other way round.
-fn hook(core: Weak<Inner>, mut update: IntermediateUpdate) -> Hook {
+fn hook(core: Weak<InstanceInner>, mut update: IntermediateUpdateListener) -> Hook {
     Box::new(move |arguments| {
         let mut intermediate = Intermediate {
             core: core.upgrade()?,
@@ -302,7 +312,7 @@ fn hook(core: Weak<Inner>, mut update: IntermediateUpdate) -> Hook {
     })
 }
 
-impl Drop for Instance {
+impl Drop for Fmi3Instance {
     fn drop(&mut self) {
         self.core.live.set_hook(None);
         self.free_states();

@@ -14,13 +14,13 @@ use std::any::Any;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, ModelSizes};
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{Coordinate, LANES, Lanes, Plant, PlantError, VariableTable};
 
-use crate::{Error, Fmu, StateColumns, Status};
+use crate::{FmiStatus, ImportError, StateColumns, UnpackedFmu};
 use seat::Seat;
-use table::Places;
+use table::ElementReferences;
 pub use table::array_lengths;
 
 /// Half the width of a central difference, as a share of what is moved.
@@ -30,18 +30,18 @@ const WIDTH: f64 = 6e-6;
 /// (Discard) becomes NaN, at which an integrator tries a shorter step; of any other failure the results are NaN and
 /// [`HybridFmu::failure`] gives the reason.
 pub struct HybridFmu {
-    fmu: Arc<Fmu>,
+    fmu: Arc<UnpackedFmu>,
     start: f64,
     table: VariableTable,
-    places: Places,
+    places: ElementReferences,
     columns: Option<StateColumns>,
-    sizes: Sizes,
-    way: Mutex<Way>,
+    sizes: ModelSizes,
+    way: Mutex<EventPath>,
 }
 
 /// The instance and what became of it.
 #[derive(Default)]
-struct Way {
+struct EventPath {
     seat: Option<Seat>,
     /// Number of the last place.
     last: i32,
@@ -50,14 +50,14 @@ struct Way {
 
 /// Which values are requested.
 #[derive(Clone, Copy)]
-enum Asked {
+enum HybridQuery {
     Rates,
     Outputs,
     Indicators,
 }
 
 /// One direction in which the arguments move.
-struct Along<'a> {
+struct HybridScratch<'a> {
     t: f64,
     x: &'a [f64],
     u: &'a [f64],
@@ -85,7 +85,7 @@ impl HybridFmu {
     ///
     /// # Errors
     /// No Model Exchange; too many variables; no instance.
-    pub fn new(fmu: &Arc<Fmu>, start: f64) -> Result<Self, PlantError> {
+    pub fn new(fmu: &Arc<UnpackedFmu>, start: f64) -> Result<Self, PlantError> {
         let d = fmu.description();
         let file = fmu.file().display();
         if d.model_exchange.is_none() {
@@ -94,7 +94,7 @@ impl HybridFmu {
         let (table, places) = table::read(d).map_err(|what| PlantError(format!("{file}: {what}")))?;
         let mut seat = Seat::new(fmu).map_err(|e| PlantError(e.to_string()))?;
         let (states, indicators) = seat.instance.counts().map_err(|e| PlantError(e.to_string()))?;
-        let sizes = Sizes {
+        let sizes = ModelSizes {
             states,
             inputs: table.inputs.len(),
             parameters: table.parameters.len(),
@@ -102,7 +102,7 @@ impl HybridFmu {
             modes: 1,
             indicators,
         };
-        let way = Mutex::new(Way { seat: Some(seat), ..Way::default() });
+        let way = Mutex::new(EventPath { seat: Some(seat), ..EventPath::default() });
         let columns = StateColumns::of(d);
         Ok(Self { fmu: Arc::clone(fmu), start, table, places, columns, sizes, way })
     }
@@ -113,7 +113,7 @@ impl HybridFmu {
         Self { columns: None, ..self }
     }
     /// The FMU.
-    pub fn fmu(&self) -> &Arc<Fmu> {
+    pub fn fmu(&self) -> &Arc<UnpackedFmu> {
         &self.fmu
     }
     /// Reports to the FMU that a step is accepted, where it declares to need that: at the values requested last.
@@ -139,24 +139,24 @@ impl HybridFmu {
         self.way().failure.take()
     }
 
-    fn way(&self) -> MutexGuard<'_, Way> {
+    fn way(&self) -> MutexGuard<'_, EventPath> {
         self.way.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Keeps what failed; the results are NaN.
-    fn kept(way: &mut Way, done: Result<(), Error>, result: &mut [f64]) {
+    fn kept(way: &mut EventPath, done: Result<(), ImportError>, result: &mut [f64]) {
         let Err(error) = done else { return };
         result.fill(f64::NAN);
-        if error.status() != Some(Status::Discard) {
+        if error.status() != Some(FmiStatus::Discard) {
             Self::fail(way, error.to_string());
         }
     }
-    fn fail(way: &mut Way, what: String) {
+    fn fail(way: &mut EventPath, what: String) {
         way.failure.get_or_insert(what);
     }
 
     /// An instance initialised with these parameters and inputs (none: the FMU's own), in event mode.
-    fn initialise(&self, way: &mut Way, p: &[f64], u: Option<&[f64]>) -> Result<(), Error> {
+    fn initialise(&self, way: &mut EventPath, p: &[f64], u: Option<&[f64]>) -> Result<(), ImportError> {
         // One that cannot be reset is let go.
         let renewed = way.seat.take().and_then(|mut seat| seat.renew().is_ok().then_some(seat));
         let mut seat = match renewed {
@@ -171,7 +171,7 @@ impl HybridFmu {
     }
 
     /// The instance at the place of these modes, in continuous time; place 0 is the first one, its events processed.
-    fn seat<'a>(&self, way: &'a mut Way, at: At<f64>) -> Result<Option<&'a mut Seat>, Error> {
+    fn seat<'a>(&self, way: &'a mut EventPath, at: At<f64>) -> Result<Option<&'a mut Seat>, ImportError> {
         let wanted = at.modes.first().copied().unwrap_or(0);
         let fresh = way.seat.as_ref().is_some_and(|s| s.first && s.same(at.p));
         if wanted == 0 && !fresh {
@@ -199,16 +199,16 @@ impl HybridFmu {
         Ok(way.seat.as_mut())
     }
 
-    fn read(&self, seat: &mut Seat, asked: Asked, result: &mut [f64]) -> Result<(), Error> {
+    fn read(&self, seat: &mut Seat, asked: HybridQuery, result: &mut [f64]) -> Result<(), ImportError> {
         match asked {
-            Asked::Rates if result.is_empty() => Ok(()),
-            Asked::Rates => seat.instance.derivatives(result),
-            Asked::Outputs => seat.instance.get_float64(&self.places.outputs, result),
-            Asked::Indicators => seat.instance.indicators(result),
+            HybridQuery::Rates if result.is_empty() => Ok(()),
+            HybridQuery::Rates => seat.instance.derivatives(result),
+            HybridQuery::Outputs => seat.instance.get_float64(&self.places.outputs, result),
+            HybridQuery::Indicators => seat.instance.indicators(result),
         }
     }
 
-    fn ask(&self, asked: Asked, at: At<f64>, result: &mut [f64]) {
+    fn ask(&self, asked: HybridQuery, at: At<f64>, result: &mut [f64]) {
         let mut way = self.way();
         let done = match self.seat(&mut way, at) {
             Ok(Some(seat)) => seat
@@ -224,13 +224,13 @@ impl HybridFmu {
     }
 
     /// Along one direction, the values at `at` in `here`.
-    fn along(&self, asked: Asked, at: At<f64>, along: &Along, result: &mut [f64]) {
-        let acting = |place: &&table::Place| along.p[place.elements()].iter().any(|v| *v != 0.0);
-        let acting: Vec<&table::Place> = self.places.parameters.iter().filter(acting).collect();
+    fn along(&self, asked: HybridQuery, at: At<f64>, along: &HybridScratch, result: &mut [f64]) {
+        let acting = |place: &&table::ElementReference| along.p[place.elements()].iter().any(|v| *v != 0.0);
+        let acting: Vec<&table::ElementReference> = self.places.parameters.iter().filter(acting).collect();
         let of = self.columns.as_ref().and_then(|c| match asked {
-            Asked::Rates => Some(&c.derivatives),
-            Asked::Outputs => Some(&self.places.outputs),
-            Asked::Indicators => self.places.indicators.as_ref(),
+            HybridQuery::Rates => Some(&c.derivatives),
+            HybridQuery::Outputs => Some(&self.places.outputs),
+            HybridQuery::Indicators => self.places.indicators.as_ref(),
         });
         if let Some(fixed) = acting.iter().find(|p| !p.tunable || of.is_none()) {
             let name = &self.table.parameters[fixed.begin].name;
@@ -245,7 +245,7 @@ impl HybridFmu {
             return;
         }
         result.fill(0.0);
-        let mut by_difference = Along { t: along.t, x: &[], u: &[], p: &[] };
+        let mut by_difference = HybridScratch { t: along.t, x: &[], u: &[], p: &[] };
         if let (Some(of), Some(columns)) = (of, &self.columns) {
             let (mut by, mut seed) = (columns.states.clone(), along.x.to_vec());
             if along.u.iter().any(|v| *v != 0.0) {
@@ -291,7 +291,7 @@ impl HybridFmu {
         result.iter_mut().zip(high.iter().zip(low)).for_each(|(r, (h, l))| *r += (h - l) / (2.0 * width));
     }
 
-    fn ask_lanes(&self, asked: Asked, at: At<Lanes>, result: &mut [Lanes]) {
+    fn ask_lanes(&self, asked: HybridQuery, at: At<Lanes>, result: &mut [Lanes]) {
         let (x, u, p) = (values(at.x), values(at.u), values(at.p));
         let plain = At { t: at.t.re, x: &x, u: &u, p: &p, modes: at.modes };
         let mut column = vec![0.0; result.len()];
@@ -299,7 +299,7 @@ impl HybridFmu {
         result.iter_mut().zip(&column).for_each(|(r, v)| *r = Dual::constant(*v));
         for k in 0..LANES {
             let (x, u, p) = (lane(at.x, k), lane(at.u, k), lane(at.p, k));
-            let along = Along { t: at.t.eps[k], x: &x, u: &u, p: &p };
+            let along = HybridScratch { t: at.t.eps[k], x: &x, u: &u, p: &p };
             if along.t == 0.0 && x.iter().chain(&u).chain(&p).all(|v| *v == 0.0) {
                 continue;
             }
@@ -319,7 +319,7 @@ impl Plant for HybridFmu {
     fn coordinates(&self) -> &[Coordinate] {
         &[]
     }
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         self.sizes
     }
     fn with(&self, effects: &[&str]) -> Result<Box<dyn Plant>, PlantError> {
@@ -374,31 +374,31 @@ impl Plant for HybridFmu {
         Self::kept(&mut way, done, &mut []);
     }
     fn rates(&self, at: At<f64>, _: &[f64], dx: &mut [f64]) {
-        self.ask(Asked::Rates, at, dx);
+        self.ask(HybridQuery::Rates, at, dx);
     }
     fn rates_lanes(&self, at: At<Lanes>, _: &[Lanes], dx: &mut [Lanes]) {
-        self.ask_lanes(Asked::Rates, at, dx);
+        self.ask_lanes(HybridQuery::Rates, at, dx);
     }
     fn outputs(&self, at: At<f64>, y: &mut [f64]) {
-        self.ask(Asked::Outputs, at, y);
+        self.ask(HybridQuery::Outputs, at, y);
     }
     fn outputs_lanes(&self, at: At<Lanes>, y: &mut [Lanes]) {
-        self.ask_lanes(Asked::Outputs, at, y);
+        self.ask_lanes(HybridQuery::Outputs, at, y);
     }
     fn indicators(&self, at: At<f64>, z: &mut [f64]) {
-        self.ask(Asked::Indicators, at, z);
+        self.ask(HybridQuery::Indicators, at, z);
     }
     fn indicators_lanes(&self, at: At<Lanes>, z: &mut [Lanes]) {
-        self.ask_lanes(Asked::Indicators, at, z);
+        self.ask_lanes(HybridQuery::Indicators, at, z);
     }
     fn direction(&self, _: usize) -> Direction {
         Direction::Both
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let mut way = self.way();
         let wanted = modes.first().copied().unwrap_or(0);
         let here = way.seat.as_ref().is_some_and(|s| s.at == wanted && s.same(p));
-        let mut update = Update::default();
+        let mut update = EventUpdate::default();
         let done = if here {
             let inputs = &self.places.inputs;
             way.seat.as_mut().map_or(Ok(()), |seat| seat.event(t, x, inputs, u).map(|done| update = done))

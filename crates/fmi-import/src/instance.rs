@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-use trueup_fmi_description::Version;
-use trueup_fmi_description::description::{Description, Type};
+use trueup_fmi_description::FmiVersion;
+use trueup_fmi_description::description::{Description, VariableType};
 
 use crate::{
-    Completed, Error, EventInfo, Experiment, Fmu, Interface, Options, Prepared, StateId, Status, Step, fmi2,
-    fmi3,
+    CoSimulationStep, CompletedStep, EventInfo, ExperimentSetup, FmiStatus, ImportError, InstanceOptions,
+    PreparedReferences, StateId, UnpackedFmu, UsedInterface, fmi2, fmi3,
 };
 
 /// An instance of either version. All methods return whatever the FMU returns.
 pub enum AnyInstance {
     /// FMI 2.0.
-    V2(Box<fmi2::Instance>),
+    V2(Box<fmi2::Fmi2Instance>),
     /// FMI 3.0.
-    V3(fmi3::Instance),
+    V3(fmi3::Fmi3Instance),
 }
 
 /// Calls the method of either version.
@@ -42,21 +42,29 @@ const REASONS: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusEr
 #[allow(clippy::missing_errors_doc, reason = "one sentence at the type says it")]
 impl AnyInstance {
     /// Instantiates for Co-Simulation; `how` is for FMI 3.0.
-    pub fn co_simulation(fmu: &Arc<Fmu>, options: Options, how: fmi3::CoSimulation) -> Result<Self, Error> {
+    pub fn co_simulation(
+        fmu: &Arc<UnpackedFmu>,
+        options: InstanceOptions,
+        how: fmi3::CoSimulationOptions,
+    ) -> Result<Self, ImportError> {
         Ok(match fmu.description().version {
-            Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::CoSimulation, options)?)),
-            Version::V3 => Self::V3(fmi3::Instance::co_simulation(fmu, options, how)?),
+            FmiVersion::V2 => {
+                Self::V2(Box::new(fmi2::Fmi2Instance::new(fmu, UsedInterface::CoSimulation, options)?))
+            }
+            FmiVersion::V3 => Self::V3(fmi3::Fmi3Instance::co_simulation(fmu, options, how)?),
         })
     }
     /// Instantiates for Model Exchange.
-    pub fn model_exchange(fmu: &Arc<Fmu>, options: Options) -> Result<Self, Error> {
+    pub fn model_exchange(fmu: &Arc<UnpackedFmu>, options: InstanceOptions) -> Result<Self, ImportError> {
         Ok(match fmu.description().version {
-            Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::ModelExchange, options)?)),
-            Version::V3 => Self::V3(fmi3::Instance::model_exchange(fmu, options)?),
+            FmiVersion::V2 => {
+                Self::V2(Box::new(fmi2::Fmi2Instance::new(fmu, UsedInterface::ModelExchange, options)?))
+            }
+            FmiVersion::V3 => Self::V3(fmi3::Fmi3Instance::model_exchange(fmu, options)?),
         })
     }
     /// The FMU.
-    pub fn fmu(&self) -> &Arc<Fmu> {
+    pub fn fmu(&self) -> &Arc<UnpackedFmu> {
         either!(self, i => i.fmu())
     }
     /// Name of the instance.
@@ -71,7 +79,7 @@ impl AnyInstance {
     /// What the FMU has warned of, each thing once, the first ones.
     pub fn warnings(&self) -> Vec<String> {
         let mut texts: Vec<String> = Vec::new();
-        for message in either!(self, i => i.log()).into_iter().filter(|m| m.status == Status::Warning) {
+        for message in either!(self, i => i.log()).into_iter().filter(|m| m.status == FmiStatus::Warning) {
             if texts.len() < WARNINGS && !texts.contains(&message.text) {
                 texts.push(message.text);
             }
@@ -89,72 +97,72 @@ impl AnyInstance {
         }
     }
     /// Enters configuration mode (FMI 3.0); FMI 2.0 has none.
-    pub fn enter_configuration_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_configuration_mode(&mut self) -> Result<(), ImportError> {
         either!(self, _i => Ok(()), _i.enter_configuration_mode())
     }
     /// Leaves it.
-    pub fn exit_configuration_mode(&mut self) -> Result<(), Error> {
+    pub fn exit_configuration_mode(&mut self) -> Result<(), ImportError> {
         either!(self, _i => Ok(()), _i.exit_configuration_mode())
     }
     /// Enters initialization mode.
-    pub fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
+    pub fn enter_initialization_mode(&mut self, experiment: ExperimentSetup) -> Result<(), ImportError> {
         either!(self, i => i.enter_initialization_mode(experiment))
     }
     /// Leaves it.
-    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+    pub fn exit_initialization_mode(&mut self) -> Result<(), ImportError> {
         either!(self, i => i.exit_initialization_mode())
     }
     /// Ends the run.
-    pub fn terminate(&mut self) -> Result<(), Error> {
+    pub fn terminate(&mut self) -> Result<(), ImportError> {
         either!(self, i => i.terminate())
     }
     /// Back to where it was after instantiation.
-    pub fn reset(&mut self) -> Result<(), Error> {
+    pub fn reset(&mut self) -> Result<(), ImportError> {
         either!(self, i => i.reset())
     }
     /// Reads `Float64` variables (`Real`), all elements of each.
-    pub fn get_float64(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Error> {
+    pub fn get_float64(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), ImportError> {
         either!(self, i => i.get_real(references, values), i.get_float64(references, values))
     }
     /// Sets them.
-    pub fn set_float64(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
+    pub fn set_float64(&mut self, references: &[u32], values: &[f64]) -> Result<(), ImportError> {
         either!(self, i => i.set_real(references, values), i.set_float64(references, values))
     }
     /// Sets a scalar parameter of another type to a number.
-    pub fn set_number(&mut self, reference: u32, kind: Type, value: f64) -> Result<(), Error> {
+    pub fn set_number(&mut self, reference: u32, kind: VariableType, value: f64) -> Result<(), ImportError> {
         let r = [reference];
         match (self, kind) {
-            (Self::V2(i), Type::Boolean) => i.set_boolean(&r, &[value != 0.0]),
+            (Self::V2(i), VariableType::Boolean) => i.set_boolean(&r, &[value != 0.0]),
             (Self::V2(i), _) => i.set_integer(&r, &[value as i32]),
-            (Self::V3(i), Type::Boolean) => i.set_boolean(&r, &[value != 0.0]),
-            (Self::V3(i), Type::Float32) => i.set_float32(&r, &[value as f32]),
-            (Self::V3(i), Type::Int8) => i.set_int8(&r, &[value as i8]),
-            (Self::V3(i), Type::UInt8) => i.set_uint8(&r, &[value as u8]),
-            (Self::V3(i), Type::Int16) => i.set_int16(&r, &[value as i16]),
-            (Self::V3(i), Type::UInt16) => i.set_uint16(&r, &[value as u16]),
-            (Self::V3(i), Type::Int32) => i.set_int32(&r, &[value as i32]),
-            (Self::V3(i), Type::UInt32) => i.set_uint32(&r, &[value as u32]),
-            (Self::V3(i), Type::UInt64) => i.set_uint64(&r, &[value as u64]),
+            (Self::V3(i), VariableType::Boolean) => i.set_boolean(&r, &[value != 0.0]),
+            (Self::V3(i), VariableType::Float32) => i.set_float32(&r, &[value as f32]),
+            (Self::V3(i), VariableType::Int8) => i.set_int8(&r, &[value as i8]),
+            (Self::V3(i), VariableType::UInt8) => i.set_uint8(&r, &[value as u8]),
+            (Self::V3(i), VariableType::Int16) => i.set_int16(&r, &[value as i16]),
+            (Self::V3(i), VariableType::UInt16) => i.set_uint16(&r, &[value as u16]),
+            (Self::V3(i), VariableType::Int32) => i.set_int32(&r, &[value as i32]),
+            (Self::V3(i), VariableType::UInt32) => i.set_uint32(&r, &[value as u32]),
+            (Self::V3(i), VariableType::UInt64) => i.set_uint64(&r, &[value as u64]),
             (Self::V3(i), _) => i.set_int64(&r, &[value as i64]),
         }
     }
     /// A block of `Float64` (`Real`) to be read or written again and again: such a call costs the FMU's function and
     /// its checks.
-    pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
+    pub fn prepare(&mut self, references: &[u32]) -> Result<PreparedReferences, ImportError> {
         either!(self, i => i.prepare(references))
     }
     /// Reads a prepared block.
     #[inline]
-    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Box<Error>> {
+    pub fn read(&mut self, block: &PreparedReferences, values: &mut [f64]) -> Result<(), Box<ImportError>> {
         either!(self, i => i.read(block, values))
     }
     /// Sets a prepared block.
     #[inline]
-    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Box<Error>> {
+    pub fn write(&mut self, block: &PreparedReferences, values: &[f64]) -> Result<(), Box<ImportError>> {
         either!(self, i => i.write(block, values))
     }
     /// Stores the state, in place of `slot`'s if there is one.
-    pub fn save(&mut self, slot: &mut Option<StateId>) -> Result<(), Error> {
+    pub fn save(&mut self, slot: &mut Option<StateId>) -> Result<(), ImportError> {
         match slot {
             Some(id) => either!(self, i => i.save_over(id)),
             None => {
@@ -164,7 +172,7 @@ impl AnyInstance {
         }
     }
     /// Goes back to a stored state.
-    pub fn restore(&mut self, id: &StateId) -> Result<(), Error> {
+    pub fn restore(&mut self, id: &StateId) -> Result<(), ImportError> {
         either!(self, i => i.restore(id))
     }
     /// Partial derivatives of `of` with respect to `by` (value references), times `seed`.
@@ -174,17 +182,17 @@ impl AnyInstance {
         by: &[u32],
         seed: &[f64],
         column: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         either!(self, i => i.directional_derivative(of, by, seed, column), {
             i.directional_derivative(fmi3::DerivativeOf { unknowns: of, knowns: by }, seed, column)
         })
     }
     /// Enters event mode.
-    pub fn enter_event_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_event_mode(&mut self) -> Result<(), ImportError> {
         either!(self, i => i.enter_event_mode())
     }
     /// One event iteration.
-    pub fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
+    pub fn update_discrete_states(&mut self) -> Result<EventInfo, ImportError> {
         either!(self, i => i.new_discrete_states(), i.update_discrete_states())
     }
 }
@@ -194,11 +202,16 @@ impl AnyInstance {
 impl AnyInstance {
     /// Steps from `time` by `step` s; `None`: the whole step was made and there is nothing to report. A Discard is no error.
     #[inline]
-    pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
+    pub fn step(
+        &mut self,
+        time: f64,
+        step: f64,
+        no_rollback: bool,
+    ) -> Result<Option<Box<CoSimulationStep>>, Box<ImportError>> {
         either!(self, i => i.step(time, step, no_rollback))
     }
     /// Enters step mode (FMI 3.0); FMI 2.0 has no other.
-    pub fn enter_step_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_step_mode(&mut self) -> Result<(), ImportError> {
         either!(self, _i => Ok(()), _i.enter_step_mode())
     }
     /// First derivatives of `Float64` inputs with respect to time, for the next step; FMI 3.0 has no such function.
@@ -207,9 +220,9 @@ impl AnyInstance {
         references: &[u32],
         ones: &[i32],
         slopes: &[f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         either!(self, i => i.set_input_derivatives(references, ones, slopes), {
-            Err(Error::NotSupported { function: "fmi2SetRealInputDerivatives", instance: i.name().into() })
+            Err(ImportError::NotSupported { function: "fmi2SetRealInputDerivatives", instance: i.name().into() })
         })
     }
 }
@@ -218,42 +231,42 @@ impl AnyInstance {
 #[allow(clippy::missing_errors_doc, reason = "one sentence at the type says it")]
 impl AnyInstance {
     /// Numbers of states and event indicators.
-    pub fn counts(&mut self) -> Result<(usize, usize), Error> {
+    pub fn counts(&mut self) -> Result<(usize, usize), ImportError> {
         either!(self, i => {
             let d = i.fmu().description();
             Ok((d.structure.derivatives.len(), d.event_indicators()))
         }, Ok((i.number_of_states()?, i.number_of_event_indicators()?)))
     }
     /// Time in s.
-    pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
+    pub fn set_time(&mut self, time: f64) -> Result<(), ImportError> {
         either!(self, i => i.set_time(time))
     }
     /// Sets the states.
-    pub fn set_states(&mut self, x: &[f64]) -> Result<(), Error> {
+    pub fn set_states(&mut self, x: &[f64]) -> Result<(), ImportError> {
         either!(self, i => i.set_continuous_states(x))
     }
     /// Reads them.
-    pub fn get_states(&mut self, x: &mut [f64]) -> Result<(), Error> {
+    pub fn get_states(&mut self, x: &mut [f64]) -> Result<(), ImportError> {
         either!(self, i => i.get_continuous_states(x))
     }
     /// Rates of the states.
-    pub fn derivatives(&mut self, dx: &mut [f64]) -> Result<(), Error> {
+    pub fn derivatives(&mut self, dx: &mut [f64]) -> Result<(), ImportError> {
         either!(self, i => i.get_derivatives(dx))
     }
     /// Nominal values of the states.
-    pub fn nominals(&mut self, nominal: &mut [f64]) -> Result<(), Error> {
+    pub fn nominals(&mut self, nominal: &mut [f64]) -> Result<(), ImportError> {
         either!(self, i => i.get_nominals(nominal))
     }
     /// Event indicators.
-    pub fn indicators(&mut self, z: &mut [f64]) -> Result<(), Error> {
+    pub fn indicators(&mut self, z: &mut [f64]) -> Result<(), ImportError> {
         either!(self, i => i.get_event_indicators(z))
     }
     /// Enters continuous-time mode.
-    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), ImportError> {
         either!(self, i => i.enter_continuous_time_mode())
     }
     /// Reports an accepted step of the integrator, behind which no state will be restored.
-    pub fn completed_integrator_step(&mut self) -> Result<Completed, Error> {
+    pub fn completed_integrator_step(&mut self) -> Result<CompletedStep, ImportError> {
         either!(self, i => i.completed_integrator_step(true))
     }
 }

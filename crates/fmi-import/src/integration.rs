@@ -1,12 +1,12 @@
 //! FMUs of Model Exchange, integrated together as one hybrid system: one loop for all who run them.
 //!
-//! A [`Group`] has the states of all its FMUs side by side. Rates are evaluated by setting time and states of every
+//! A [`IntegratedGroup`] has the states of all its FMUs side by side. Rates are evaluated by setting time and states of every
 //! FMU, passing outputs on to inputs ([`Fmus::exchange`]) and requesting the derivatives of every FMU. Between events a
 //! one-step method of `trueup-numerics` integrates, the one that integrates our own models; state events are located on its
 //! dense output, time events are hit exactly, and at an event all FMUs iterate until none of them, and no value that
 //! they exchange, changes any more.
 //!
-//! A group of one FMU can be differentiated along the way: [`Group::differentiate`].
+//! A group of one FMU can be differentiated along the way: [`IntegratedGroup::differentiate`].
 
 mod advance;
 mod failure;
@@ -19,13 +19,13 @@ mod sensitivity;
 use std::ops::Range;
 
 use trueup_fmi_description::description::Description;
-use trueup_numerics::driver::{Memory, Reached as Steps, Solver, Stepper};
+use trueup_numerics::driver::{DriverMemory, DriverReached as Steps, ErrorControlledStepper, Solver};
 
 pub use self::failure::Failure;
-pub use self::lanes::{Lane, Sensitivities};
+pub use self::lanes::{Sensitivities, SensitivityLane};
 use crate::pace::Pace;
-use crate::{AnyInstance, Error, StateColumns};
-use lanes::Along;
+use crate::{AnyInstance, ImportError, StateColumns};
+use lanes::CarriedSensitivity;
 
 /// The FMUs that are integrated together, and what acts on them.
 pub trait Fmus {
@@ -47,7 +47,7 @@ pub trait Fmus {
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn inputs_changed(&mut self) -> Result<bool, Error> {
+    fn inputs_changed(&mut self) -> Result<bool, ImportError> {
         Ok(false)
     }
 }
@@ -81,26 +81,26 @@ impl Integrator {
 /// Default of the relative tolerance of the local error; the absolute one is this times the nominal value of the state.
 pub const TOLERANCE: f64 = 1e-8;
 
-/// How to run a [`Group`].
+/// How to run a [`IntegratedGroup`].
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct IntegrationSettings {
     /// Method.
     pub integrator: Integrator,
     /// Relative tolerance.
     pub tolerance: f64,
     /// Outputs of one FMU are inputs of another.
     pub linked: bool,
-    /// Inputs are set from outside at the end of every [`Group::advance`]: it ends in event mode, where all may be set.
+    /// Inputs are set from outside at the end of every [`IntegratedGroup::advance`]: it ends in event mode, where all may be set.
     pub opens: bool,
     /// Length of the whole run in s, of which steps and events are a part; 0: not known, and they may be as short as they like.
     pub span: f64,
-    /// Steps of one [`Group::advance`] after which it gives up.
+    /// Steps of one [`IntegratedGroup::advance`] after which it gives up.
     pub most_steps: usize,
-    /// Events of one [`Group::advance`] after which it gives up.
+    /// Events of one [`IntegratedGroup::advance`] after which it gives up.
     pub most_events: usize,
 }
 
-impl Default for Settings {
+impl Default for IntegrationSettings {
     fn default() -> Self {
         Self {
             integrator: Integrator::Automatic,
@@ -125,18 +125,18 @@ pub struct Statistics {
     pub events: usize,
 }
 
-/// What [`Group::advance`] came to.
+/// What [`IntegratedGroup::advance`] came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reached {
-    /// An event waits at [`Group::time`]: [`Group::settle`].
+pub struct IntegrationReached {
+    /// An event waits at [`IntegratedGroup::time`]: [`IntegratedGroup::settle`].
     pub event: bool,
-    /// An FMU ended the run at [`Group::time`].
+    /// An FMU ended the run at [`IntegratedGroup::time`].
     pub terminated: bool,
 }
 
-/// What [`Group::settle`] did.
+/// What [`IntegratedGroup::settle`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Settled {
+pub struct EventSettled {
     /// There was an event iteration: outputs may have changed.
     pub changed: bool,
     /// Events handled.
@@ -147,7 +147,7 @@ pub struct Settled {
 
 /// What an event came from.
 #[derive(Clone, Copy, Debug)]
-enum Cause {
+enum IntegrationEvent {
     Indicator(usize),
     Time,
     /// This member requested it when a step was completed.
@@ -167,25 +167,25 @@ struct Member {
 }
 
 /// FMUs that are integrated together.
-pub struct Group {
-    settings: Settings,
+pub struct IntegratedGroup {
+    settings: IntegrationSettings,
     members: Vec<Member>,
     indicators: usize,
     time: f64,
     /// States, then the sensitivities of each lane.
     x: Vec<f64>,
-    stepper: Stepper,
-    memory: Memory,
-    mode: Mode,
+    stepper: ErrorControlledStepper,
+    memory: DriverMemory,
+    mode: IntegrationMode,
     /// The explicit method was given up.
     stiff: bool,
     /// Steps in a row that looked stiff, and that did not.
     suspicion: (u32, u32),
     /// Directional derivatives were compared with differences and are not to be trusted.
     distrusted: bool,
-    along: Option<Along>,
+    along: Option<CarriedSensitivity>,
     statistics: Statistics,
-    /// Steps of this call of [`Group::advance`].
+    /// Steps of this call of [`IntegratedGroup::advance`].
     steps: Steps,
     pace: Pace,
     notes: Vec<String>,
@@ -193,22 +193,22 @@ pub struct Group {
 
 /// What a group remembers in addition to the states of its FMUs.
 #[derive(Clone, Debug)]
-pub struct Snapshot {
+pub struct IntegrationSnapshot {
     time: f64,
     x: Vec<f64>,
-    memory: Memory,
-    mode: Mode,
+    memory: DriverMemory,
+    mode: IntegrationMode,
     next_events: Vec<Option<f64>>,
     suspicion: (u32, u32),
 }
 
 /// Where a group is between its calls.
 #[derive(Clone, Copy, Debug)]
-struct Mode {
+struct IntegrationMode {
     /// The FMUs are in event mode.
     open: bool,
     /// The event that waits there.
-    pending: Option<Cause>,
+    pending: Option<IntegrationEvent>,
     /// Discrete states were updated there.
     updated: bool,
     /// States have new values, and nominal values.
@@ -218,7 +218,7 @@ struct Mode {
     fresh: bool,
 }
 
-impl Group {
+impl IntegratedGroup {
     /// These FMUs, which have just left initialization mode at `time` (s). Runs the first event iteration; the FMUs stay in
     /// event mode.
     ///
@@ -227,8 +227,8 @@ impl Group {
     pub fn start<F: Fmus + ?Sized>(
         fmus: &mut F,
         time: f64,
-        settings: Settings,
-    ) -> Result<(Self, Settled), Failure<F::Error>> {
+        settings: IntegrationSettings,
+    ) -> Result<(Self, EventSettled), Failure<F::Error>> {
         let mut members = Vec::new();
         let (mut states, mut indicators) = (0, 0);
         for at in 0..fmus.count() {
@@ -250,9 +250,9 @@ impl Group {
             indicators,
             time,
             x: vec![0.0; states],
-            stepper: Stepper::new(solver, vec![1.0; states], indicators),
-            memory: Memory::default(),
-            mode: Mode {
+            stepper: ErrorControlledStepper::new(solver, vec![1.0; states], indicators),
+            memory: DriverMemory::default(),
+            mode: IntegrationMode {
                 open: true,
                 pending: None,
                 updated: true,
@@ -270,7 +270,7 @@ impl Group {
             notes: Vec::new(),
         };
         let terminated = group.iterate(fmus)?;
-        Ok((group, Settled { changed: true, events: 0, terminated }))
+        Ok((group, EventSettled { changed: true, events: 0, terminated }))
     }
 
     /// Some FMU may have an event whose time is not known beforehand.
@@ -303,8 +303,8 @@ impl Group {
     }
 
     /// What has to be restored together with the states of the FMUs, to go back.
-    pub fn snapshot(&self) -> Snapshot {
-        Snapshot {
+    pub fn snapshot(&self) -> IntegrationSnapshot {
+        IntegrationSnapshot {
             time: self.time,
             x: self.x.clone(),
             memory: self.memory,
@@ -315,16 +315,16 @@ impl Group {
     }
 
     /// Goes back; the states of the FMUs have been restored.
-    pub fn restore(&mut self, to: &Snapshot) {
+    pub fn restore(&mut self, to: &IntegrationSnapshot) {
         (self.time, self.memory, self.suspicion) = (to.time, to.memory, to.suspicion);
         self.pace = Pace::at(to.time);
-        self.mode = Mode { fresh: true, nominals: true, ..to.mode };
+        self.mode = IntegrationMode { fresh: true, nominals: true, ..to.mode };
         self.x.copy_from_slice(&to.x);
         self.members.iter_mut().zip(&to.next_events).for_each(|(m, next)| m.next_event = *next);
     }
 
     /// A failed call at the time of the group.
-    fn call<E>(&self) -> impl Fn(Error) -> Failure<E> + use<E> {
+    fn call<E>(&self) -> impl Fn(ImportError) -> Failure<E> + use<E> {
         let time = self.time;
         move |source| Failure::Call { time, source }
     }

@@ -1,8 +1,8 @@
 //! An FMU in a process of its own: what it does to its process it does to that one alone.
 //!
-//! Instances of an FMU that is [isolated](crate::Fmu::isolate) are used as any others, and give the same bits. Each has a process,
+//! Instances of an FMU that is [isolated](crate::UnpackedFmu::isolate) are used as any others, and give the same bits. Each has a process,
 //! which [`serve`]s it: this program again, started with arguments that lead there. Calls go through shared memory; a process that
-//! crashes, ends or does not return in time is an [`Error::Ended`](crate::Error::Ended).
+//! crashes, ends or does not return in time is an [`Error::Ended`](crate::ImportError::Ended).
 //!
 //! It keeps a program alive, it keeps nothing secret: the FMU has the rights of the user who runs it.
 
@@ -29,12 +29,12 @@ mod open;
 mod link;
 
 #[cfg(target_os = "linux")]
-pub(crate) use link::{Fault, Remote, ended};
+pub(crate) use link::{HostFault, RemoteInstance, ended};
 #[cfg(target_os = "linux")]
-pub(crate) use open::{Three, three, two};
+pub(crate) use open::{Fmi3Opening, three, two};
 
 #[cfg(not(target_os = "linux"))]
-pub(crate) use link::{Fault, Remote, Three, three, two};
+pub(crate) use link::{HostFault, RemoteInstance, Three, three, two};
 
 /// How FMUs get processes of their own.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -22,7 +22,7 @@ unsafe extern "C" {
 static WORD: OnceLock<PipeWriter> = OnceLock::new();
 
 /// Which of the two processes this is.
-pub enum Side {
+pub enum KeeperSide {
     /// The one that goes on and works.
     Worker,
     /// The one that waits for it.
@@ -37,7 +37,7 @@ pub struct Keeper {
 
 /// How the worker ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum KeeperEnd {
     /// With this exit status, which it reported before.
     Said(u8),
     /// Without a message: how, as a sentence without its subject.
@@ -48,7 +48,7 @@ pub enum End {
 ///
 /// # Errors
 /// The system has no process or pipe to give.
-pub fn divide() -> io::Result<Side> {
+pub fn divide() -> io::Result<KeeperSide> {
     let (word, mut say) = io::pipe()?;
     let keeper = getpid();
     // A descendant of the worker that loses its parent comes to the keeper, also from a session of its own.
@@ -59,11 +59,11 @@ pub fn divide() -> io::Result<Side> {
             set_parent_process_death_signal(Some(Signal::KILL))?;
             let _ = say.flush();
             let _ = WORD.set(say);
-            Ok(Side::Worker)
+            Ok(KeeperSide::Worker)
         }
         id => {
             let worker = Pid::from_raw(id).filter(|_| id > 0).ok_or_else(io::Error::last_os_error)?;
-            Ok(Side::Keeper(Keeper { worker, word }))
+            Ok(KeeperSide::Keeper(Keeper { worker, word }))
         }
     }
 }
@@ -87,7 +87,7 @@ impl Keeper {
     }
 
     /// Waits for the worker, and ends what it leaves behind.
-    pub fn wait(mut self) -> End {
+    pub fn wait(mut self) -> KeeperEnd {
         let status = loop {
             match waitpid(Some(self.worker), WaitOptions::empty()) {
                 Ok(Some((_, status))) => break Some(status),
@@ -100,8 +100,8 @@ impl Keeper {
         let mut said = Vec::new();
         let _ = self.word.read_to_end(&mut said);
         match said.first() {
-            Some(status) => End::Said(*status),
-            None => End::Silent(status.map_or_else(|| "was lost".to_owned(), how)),
+            Some(status) => KeeperEnd::Said(*status),
+            None => KeeperEnd::Silent(status.map_or_else(|| "was lost".to_owned(), how)),
         }
     }
 }

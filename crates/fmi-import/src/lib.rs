@@ -14,7 +14,7 @@
 //!
 //! An FMU is native code of somebody else: opening it means trusting it. What this crate answers for is its own
 //! side: lengths are checked, states and instances are freed in order and once, what the FMU hands back is
-//! never followed blindly, and every status that is not OK or Warning becomes an [`Error`] with the FMU's messages.
+//! never followed blindly, and every status that is not OK or Warning becomes an [`ImportError`] with the FMU's messages.
 
 #[cfg(target_os = "linux")]
 mod children;
@@ -39,12 +39,12 @@ pub mod program;
 mod results;
 mod table;
 
-pub use crate::core::{Options, Prepared, StateId};
-pub use crate::error::{Error, FmiError, Status};
+pub use crate::core::{InstanceOptions, PreparedReferences, StateId};
+pub use crate::error::{FmiError, FmiStatus, ImportError};
 pub use crate::folder::Folder;
 pub use crate::hybrid::{HybridFmu, array_lengths};
 pub use crate::instance::{AnyInstance, StateColumns};
 pub use crate::isolation::{Isolation, NoIsolation};
-pub use crate::library::{Fmu, Interface};
+pub use crate::library::{UnpackedFmu, UsedInterface};
 pub use crate::log::{KEPT, Listener, Message};
-pub use crate::results::{Completed, EventInfo, Experiment, Step};
+pub use crate::results::{CoSimulationStep, CompletedStep, EventInfo, ExperimentSetup};

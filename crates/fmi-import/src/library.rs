@@ -12,14 +12,14 @@ use tempfile::TempDir;
 use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, MARKER};
 use trueup_fmi_description::archive::Archive;
 use trueup_fmi_description::description::Description;
-use trueup_fmi_description::{Version, read};
+use trueup_fmi_description::{FmiVersion, read};
 
-use crate::error::Error;
+use crate::error::ImportError;
 use crate::isolation::Isolation;
 
 /// Which interface of an FMU is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interface {
+pub enum UsedInterface {
     /// The FMU gives derivatives, the importer integrates.
     ModelExchange,
     /// The FMU integrates.
@@ -28,7 +28,7 @@ pub enum Interface {
 
 /// An unpacked FMU. Its directory lives as long as the last instance.
 #[derive(Debug)]
-pub struct Fmu {
+pub struct UnpackedFmu {
     file: PathBuf,
     directory: PathBuf,
     description: Description,
@@ -38,21 +38,21 @@ pub struct Fmu {
     _unpacked: Option<TempDir>,
 }
 
-impl Fmu {
+impl UnpackedFmu {
     /// Opens an FMU: a file, unpacked into a temporary directory, or an unpacked directory.
     ///
     /// # Errors
-    /// [`Error::Archive`] if it cannot be unpacked, [`Error::File`] if its description cannot be read.
-    pub fn open(file: impl AsRef<Path>) -> Result<Arc<Self>, Error> {
+    /// [`ImportError::Archive`] if it cannot be unpacked, [`ImportError::File`] if its description cannot be read.
+    pub fn open(file: impl AsRef<Path>) -> Result<Arc<Self>, ImportError> {
         Self::open_as(file.as_ref(), file.as_ref())
     }
 
     /// Opens `file` and calls it `name` in messages: where it came from, if it was copied from there.
     ///
     /// # Errors
-    /// As [`Fmu::open`].
-    pub fn open_as(file: &Path, name: &Path) -> Result<Arc<Self>, Error> {
-        let fail = |reason: String| Error::File { file: name.into(), reason };
+    /// As [`UnpackedFmu::open`].
+    pub fn open_as(file: &Path, name: &Path) -> Result<Arc<Self>, ImportError> {
+        let fail = |reason: String| ImportError::File { file: name.into(), reason };
         let mut archive = Archive::open(file)?;
         let xml = archive.description()?;
         let description = read::read(&xml).map_err(|e| fail(e.to_string()))?;
@@ -94,7 +94,7 @@ impl Fmu {
     /// Keeps the library of an interface loaded from now on, so that an instance costs a fraction of the loading. What the library
     /// has in variables of its own then outlives its instances, as in most tools. For one that cannot be loaded an error is returned when it is
     /// instantiated; one in a process of its own is not kept.
-    pub fn keep_loaded(&self, interface: Interface) {
+    pub fn keep_loaded(&self, interface: UsedInterface) {
         if self.is_isolated() || self.kept.get().is_some() {
             return;
         }
@@ -111,7 +111,7 @@ impl Fmu {
 
     /// Whether its library for this platform is one that this project packs: it has our configuration block, with the token that
     /// the description names. That distinguishes it from those of other vendors, and is no protection against deceit.
-    pub fn is_ours(&self, interface: Interface) -> bool {
+    pub fn is_ours(&self, interface: UsedInterface) -> bool {
         let Ok(path) = self.library(self.description.version, interface) else { return false };
         let Ok(library) = fs::read(path) else { return false };
         let blocks = library.windows(MARKER.len()).enumerate().filter(|(_, bytes)| *bytes == MARKER);
@@ -142,20 +142,24 @@ impl Fmu {
     }
 
     /// The library of an interface for this platform.
-    pub(crate) fn library(&self, version: Version, interface: Interface) -> Result<PathBuf, Error> {
-        let fail = |reason: String| Error::File { file: self.file.clone(), reason };
+    pub(crate) fn library(
+        &self,
+        version: FmiVersion,
+        interface: UsedInterface,
+    ) -> Result<PathBuf, ImportError> {
+        let fail = |reason: String| ImportError::File { file: self.file.clone(), reason };
         let (offered, what) = match interface {
-            Interface::ModelExchange => (&self.description.model_exchange, "Model Exchange"),
-            Interface::CoSimulation => (&self.description.co_simulation, "Co-Simulation"),
+            UsedInterface::ModelExchange => (&self.description.model_exchange, "Model Exchange"),
+            UsedInterface::CoSimulation => (&self.description.co_simulation, "Co-Simulation"),
         };
         let Some(offered) = offered else {
-            return Err(Error::Interface { file: self.file.clone(), interface: what.into() });
+            return Err(ImportError::Interface { file: self.file.clone(), interface: what.into() });
         };
         let identifier = &offered.model_identifier;
         let own = self.description.version;
         if own != version {
             let interface = format!("FMI {}; it is an FMU of FMI {}", version.as_str(), own.as_str());
-            return Err(Error::Interface { file: self.file.clone(), interface });
+            return Err(ImportError::Interface { file: self.file.clone(), interface });
         }
         if identifier.contains(['/', '\\']) {
             return Err(fail(format!("modelIdentifier \"{identifier}\" is no file name")));
@@ -192,14 +196,14 @@ pub(crate) fn load(path: &Path) -> Result<Library, String> {
 }
 
 /// Names of this platform's folder under `binaries`.
-fn platforms(version: Version) -> Vec<String> {
+fn platforms(version: FmiVersion) -> Vec<String> {
     let os = if OS == "macos" { "darwin" } else { OS };
     let tuple = format!("{ARCH}-{os}");
     let (short, bits) = (if os == "windows" { "win" } else { os }, usize::BITS);
     match (version, ARCH) {
-        (Version::V2, "x86" | "x86_64") => vec![format!("{short}{bits}"), tuple],
+        (FmiVersion::V2, "x86" | "x86_64") => vec![format!("{short}{bits}"), tuple],
         // One file may serve both kinds of Mac.
-        (Version::V2, _) if OS == "macos" => vec![tuple, format!("{short}{bits}")],
+        (FmiVersion::V2, _) if OS == "macos" => vec![tuple, format!("{short}{bits}")],
         _ => vec![tuple],
     }
 }

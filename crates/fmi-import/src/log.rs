@@ -15,13 +15,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use trueup_fmi::abi::{fmi2::*, fmi3::*};
 
-use crate::error::Status;
+use crate::error::FmiStatus;
 
 /// One message of an FMU.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
     /// How bad it is.
-    pub status: Status,
+    pub status: FmiStatus,
     /// Category, empty if the FMU gave none.
     pub category: String,
     /// The text.
@@ -50,11 +50,11 @@ const LONGEST: usize = 1 << 13;
 const TAIL: usize = 10;
 
 /// One intermediate update, as the C callback gives it; returns the time of a requested early return.
-pub(crate) type Hook = Box<dyn FnMut(Update) -> Option<f64> + Send>;
+pub(crate) type Hook = Box<dyn FnMut(UpdateArguments) -> Option<f64> + Send>;
 
 /// Arguments of an intermediate update.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Update {
+pub(crate) struct UpdateArguments {
     pub(crate) time: f64,
     pub(crate) set_requested: bool,
     pub(crate) get_allowed: bool,
@@ -251,7 +251,7 @@ pub(crate) unsafe extern "C" fn fmi3_intermediate_update(
     early_return_requested: *mut fmi3Boolean,
     early_return_time: *mut fmi3Float64,
 ) {
-    let update = Update {
+    let update = UpdateArguments {
         time,
         set_requested: set_requested.into(),
         get_allowed: get_allowed.into(),

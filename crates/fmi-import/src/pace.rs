@@ -1,6 +1,6 @@
 //! Whether a run comes forward: how far steps and events lead.
 
-use trueup_numerics::Figure;
+use trueup_numerics::ShortNumber;
 
 /// Steps after which it is looked how far they led.
 const STEPS: usize = 100_000;
@@ -36,11 +36,11 @@ impl Pace {
         self.steps = (0, time);
         let each = (time - since) / steps as f64;
         (each < LEAST * span).then(|| {
-            let (each, left) = (Figure(each), Figure(span / each));
+            let (each, left) = (ShortNumber(each), ShortNumber(span / each));
             format!(
                 "steps fell below {} s: the last {steps} advanced {each} s each, and the whole run would take {left} of them; its \
                  derivatives jump or are noise: give what switches an event indicator, or set a fixed step with Co-Simulation",
-                Figure(LEAST * span)
+                ShortNumber(LEAST * span)
             )
         })
     }
@@ -57,11 +57,11 @@ impl Pace {
         let storm = !self.told && gone < STORM * span;
         self.told |= storm;
         storm.then(|| {
-            let rate = Figure(EVENTS as f64 / gone);
+            let rate = ShortNumber(EVENTS as f64 / gone);
             format!(
                 "{rate} events per s at t = {} s slow the run down: {EVENTS} within {} s",
-                Figure(time),
-                Figure(gone)
+                ShortNumber(time),
+                ShortNumber(gone)
             )
         })
     }

@@ -14,13 +14,13 @@ use std::ops::Range;
 use trueup_fmi::abi::fmi2;
 use trueup_fmi::abi::fmi3;
 
-pub use lines::{Following, Lines};
+pub use lines::{Following, InputLines};
 
-use crate::core::{Prepared, lent};
-use crate::error::Error;
+use crate::core::{PreparedReferences, lent};
+use crate::error::ImportError;
 use crate::exit;
 use crate::instance::AnyInstance;
-use crate::results::Step;
+use crate::results::CoSimulationStep;
 
 impl AnyInstance {
     fn id(&self) -> usize {
@@ -47,7 +47,7 @@ pub trait Instances {
 
 /// A block of doubles: references (kept alive by the program), values in `first..first + values`.
 #[derive(Clone, Copy)]
-struct Block {
+struct DoubleBlock {
     /// Of the instance.
     id: usize,
     component: *mut c_void,
@@ -58,11 +58,11 @@ struct Block {
 }
 
 #[derive(Clone, Copy)]
-enum Call {
-    Get2(fmi2::pointer::fmi2GetReal, Block),
-    Get3(fmi3::pointer::fmi3GetFloat64, Block),
-    Set2(fmi2::pointer::fmi2SetReal, Block),
-    Set3(fmi3::pointer::fmi3SetFloat64, Block),
+enum ProgramCall {
+    Get2(fmi2::pointer::fmi2GetReal, DoubleBlock),
+    Get3(fmi3::pointer::fmi3GetFloat64, DoubleBlock),
+    Set2(fmi2::pointer::fmi2SetReal, DoubleBlock),
+    Set3(fmi3::pointer::fmi3SetFloat64, DoubleBlock),
     /// `values[to] = factor * values[from] + offset`
     Hand {
         from: usize,
@@ -72,7 +72,7 @@ enum Call {
     },
 }
 
-impl Block {
+impl DoubleBlock {
     /// A copy of the references.
     ///
     /// # Safety
@@ -84,7 +84,7 @@ impl Block {
     }
 }
 
-impl Call {
+impl ProgramCall {
     /// Sets copies of the block's `values`, as many as it has; OK of what sets nothing.
     ///
     /// # Safety
@@ -117,10 +117,10 @@ enum Stepping {
 pub struct Program {
     steps: Vec<Stepping>,
     /// What is done about the inputs of each step; of those beyond nothing.
-    ahead: Vec<lines::Ahead>,
+    ahead: Vec<lines::RangeHandling>,
     /// Instance of each step.
     stepped: Vec<usize>,
-    calls: Vec<Call>,
+    calls: Vec<ProgramCall>,
     /// Instance of each call; of a copy 0.
     called: Vec<usize>,
     /// Instances with their places and the sizes for which their blocks were prepared.
@@ -141,7 +141,7 @@ pub struct Bound<'a, I: ?Sized> {
 
 /// Why a round of a program ended early.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stopped {
+pub enum ProgramStop {
     /// The `at`-th step was not whole; those after it were not made.
     Step {
         /// Which.
@@ -149,7 +149,7 @@ pub enum Stopped {
         /// Which part of it, from 0: of inputs on lines.
         part: usize,
         /// What it came to: for [`Program::explain`].
-        outcome: Outcome,
+        outcome: StepOutcome,
     },
     /// The inputs of the `at`-th step could not be set; it was not made.
     Ahead {
@@ -169,7 +169,7 @@ pub enum Stopped {
 
 /// What a step came to, as the FMU reported it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct StepOutcome {
     /// Begin and length of the requested step, s.
     time: f64,
     step: f64,
@@ -208,15 +208,15 @@ impl Program {
         index: usize,
         instance: &mut AnyInstance,
         set: bool,
-        block: &Prepared,
+        block: &PreparedReferences,
         values: Range<usize>,
     ) -> bool {
         let Some((it, references)) = Self::block(instance, block, &values) else { return false };
         let call = match (&*instance, set) {
-            (AnyInstance::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| Call::Get2(f, it)),
-            (AnyInstance::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| Call::Set2(f, it)),
-            (AnyInstance::V3(i), false) => i.core.functions.fmi3GetFloat64.map(|f| Call::Get3(f, it)),
-            (AnyInstance::V3(i), true) => i.core.functions.fmi3SetFloat64.map(|f| Call::Set3(f, it)),
+            (AnyInstance::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| ProgramCall::Get2(f, it)),
+            (AnyInstance::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| ProgramCall::Set2(f, it)),
+            (AnyInstance::V3(i), false) => i.core.functions.fmi3GetFloat64.map(|f| ProgramCall::Get3(f, it)),
+            (AnyInstance::V3(i), true) => i.core.functions.fmi3SetFloat64.map(|f| ProgramCall::Set3(f, it)),
         };
         let Some(call) = call else { return false };
         self.know(index, instance);
@@ -228,13 +228,17 @@ impl Program {
     }
 
     /// A block with its references, `None` if it is not of this length.
-    fn block(instance: &AnyInstance, block: &Prepared, values: &Range<usize>) -> Option<(Block, Box<[u32]>)> {
+    fn block(
+        instance: &AnyInstance,
+        block: &PreparedReferences,
+        values: &Range<usize>,
+    ) -> Option<(DoubleBlock, Box<[u32]>)> {
         let (component, epoch, _) = instance.identity();
         if block.epoch != epoch || block.count != values.len() {
             return None;
         }
         let references = block.references.clone();
-        let it = Block {
+        let it = DoubleBlock {
             id: instance.id(),
             component,
             references: references.as_ptr(),
@@ -248,7 +252,7 @@ impl Program {
     /// Adds `values[to] = factor * values[from] + offset`.
     pub fn hand(&mut self, from: usize, to: usize, factor: f64, offset: f64) {
         self.values = self.values.max(from.max(to) + 1);
-        self.calls.push(Call::Hand { from, to, factor, offset });
+        self.calls.push(ProgramCall::Hand { from, to, factor, offset });
         self.called.push(0);
     }
 
@@ -285,8 +289,11 @@ impl Program {
     ///
     /// # Errors
     /// As `do_step` of the instance.
-    pub fn explain(instance: &mut AnyInstance, outcome: Outcome) -> Result<Option<Box<Step>>, Box<Error>> {
-        let Outcome { time, step, status, event, terminate, early, last } = outcome;
+    pub fn explain(
+        instance: &mut AnyInstance,
+        outcome: StepOutcome,
+    ) -> Result<Option<Box<CoSimulationStep>>, Box<ImportError>> {
+        let StepOutcome { time, step, status, event, terminate, early, last } = outcome;
         match instance {
             AnyInstance::V2(i) => i.not_whole(fmi2::fmi2Status(status), time),
             AnyInstance::V3(i) => {
@@ -296,7 +303,7 @@ impl Program {
     }
 
     /// The error of what sets the inputs of the `at`-th step.
-    pub fn failure_ahead(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<Error> {
+    pub fn failure_ahead(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<ImportError> {
         let function = self.setter(at);
         match instance {
             AnyInstance::V2(i) => i.core.check(function, status).err(),
@@ -305,13 +312,13 @@ impl Program {
     }
 
     /// The error of the `at`-th call.
-    pub fn failure(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<Error> {
+    pub fn failure(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<ImportError> {
         let function = match self.calls[at] {
-            Call::Get2(..) => "fmi2GetReal",
-            Call::Set2(..) => "fmi2SetReal",
-            Call::Get3(..) => "fmi3GetFloat64",
-            Call::Set3(..) => "fmi3SetFloat64",
-            Call::Hand { .. } => return None,
+            ProgramCall::Get2(..) => "fmi2GetReal",
+            ProgramCall::Set2(..) => "fmi2SetReal",
+            ProgramCall::Get3(..) => "fmi3GetFloat64",
+            ProgramCall::Set3(..) => "fmi3SetFloat64",
+            ProgramCall::Hand { .. } => return None,
         };
         match instance {
             AnyInstance::V2(i) => i.core.check(function, status).err(),
@@ -329,7 +336,7 @@ fn good(status: c_int) -> bool {
 /// One step of an instance that is live and exclusively the caller's; `None`: it went its whole way and nothing is to be
 /// reported.
 #[inline]
-fn do_step(stepping: Stepping, time: f64, step: f64, no_rollback: bool) -> Option<Outcome> {
+fn do_step(stepping: Stepping, time: f64, step: f64, no_rollback: bool) -> Option<StepOutcome> {
     match stepping {
         Stepping::V2(f, component, id) => {
             exit::calls_at(id, time);
@@ -338,7 +345,7 @@ fn do_step(stepping: Stepping, time: f64, step: f64, no_rollback: bool) -> Optio
             if good(status) {
                 return None;
             }
-            Some(Outcome { time, step, status, event: false, terminate: false, early: false, last: time })
+            Some(StepOutcome { time, step, status, event: false, terminate: false, early: false, last: time })
         }
         Stepping::V3(f, component, id) => {
             exit::calls_at(id, time);
@@ -354,7 +361,7 @@ fn do_step(stepping: Stepping, time: f64, step: f64, no_rollback: bool) -> Optio
             if good(status) && !(event || terminate || early) {
                 return None;
             }
-            Some(Outcome { time, step, status, event, terminate, early, last })
+            Some(StepOutcome { time, step, status, event, terminate, early, last })
         }
     }
 }
@@ -371,11 +378,11 @@ impl<I: ?Sized> Bound<'_, I> {
         step: f64,
         no_rollback: bool,
         values: &mut [f64],
-    ) -> Result<(), Stopped> {
+    ) -> Result<(), ProgramStop> {
         let program = self.program;
         for (at, stepping) in program.steps.iter().enumerate() {
             if let Some(outcome) = do_step(*stepping, time, step, no_rollback) {
-                return Err(Stopped::Step { at, part: 0, outcome });
+                return Err(ProgramStop::Step { at, part: 0, outcome });
             }
         }
         self.exchange(values)
@@ -386,32 +393,36 @@ impl<I: ?Sized> Bound<'_, I> {
     /// # Errors
     /// The first call that failed.
     #[inline]
-    pub fn exchange(&mut self, values: &mut [f64]) -> Result<(), Stopped> {
+    pub fn exchange(&mut self, values: &mut [f64]) -> Result<(), ProgramStop> {
         assert!(values.len() >= self.program.values, "as many values as the program's blocks need");
         let base = values.as_mut_ptr();
         for (at, call) in self.program.calls.iter().enumerate() {
-            if let Call::Get2(_, b) | Call::Get3(_, b) | Call::Set2(_, b) | Call::Set3(_, b) = call {
+            if let ProgramCall::Get2(_, b)
+            | ProgramCall::Get3(_, b)
+            | ProgramCall::Set2(_, b)
+            | ProgramCall::Set3(_, b) = call
+            {
                 exit::calls(b.id);
             }
             // SAFETY: the signatures are the standard's; the instance is live and exclusively ours and the block was prepared
             // for its sizes, see `bind`; the ranges and indices are within `values`, by the assertion.
             let status = unsafe {
                 match *call {
-                    Call::Get2(f, b) => {
+                    ProgramCall::Get2(f, b) => {
                         b.lent(|references| f(b.component, references, b.count, base.add(b.first)).0)
                     }
-                    Call::Get3(f, b) => b.lent(|references| {
+                    ProgramCall::Get3(f, b) => b.lent(|references| {
                         f(b.component, references, b.count, base.add(b.first), b.values).0
                     }),
-                    Call::Set2(_, b) | Call::Set3(_, b) => call.set(base.add(b.first)),
-                    Call::Hand { from, to, factor, offset } => {
+                    ProgramCall::Set2(_, b) | ProgramCall::Set3(_, b) => call.set(base.add(b.first)),
+                    ProgramCall::Hand { from, to, factor, offset } => {
                         *base.add(to) = factor * *base.add(from) + offset;
                         0
                     }
                 }
             };
             if !good(status) {
-                return Err(Stopped::Call { at, status });
+                return Err(ProgramStop::Call { at, status });
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 /// Times that initialization needs, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Experiment {
+pub struct ExperimentSetup {
     /// Relative tolerance of an integrator inside the FMU.
     pub tolerance: Option<f64>,
     /// Start.
@@ -13,7 +13,7 @@ pub struct Experiment {
 
 /// Result of a co-simulation step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct CoSimulationStep {
     /// How far the FMU came, in s.
     pub time: f64,
     /// It stopped before the end of the step: early return (3.0), or the step was discarded.
@@ -26,7 +26,7 @@ pub struct Step {
     pub terminate: bool,
 }
 
-impl Step {
+impl CoSimulationStep {
     /// A step of `step` s from `time` that went its whole way, with nothing to report.
     pub fn whole(time: f64, step: f64) -> Self {
         Self { time: time + step, early: false, discarded: false, event: false, terminate: false }
@@ -50,7 +50,7 @@ pub struct EventInfo {
 
 /// Result of a completed integrator step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Completed {
+pub struct CompletedStep {
     /// Event mode must be entered.
     pub event: bool,
     /// The FMU requests the end of the run.

@@ -6,23 +6,23 @@ use std::ffi::c_void;
 
 use libloading::Library;
 
-use crate::core::Table;
-use crate::isolation::{Fault, Remote};
+use crate::core::FunctionTable;
+use crate::isolation::{HostFault, RemoteInstance};
 
 /// A struct with one optional pointer per function of a version.
 macro_rules! function_table {
     ($free:ident: $(fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $result:ty)?;)*) => {
         /// Pointers to the functions that the library exports; they are valid while `library` is loaded.
         #[allow(non_snake_case, dead_code)] // the list is complete, also where nothing needs it yet
-        pub(crate) struct Functions {
+        pub(crate) struct LibraryFunctions {
             $(pub(crate) $name: Option<pointer::$name>,)*
             /// Taken (never unloaded) when the FMU ended in a fatal error.
             pub(crate) library: Option<Library>,
             /// The process that has the library, if it is not this one.
-            pub(crate) remote: Option<Remote>,
+            pub(crate) remote: Option<RemoteInstance>,
         }
 
-        impl Functions {
+        impl LibraryFunctions {
             /// No function at all.
             pub(crate) fn none() -> Self {
                 Self { $($name: None,)* library: None, remote: None }
@@ -38,7 +38,7 @@ macro_rules! function_table {
             }
         }
 
-        impl Table for Functions {
+        impl FunctionTable for LibraryFunctions {
             unsafe fn free(&self, component: *mut c_void) {
                 match (&self.remote, self.$free) {
                     (Some(remote), _) => remote.free(),
@@ -49,16 +49,16 @@ macro_rules! function_table {
             }
 
             fn leak(&mut self) {
-                self.remote.iter().for_each(Remote::abandon);
+                self.remote.iter().for_each(RemoteInstance::abandon);
                 std::mem::forget(self.library.take());
             }
 
-            fn fault(&self) -> Option<Fault> {
-                self.remote.as_ref().and_then(Remote::fault)
+            fn fault(&self) -> Option<HostFault> {
+                self.remote.as_ref().and_then(RemoteInstance::fault)
             }
 
             fn blamed(&self) -> Option<&'static str> {
-                self.remote.as_ref().and_then(Remote::blamed)
+                self.remote.as_ref().and_then(RemoteInstance::blamed)
             }
         }
     };

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use trueup_fmi_import::{Fmu, HybridFmu};
+use trueup_fmi_import::{HybridFmu, UnpackedFmu};
 use trueup_models::compiled::Compiled;
 use trueup_models::joint::TwoMassJoint;
 use trueup_numerics::hybrid::At;
@@ -31,7 +31,7 @@ fn fmus() -> Vec<HybridFmu> {
         return Vec::new();
     };
     let open = |version: &str| {
-        let fmu = Fmu::open(folder.join(format!("TwoMassJoint.{version}.fmu"))).unwrap();
+        let fmu = UnpackedFmu::open(folder.join(format!("TwoMassJoint.{version}.fmu"))).unwrap();
         HybridFmu::new(&fmu, 0.0).unwrap()
     };
     vec![open("fmi2"), open("fmi3")]

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use trueup_fmi_import::{Error, Fmu, Isolation, isolation};
+use trueup_fmi_import::{ImportError, Isolation, UnpackedFmu, isolation};
 
 use super::misbehaving;
 
@@ -20,7 +20,7 @@ fn serves() {
     }
 }
 
-fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
+fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<UnpackedFmu>)> {
     let (folder, fmu) = misbehaving::fmu(guid)?;
     fmu.isolate(&Isolation::new(HOST, Some(Duration::from_secs(60))).unwrap());
     assert!(fmu.is_isolated());
@@ -72,11 +72,11 @@ fn after_its_end_nothing_is_called_and_everything_is_freed() {
     let (mut it, heard) = misbehaving::started(&fmu, "ends");
     let _state = it.save().unwrap();
     let error = it.do_step(0.0, 7.0, true).unwrap_err();
-    let Error::Ended { function, instance, how, log, .. } = &error else { panic!("{error}") };
+    let ImportError::Ended { function, instance, how, log, .. } = &error else { panic!("{error}") };
     assert_eq!((*function, instance.as_str(), how.as_str()), ("fmi2DoStep", "ends", "called exit(3)"));
     assert!(log.last().is_some_and(|last| last.contains("last words")), "{log:?}");
-    assert!(matches!(it.do_step(0.0, 1.0, true), Err(Error::Lost { .. })));
-    assert!(matches!(it.terminate(), Err(Error::Lost { .. })));
+    assert!(matches!(it.do_step(0.0, 1.0, true), Err(ImportError::Lost { .. })));
+    assert!(matches!(it.terminate(), Err(ImportError::Lost { .. })));
     drop(it);
     assert_eq!(*heard.lock().unwrap(), ["initialization", "last words"]);
 }
@@ -110,7 +110,7 @@ fn large_arrays_go_through() {
 fn what_is_read_after_steps_is_right_whatever_is_asked() {
     let Some((_folder, fmu)) = fmu("it") else { return };
     let (mut it, _) = misbehaving::started(&fmu, "asked");
-    let ask = |it: &mut trueup_fmi_import::fmi2::Instance, references: &[u32]| {
+    let ask = |it: &mut trueup_fmi_import::fmi2::Fmi2Instance, references: &[u32]| {
         let mut values = vec![f64::NAN; references.len()];
         it.get_real(references, &mut values).unwrap();
         let expected: Vec<_> = references.iter().map(|r| f64::from(*r) / 3.0).collect();

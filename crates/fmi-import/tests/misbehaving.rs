@@ -7,7 +7,9 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 
-use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Status, fmi2::Instance};
+use trueup_fmi_import::{
+    ExperimentSetup, FmiStatus, ImportError, InstanceOptions, UnpackedFmu, UsedInterface, fmi2::Fmi2Instance,
+};
 
 const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="misbehaving" guid="{GUID}">
@@ -17,7 +19,7 @@ const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>"#;
 
 /// The unpacked FMU in a folder with a name that a URI must escape, or `None`, with a message.
-pub(crate) fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
+pub(crate) fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<UnpackedFmu>)> {
     let folder = tempfile::Builder::new().prefix("an fmu% ").tempdir().unwrap();
     let binaries = folder.path().join("binaries").join(match std::env::consts::ARCH {
         "x86_64" => "linux64".into(),
@@ -32,19 +34,19 @@ pub(crate) fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
         eprintln!("SKIPPED: no C compiler (cc)");
         return None;
     }
-    let fmu = Fmu::open(folder.path()).unwrap();
+    let fmu = UnpackedFmu::open(folder.path()).unwrap();
     Some((folder, fmu))
 }
 
 type Heard = Arc<Mutex<Vec<String>>>;
 
-pub(crate) fn started(fmu: &Arc<Fmu>, name: &str) -> (Instance, Heard) {
+pub(crate) fn started(fmu: &Arc<UnpackedFmu>, name: &str) -> (Fmi2Instance, Heard) {
     let heard = Heard::default();
     let ear = Arc::clone(&heard);
     let listener = Box::new(move |m: &trueup_fmi_import::Message| ear.lock().unwrap().push(m.text.clone()));
-    let options = Options { listener: Some(listener), ..Options::named(name) };
-    let mut instance = Instance::new(fmu, Interface::CoSimulation, options).unwrap();
-    instance.enter_initialization_mode(Experiment::default()).unwrap(); // a warning
+    let options = InstanceOptions { listener: Some(listener), ..InstanceOptions::named(name) };
+    let mut instance = Fmi2Instance::new(fmu, UsedInterface::CoSimulation, options).unwrap();
+    instance.enter_initialization_mode(ExperimentSetup::default()).unwrap(); // a warning
     instance.exit_initialization_mode().unwrap();
     (instance, heard)
 }
@@ -55,7 +57,7 @@ fn states_are_freed_before_the_end_and_the_instance_last() {
     states(&fmu);
 }
 
-pub(crate) fn states(fmu: &Arc<Fmu>) {
+pub(crate) fn states(fmu: &Arc<UnpackedFmu>) {
     let (mut instance, heard) = started(fmu, "terminated");
     let (id, _forgotten) = (instance.save().unwrap(), instance.save().unwrap());
     instance.save_over(&id).unwrap();
@@ -78,17 +80,17 @@ fn every_status_of_a_step_is_met() {
     statuses(&fmu);
 }
 
-pub(crate) fn statuses(fmu: &Arc<Fmu>) {
+pub(crate) fn statuses(fmu: &Arc<UnpackedFmu>) {
     let (mut it, heard) = started(fmu, "statuses");
     assert!(!it.do_step(0.0, 1.0, true).unwrap().early);
     let step = it.do_step(0.0, 2.0, true).unwrap();
     assert!(step.discarded && !step.terminate && step.time == 0.25, "{step:?}");
-    assert_eq!(it.do_step(0.0, 3.0, true).unwrap_err().status(), Some(Status::Error));
+    assert_eq!(it.do_step(0.0, 3.0, true).unwrap_err().status(), Some(FmiStatus::Error));
     assert_eq!(it.do_step(0.0, 5.0, true).unwrap().time, 5.0, "a pending step is waited for");
-    assert_eq!(it.do_step(0.0, 77.0, true).unwrap_err().status(), Some(Status::Unknown(77)));
-    assert_eq!(it.do_step(0.0, 4.0, true).unwrap_err().status(), Some(Status::Fatal));
-    assert!(matches!(it.do_step(0.0, 1.0, true), Err(Error::Lost { function: "fmi2DoStep", .. })));
-    assert!(matches!(it.terminate(), Err(Error::Lost { .. })));
+    assert_eq!(it.do_step(0.0, 77.0, true).unwrap_err().status(), Some(FmiStatus::Unknown(77)));
+    assert_eq!(it.do_step(0.0, 4.0, true).unwrap_err().status(), Some(FmiStatus::Fatal));
+    assert!(matches!(it.do_step(0.0, 1.0, true), Err(ImportError::Lost { function: "fmi2DoStep", .. })));
+    assert!(matches!(it.terminate(), Err(ImportError::Lost { .. })));
     drop(it);
     assert_eq!(*heard.lock().unwrap(), ["initialization"], "a lost instance is not called, not even freed");
 }
@@ -99,12 +101,12 @@ fn missing_functions_and_odd_values_are_met() {
     odd(&fmu);
 }
 
-pub(crate) fn odd(fmu: &Arc<Fmu>) {
+pub(crate) fn odd(fmu: &Arc<UnpackedFmu>) {
     let (mut it, _) = started(fmu, "odd");
     let error = it.reset().unwrap_err();
-    assert!(matches!(error, Error::NotSupported { function: "fmi2Reset", .. }), "{error}");
+    assert!(matches!(error, ImportError::NotSupported { function: "fmi2Reset", .. }), "{error}");
     let error = it.get_real(&[1, 2], &mut [0.0]).unwrap_err();
-    assert!(matches!(error, Error::Length { expected: 2, got: 1, .. }), "{error}");
+    assert!(matches!(error, ImportError::Length { expected: 2, got: 1, .. }), "{error}");
     assert_eq!(it.get_string(&[0, 1]).unwrap(), ["", ""]);
     let mut values = [false];
     it.get_boolean(&[0], &mut values).unwrap();
@@ -117,10 +119,12 @@ fn no_instance_is_an_error_with_the_reason() {
     refused(&fmu);
 }
 
-pub(crate) fn refused(fmu: &Arc<Fmu>) {
-    let error = Instance::new(fmu, Interface::CoSimulation, Options::named("x")).err().unwrap();
+pub(crate) fn refused(fmu: &Arc<UnpackedFmu>) {
+    let error =
+        Fmi2Instance::new(fmu, UsedInterface::CoSimulation, InstanceOptions::named("x")).err().unwrap();
     assert!(error.to_string().contains("guid {another} is not mine"), "{error}");
-    let error = Instance::new(fmu, Interface::ModelExchange, Options::default()).err().unwrap();
+    let error =
+        Fmi2Instance::new(fmu, UsedInterface::ModelExchange, InstanceOptions::default()).err().unwrap();
     assert!(error.to_string().contains("does not offer Model Exchange"), "{error}");
 }
 
@@ -130,9 +134,9 @@ fn what_is_no_fmu_is_refused_with_its_name() {
     for (name, content) in [("text.fmu", "no zip"), ("empty.fmu", "")] {
         let file = folder.path().join(name);
         std::fs::write(&file, content).unwrap();
-        let error = Fmu::open(&file).unwrap_err().to_string();
+        let error = UnpackedFmu::open(&file).unwrap_err().to_string();
         assert!(error.contains(name), "{error}");
     }
-    assert!(Fmu::open(folder.path().join("absent.fmu")).is_err());
-    assert!(Fmu::open(folder.path()).unwrap_err().to_string().contains("modelDescription.xml"));
+    assert!(UnpackedFmu::open(folder.path().join("absent.fmu")).is_err());
+    assert!(UnpackedFmu::open(folder.path()).unwrap_err().to_string().contains("modelDescription.xml"));
 }

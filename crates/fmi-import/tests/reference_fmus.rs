@@ -7,8 +7,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use trueup_fmi_description::archive::Archive;
-use trueup_fmi_import::fmi3::{CoSimulation, DerivativeOf};
-use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Status, fmi2, fmi3};
+use trueup_fmi_import::fmi3::{CoSimulationOptions, DerivativeOf};
+use trueup_fmi_import::{
+    ExperimentSetup, FmiStatus, ImportError, InstanceOptions, UnpackedFmu, UsedInterface, fmi2, fmi3,
+};
 
 /// The file of a model, or `None`, with a message.
 fn file(version: u32, model: &str) -> Option<PathBuf> {
@@ -22,18 +24,18 @@ fn file(version: u32, model: &str) -> Option<PathBuf> {
 macro_rules! open {
     ($version:expr, $model:expr) => {
         match file($version, $model) {
-            Some(file) => Fmu::open(file).unwrap(),
+            Some(file) => UnpackedFmu::open(file).unwrap(),
             None => return,
         }
     };
 }
 
-fn value_reference(fmu: &Fmu, name: &str) -> u32 {
+fn value_reference(fmu: &UnpackedFmu, name: &str) -> u32 {
     fmu.description().find(name).unwrap().value_reference
 }
 
 /// The reference result inside the FMU: names, rows (time first).
-fn reference(fmu: &Fmu, model: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+fn reference(fmu: &UnpackedFmu, model: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     let name = format!("extra/org.fmi-standard.fmi-ls-ref/{model}_out.csv");
     let bytes = Archive::open(fmu.file()).unwrap().read(&name, 1 << 20).unwrap();
     let text = String::from_utf8(bytes).unwrap();
@@ -50,8 +52,8 @@ fn assert_close(expected: f64, actual: f64, what: &str) {
     );
 }
 
-fn experiment(rows: &[Vec<f64>]) -> Experiment {
-    Experiment { tolerance: None, start: rows[0][0], stop: Some(rows[rows.len() - 1][0] + 10.0) }
+fn experiment(rows: &[Vec<f64>]) -> ExperimentSetup {
+    ExperimentSetup { tolerance: None, start: rows[0][0], stop: Some(rows[rows.len() - 1][0] + 10.0) }
 }
 
 /// Runs against the reference results, the same for both versions.
@@ -62,7 +64,7 @@ macro_rules! runs {
             for (model, _, integer) in [$(($model, $solver_step, $integer)),*] {
                 let fmu = open!($version, model);
                 let (names, rows) = reference(&fmu, model);
-                let mut instance = $cs(&fmu, Options::named(model));
+                let mut instance = $cs(&fmu, InstanceOptions::named(model));
                 instance.enter_initialization_mode(experiment(&rows)).unwrap();
                 instance.exit_initialization_mode().unwrap();
                 for (i, row) in rows.iter().enumerate() {
@@ -83,7 +85,7 @@ macro_rules! runs {
             for (model, h, integer) in [$(($model, $solver_step, $integer)),*] {
                 let fmu = open!($version, model);
                 let (names, rows) = reference(&fmu, model);
-                let mut instance = $me(&fmu, Options::named(model));
+                let mut instance = $me(&fmu, InstanceOptions::named(model));
                 instance.enter_initialization_mode(experiment(&rows)).unwrap();
                 instance.exit_initialization_mode().unwrap();
                 let mut next_event = events(&mut instance);
@@ -132,7 +134,7 @@ macro_rules! runs {
             next
         }
 
-        fn check(instance: &mut Instance, fmu: &Fmu, names: &[String], row: &[f64], integer: bool, model: &str) {
+        fn check(instance: &mut Instance, fmu: &UnpackedFmu, names: &[String], row: &[f64], integer: bool, model: &str) {
             for (name, expected) in names.iter().zip(&row[1..]) {
                 let reference = [value_reference(fmu, name)];
                 let mut real = [f64::NAN];
@@ -151,7 +153,7 @@ macro_rules! runs {
 
 mod version2 {
     use super::*;
-    use fmi2::Instance;
+    use fmi2::Fmi2Instance as Instance;
 
     fn sizes(instance: &mut Instance) -> (usize, usize) {
         let description = instance.fmu().description();
@@ -160,8 +162,8 @@ mod version2 {
 
     runs!(
         2,
-        |fmu, options| Instance::new(fmu, Interface::ModelExchange, options).unwrap(),
-        |fmu, options| Instance::new(fmu, Interface::CoSimulation, options).unwrap(),
+        |fmu, options| Instance::new(fmu, UsedInterface::ModelExchange, options).unwrap(),
+        |fmu, options| Instance::new(fmu, UsedInterface::CoSimulation, options).unwrap(),
         get_real,
         new_discrete_states,
         [
@@ -175,9 +177,10 @@ mod version2 {
     #[test]
     fn every_type_goes_through() {
         let fmu = open!(2, "Feedthrough");
-        let mut instance = Instance::new(&fmu, Interface::CoSimulation, Options::default()).unwrap();
+        let mut instance =
+            Instance::new(&fmu, UsedInterface::CoSimulation, InstanceOptions::default()).unwrap();
         assert_eq!(instance.name(), "Feedthrough");
-        instance.enter_initialization_mode(Experiment::default()).unwrap();
+        instance.enter_initialization_mode(ExperimentSetup::default()).unwrap();
         instance.exit_initialization_mode().unwrap();
         let v = |name: &str| [value_reference(&fmu, name)];
         instance.set_real(&v("Float64_continuous_input"), &[-1.25e-300]).unwrap();
@@ -200,8 +203,9 @@ mod version2 {
         let fmu = open!(2, "BouncingBall");
         let h = [value_reference(&fmu, "h")];
         let start = || {
-            let mut instance = Instance::new(&fmu, Interface::CoSimulation, Options::named("ball")).unwrap();
-            instance.enter_initialization_mode(Experiment::default()).unwrap();
+            let mut instance =
+                Instance::new(&fmu, UsedInterface::CoSimulation, InstanceOptions::named("ball")).unwrap();
+            instance.enter_initialization_mode(ExperimentSetup::default()).unwrap();
             instance.exit_initialization_mode().unwrap();
             instance
         };
@@ -223,21 +227,22 @@ mod version2 {
         assert_eq!(run(&mut instance), expected);
         let bytes = instance.serialize(&id).unwrap();
         let mut other = start();
-        assert!(matches!(other.restore(&id), Err(Error::NoSuchState { .. })));
+        assert!(matches!(other.restore(&id), Err(ImportError::NoSuchState { .. })));
         let copy = other.deserialize(&bytes).unwrap();
         other.restore(&copy).unwrap();
         assert_eq!(run(&mut other), expected);
         other.save_over(&copy).unwrap();
         other.free(copy).unwrap();
         instance.terminate().unwrap();
-        assert!(matches!(instance.restore(&id), Err(Error::NoSuchState { .. })));
+        assert!(matches!(instance.restore(&id), Err(ImportError::NoSuchState { .. })));
     }
 
     #[test]
     fn derivatives_of_the_oscillator() {
         let fmu = open!(2, "VanDerPol");
-        let mut instance = Instance::new(&fmu, Interface::ModelExchange, Options::default()).unwrap();
-        instance.enter_initialization_mode(Experiment::default()).unwrap();
+        let mut instance =
+            Instance::new(&fmu, UsedInterface::ModelExchange, InstanceOptions::default()).unwrap();
+        instance.enter_initialization_mode(ExperimentSetup::default()).unwrap();
         instance.exit_initialization_mode().unwrap();
         instance.new_discrete_states().unwrap();
         instance.enter_continuous_time_mode().unwrap();
@@ -254,14 +259,14 @@ mod version2 {
 
 mod version3 {
     use super::*;
-    use fmi3::Instance;
+    use fmi3::Fmi3Instance as Instance;
 
     /// The Reference FMU's counter is an Int32.
     trait GetInteger {
-        fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), Error>;
+        fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), ImportError>;
     }
     impl GetInteger for Instance {
-        fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), Error> {
+        fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), ImportError> {
             self.get_int32(references, values)
         }
     }
@@ -273,7 +278,7 @@ mod version3 {
     runs!(
         3,
         |fmu, options| Instance::model_exchange(fmu, options).unwrap(),
-        |fmu, options| Instance::co_simulation(fmu, options, CoSimulation::default()).unwrap(),
+        |fmu, options| Instance::co_simulation(fmu, options, CoSimulationOptions::default()).unwrap(),
         get_float64,
         update_discrete_states,
         [
@@ -284,9 +289,9 @@ mod version3 {
         ]
     );
 
-    fn started(fmu: &Arc<Fmu>, how: CoSimulation) -> Instance {
-        let mut instance = Instance::co_simulation(fmu, Options::named("it"), how).unwrap();
-        instance.enter_initialization_mode(Experiment::default()).unwrap();
+    fn started(fmu: &Arc<UnpackedFmu>, how: CoSimulationOptions) -> Instance {
+        let mut instance = Instance::co_simulation(fmu, InstanceOptions::named("it"), how).unwrap();
+        instance.enter_initialization_mode(ExperimentSetup::default()).unwrap();
         instance.exit_initialization_mode().unwrap();
         instance
     }
@@ -294,7 +299,7 @@ mod version3 {
     #[test]
     fn every_type_goes_through() {
         let fmu = open!(3, "Feedthrough");
-        let mut it = started(&fmu, CoSimulation::default());
+        let mut it = started(&fmu, CoSimulationOptions::default());
         macro_rules! through {
             ($($set:ident $get:ident $input:literal $output:literal $value:expr;)*) => {$({
                 let (input, output) = (value_reference(&fmu, $input), value_reference(&fmu, $output));
@@ -323,17 +328,19 @@ mod version3 {
         assert_eq!(it.get_string(&v("String_output")).unwrap(), ["Gruß %s"]);
         it.set_binary(&v("Binary_input"), &[&[0, 255, 7]]).unwrap();
         assert_eq!(it.get_binary(&v("Binary_output")).unwrap(), [vec![0, 255, 7]]);
-        assert!(matches!(it.set_string(&v("String_input"), &["a\0b"]), Err(Error::Text { .. })));
+        assert!(matches!(it.set_string(&v("String_input"), &["a\0b"]), Err(ImportError::Text { .. })));
     }
 
     #[test]
     fn arrays_are_checked_against_their_present_size() {
         let fmu = open!(3, "StateSpace");
         let v = |name: &str| [value_reference(&fmu, name)];
-        let mut it = Instance::co_simulation(&fmu, Options::default(), CoSimulation::default()).unwrap();
+        let mut it =
+            Instance::co_simulation(&fmu, InstanceOptions::default(), CoSimulationOptions::default())
+                .unwrap();
         it.set_float64(&v("A"), &[4.0; 9]).unwrap();
         let error = it.set_float64(&v("A"), &[0.0; 4]).unwrap_err(); // its dimensions are those of a parameter
-        assert!(matches!(error, Error::Length { expected: 9, got: 4, .. }), "{error}");
+        assert!(matches!(error, ImportError::Length { expected: 9, got: 4, .. }), "{error}");
         let mut both = [0.0; 12];
         it.get_float64(&[v("A")[0], v("u")[0]], &mut both).unwrap();
         assert_eq!((&both[..9], &both[9..]), (&[4.0; 9][..], &[1.0, 2.0, 3.0][..]));
@@ -342,8 +349,11 @@ mod version3 {
     #[test]
     fn events_end_a_step_early() {
         let fmu = open!(3, "BouncingBall");
-        let how =
-            || CoSimulation { event_mode_used: true, early_return_allowed: true, ..CoSimulation::default() };
+        let how = || CoSimulationOptions {
+            event_mode_used: true,
+            early_return_allowed: true,
+            ..CoSimulationOptions::default()
+        };
         let mut it = started(&fmu, how());
         while it.update_discrete_states().unwrap().again {}
         it.enter_step_mode().unwrap();
@@ -374,11 +384,11 @@ mod version3 {
                 now.return_early(now.time);
             }
         });
-        let how = CoSimulation {
+        let how = CoSimulationOptions {
             early_return_allowed: true,
             intermediate_variables: vec![h],
             intermediate_update: Some(update),
-            ..CoSimulation::default()
+            ..CoSimulationOptions::default()
         };
         let mut it = started(&fmu, how);
         it.do_step(0.0, 0.4, true).unwrap();
@@ -393,20 +403,23 @@ mod version3 {
     #[test]
     fn a_panic_in_an_intermediate_update_is_an_error_of_the_step() {
         let fmu = open!(3, "BouncingBall");
-        let how = CoSimulation {
+        let how = CoSimulationOptions {
             intermediate_update: Some(Box::new(|_| panic!("as arranged"))),
-            ..CoSimulation::default()
+            ..CoSimulationOptions::default()
         };
         let mut it = started(&fmu, how);
         let error = it.do_step(0.0, 0.1, true).unwrap_err();
-        assert!(matches!(&error, Error::Panicked { message, .. } if message == "as arranged"), "{error}");
+        assert!(
+            matches!(&error, ImportError::Panicked { message, .. } if message == "as arranged"),
+            "{error}"
+        );
     }
 
     #[test]
     fn derivatives_of_the_oscillator() {
         let fmu = open!(3, "VanDerPol");
-        let mut it = Instance::model_exchange(&fmu, Options::default()).unwrap();
-        it.enter_initialization_mode(Experiment::default()).unwrap();
+        let mut it = Instance::model_exchange(&fmu, InstanceOptions::default()).unwrap();
+        it.enter_initialization_mode(ExperimentSetup::default()).unwrap();
         it.exit_initialization_mode().unwrap();
         it.update_discrete_states().unwrap();
         it.enter_continuous_time_mode().unwrap();
@@ -420,7 +433,7 @@ mod version3 {
         it.adjoint_derivative(of, &[2.0], &mut adjoint).unwrap();
         assert_eq!(forward[0], 2.0 * gradient[0] + 3.0 * gradient[1]);
         assert_eq!(adjoint, gradient.map(|g| 2.0 * g));
-        assert!(matches!(it.adjoint_derivative(of, &[2.0], &mut [0.0]), Err(Error::Length { .. })));
+        assert!(matches!(it.adjoint_derivative(of, &[2.0], &mut [0.0]), Err(ImportError::Length { .. })));
     }
 
     #[test]
@@ -435,7 +448,7 @@ mod version3 {
             it.get_float64(&x, &mut value).unwrap();
             value
         };
-        let mut it = started(&fmu, CoSimulation::default());
+        let mut it = started(&fmu, CoSimulationOptions::default());
         for i in 0..5 {
             it.do_step(f64::from(i) * 0.1, 0.1, false).unwrap();
         }
@@ -444,7 +457,7 @@ mod version3 {
         it.restore(&id).unwrap();
         assert_eq!(run(&mut it), expected);
         let bytes = it.serialize(&id).unwrap();
-        let mut other = started(&fmu, CoSimulation::default());
+        let mut other = started(&fmu, CoSimulationOptions::default());
         let id = other.deserialize(&bytes).unwrap();
         other.restore(&id).unwrap();
         assert_eq!(run(&mut other), expected);
@@ -454,7 +467,7 @@ mod version3 {
     #[test]
     fn resources_are_found() {
         let fmu = open!(3, "Resource");
-        let mut it = started(&fmu, CoSimulation::default());
+        let mut it = started(&fmu, CoSimulationOptions::default());
         let mut y = [0];
         it.get_int32(&[value_reference(&fmu, "y")], &mut y).unwrap();
         assert_eq!(y, [97]); // the first character of the file
@@ -465,18 +478,18 @@ mod version3 {
         let fmu = open!(3, "BouncingBall");
         let heard = Arc::new(Mutex::new(Vec::new()));
         let ear = Arc::clone(&heard);
-        let options = Options {
+        let options = InstanceOptions {
             name: "mine".into(),
             logging_on: true,
             listener: Some(Box::new(move |message| {
                 ear.lock().unwrap().push(message.clone());
                 panic!("a listener's panic stays on this side");
             })),
-            ..Options::default()
+            ..InstanceOptions::default()
         };
-        let mut it = Instance::co_simulation(&fmu, options, CoSimulation::default()).unwrap();
+        let mut it = Instance::co_simulation(&fmu, options, CoSimulationOptions::default()).unwrap();
         let error = it.do_step(0.0, 0.1, true).unwrap_err();
-        assert_eq!(error.status(), Some(Status::Error));
+        assert_eq!(error.status(), Some(FmiStatus::Error));
         let said = error.to_string();
         assert!(said.starts_with("fmi3DoStep of instance \"mine\" returned Error"), "{said}");
         assert!(!heard.lock().unwrap().is_empty() && said.contains(&heard.lock().unwrap()[0].text), "{said}");
@@ -489,14 +502,14 @@ fn the_directory_lives_as_long_as_an_instance_which_may_move_between_threads() {
     let x = [value_reference(&fmu, "x")];
     let instances: Vec<_> = (0..4)
         .map(|i| {
-            let name = Options::named(format!("d{i}"));
-            fmi3::Instance::co_simulation(&fmu, name, CoSimulation::default()).unwrap()
+            let name = InstanceOptions::named(format!("d{i}"));
+            fmi3::Fmi3Instance::co_simulation(&fmu, name, CoSimulationOptions::default()).unwrap()
         })
         .collect();
     drop(fmu);
     let threads = instances.into_iter().map(|mut it| {
         std::thread::spawn(move || {
-            it.enter_initialization_mode(Experiment::default()).unwrap();
+            it.enter_initialization_mode(ExperimentSetup::default()).unwrap();
             it.exit_initialization_mode().unwrap();
             for i in 0..10 {
                 it.do_step(f64::from(i) * 0.1, 0.1, true).unwrap();
@@ -515,10 +528,12 @@ fn the_directory_lives_as_long_as_an_instance_which_may_move_between_threads() {
 #[test]
 fn what_an_fmu_does_not_offer_is_an_error() {
     let fmu = open!(3, "Clocks");
-    let error = fmi3::Instance::model_exchange(&fmu, Options::default()).err().unwrap();
-    assert!(matches!(error, Error::Interface { .. }), "{error}");
+    let error = fmi3::Fmi3Instance::model_exchange(&fmu, InstanceOptions::default()).err().unwrap();
+    assert!(matches!(error, ImportError::Interface { .. }), "{error}");
     let fmu = open!(2, "Dahlquist");
     let error =
-        fmi3::Instance::co_simulation(&fmu, Options::default(), CoSimulation::default()).err().unwrap();
+        fmi3::Fmi3Instance::co_simulation(&fmu, InstanceOptions::default(), CoSimulationOptions::default())
+            .err()
+            .unwrap();
     assert!(error.to_string().contains("FMI 2.0"), "{error}");
 }

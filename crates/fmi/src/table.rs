@@ -5,7 +5,7 @@
 
 /// Data type of a variable at the FMI boundary; inside, every value is an `f64`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum BoundaryType {
     /// fmi2Real, fmi3Float64.
     Real,
     /// fmi2Boolean, fmi3Boolean; stored as 0 or 1.
@@ -76,20 +76,20 @@ pub enum Depends {
     /// On all states and on these inputs.
     StatesAnd(Vec<String>),
     /// On these variables, as with `On`, and linearly on each of them: its factor is made of the quantities next to it.
-    Linear(Vec<(String, Factor)>),
+    Linear(Vec<(String, LinearFactor)>),
 }
 
 impl Depends {
     /// A copy of this state, or the derivative of what this state is the rate of.
     pub fn copy(state: &str) -> Self {
-        Self::linear(&[(state, Factor::Constant)])
+        Self::linear(&[(state, LinearFactor::Constant)])
     }
     /// Linearly on each of these, with such a factor.
-    pub fn linear(terms: &[(&str, Factor)]) -> Self {
+    pub fn linear(terms: &[(&str, LinearFactor)]) -> Self {
         Self::Linear(terms.iter().map(|(name, factor)| ((*name).to_owned(), *factor)).collect())
     }
     /// What the factor of this known variable is made of, where it has one.
-    pub fn factor(&self, known: &str) -> Option<Factor> {
+    pub fn factor(&self, known: &str) -> Option<LinearFactor> {
         match self {
             Self::Linear(terms) => terms.iter().find(|(name, _)| name == known).map(|(_, factor)| *factor),
             Self::All | Self::On(_) | Self::StatesAnd(_) => None,
@@ -99,7 +99,7 @@ impl Depends {
 
 /// What the factor of a linear term is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Factor {
+pub enum LinearFactor {
     /// Numbers.
     Constant,
     /// Parameters that are fixed once the run has begun.
@@ -108,7 +108,7 @@ pub enum Factor {
     Tunable,
 }
 
-impl Factor {
+impl LinearFactor {
     /// FMI's word for a dependency with such a factor.
     pub fn word(self) -> &'static str {
         match self {
@@ -121,13 +121,13 @@ impl Factor {
 
 /// One variable: a scalar or an array.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Variable {
+pub struct TableVariable {
     /// Name in the structured naming convention, without indices.
     pub name: String,
     /// With the paper's symbol and equation.
     pub description: String,
     /// Data type.
-    pub kind: Kind,
+    pub kind: BoundaryType,
     /// Causality.
     pub causality: Causality,
     /// Variability.
@@ -159,7 +159,7 @@ pub struct Variable {
     pub value_reference: u32,
 }
 
-impl Variable {
+impl TableVariable {
     /// A scalar with the common attributes; the rest by the builder methods below.
     pub fn new(
         name: &str,
@@ -172,7 +172,7 @@ impl Variable {
         Self {
             name: name.to_owned(),
             description: description.to_owned(),
-            kind: Kind::Real,
+            kind: BoundaryType::Real,
             causality,
             variability,
             dimensions: Vec::new(),
@@ -260,7 +260,7 @@ impl Variable {
     }
     /// With this data type.
     #[must_use]
-    pub fn kind(mut self, kind: Kind) -> Self {
+    pub fn kind(mut self, kind: BoundaryType) -> Self {
         self.kind = kind;
         self
     }
@@ -344,7 +344,7 @@ pub struct Terminal {
 
 /// The default experiment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Experiment {
+pub struct TableExperiment {
     /// In s.
     pub stop_time: f64,
     /// Relative tolerance.
@@ -363,7 +363,7 @@ pub struct ModelTable {
     /// One line.
     pub description: String,
     /// Variables; the first one is the time.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<TableVariable>,
     /// Enumeration types.
     pub enumerations: Vec<Enumeration>,
     /// Terminals.
@@ -371,7 +371,7 @@ pub struct ModelTable {
     /// Number of event indicators.
     pub indicators: usize,
     /// Default experiment.
-    pub experiment: Experiment,
+    pub experiment: TableExperiment,
 }
 
 /// Categories of log messages, with what they carry.
@@ -405,7 +405,7 @@ impl ModelTable {
         format!("eventIndicator{}", k + 1)
     }
     /// The variable of that name (arrays without index).
-    pub fn find(&self, name: &str) -> Option<&Variable> {
+    pub fn find(&self, name: &str) -> Option<&TableVariable> {
         self.variables.iter().find(|v| v.name == name)
     }
     /// Gives an element (`linkMass[1]`) or a scalar another start value.

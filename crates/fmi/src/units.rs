@@ -2,7 +2,7 @@
 
 /// A unit by its exponents of the SI base units (and rad); all factors are 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unit {
+pub struct SiUnit {
     /// Name as used by a variable.
     pub name: &'static str,
     /// Exponent of kg.
@@ -17,12 +17,12 @@ pub struct Unit {
     pub rad: i32,
 }
 
-const fn unit(name: &'static str, kg: i32, m: i32, s: i32, a: i32, rad: i32) -> Unit {
-    Unit { name, kg, m, s, a, rad }
+const fn unit(name: &'static str, kg: i32, m: i32, s: i32, a: i32, rad: i32) -> SiUnit {
+    SiUnit { name, kg, m, s, a, rad }
 }
 
 /// All units. N.m per rad is written as such: a rotational stiffness is not an energy.
-pub const UNITS: &[Unit] = &[
+pub const UNITS: &[SiUnit] = &[
     unit("1", 0, 0, 0, 0, 0),
     unit("s", 0, 0, 1, 0, 0),
     unit("1/s", 0, 0, -1, 0, 0),
@@ -60,6 +60,6 @@ pub const UNITS: &[Unit] = &[
 ];
 
 /// The unit of that name.
-pub fn find(name: &str) -> Option<Unit> {
+pub fn find(name: &str) -> Option<SiUnit> {
     UNITS.iter().copied().find(|u| u.name == name)
 }

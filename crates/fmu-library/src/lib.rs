@@ -4,32 +4,32 @@
 //! therefore share this library; which one it is the packer writes into it (decision 0003).
 
 use fmu_controller::Controller;
-use fmu_plant::Plant;
-pub use fmu_plant::{Choice, Wanted, choices, of_arm, of_design, with_links};
+use fmu_plant::PlantModelTable;
+pub use fmu_plant::{RequestedStructure, StructureOption, choices, of_arm, of_design, with_links};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
-use trueup_fmi_export::reference::{Reference, WORK, reference, response};
+use trueup_fmi_export::reference::{ReferenceSeries, WORK, reference, response};
 use trueup_numerics::hybrid::At;
 
 /// Any model of the project.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)]
-pub enum Model {
+pub enum AnyModel {
     /// Of `fmu-plant`.
-    Plant(Plant),
+    Plant(PlantModelTable),
     /// Of `fmu-controller`.
     Controller(Controller),
 }
 
-trueup_numerics::delegate_hybrid!(Model { Model::Plant(m) => m, Model::Controller(m) => m });
+trueup_numerics::delegate_hybrid!(AnyModel { AnyModel::Plant(m) => m, AnyModel::Controller(m) => m });
 
-impl FmuModel for Model {
+impl FmuModel for AnyModel {
     fn build(c: &Configuration) -> Result<Self, String> {
         if fmu_controller::MODELS.contains(&c.model.as_str()) {
             Controller::build(c).map(Self::Controller)
         } else {
-            Plant::build(c).map(Self::Plant)
+            PlantModelTable::build(c).map(Self::Plant)
         }
     }
     fn table(&self) -> ModelTable {
@@ -79,14 +79,14 @@ impl FmuModel for Model {
 /// From which sources this library is built: version, hash. A program packs libraries of its own stamp only.
 pub const STAMP: &str = env!("TRUEUP_STAMP");
 
-trueup_fmi_export::export_fmu!(Model, STAMP);
+trueup_fmi_export::export_fmu!(AnyModel, STAMP);
 
 /// The variable table of a configuration, its start values applied.
 ///
 /// # Errors
 /// The model, an effect, a structure or a start value that is not available, with the remedy.
 pub fn table(c: &Configuration) -> Result<ModelTable, String> {
-    let model = Model::build(c)?;
+    let model = AnyModel::build(c)?;
     let mut table = model.table();
     table.apply(&c.start)?;
     model.check(&table.parameter_starts()).map_err(|(_, message)| message)?;
@@ -105,17 +105,19 @@ pub fn table(c: &Configuration) -> Result<ModelTable, String> {
 ///
 /// # Errors
 /// As [`table`]; a run that failed, or took more steps than can be waited for.
-pub fn reference_result(c: &Configuration) -> Result<Reference, String> {
+pub fn reference_result(c: &Configuration) -> Result<ReferenceSeries, String> {
     let schedule = fmu_plant::schedule(c).or_else(|| fmu_controller::schedule(&c.model)).unwrap_or_default();
     if !fmu_plant::is_robot(c) {
-        return reference::<Model>(c, schedule, usize::MAX);
+        return reference::<AnyModel>(c, schedule, usize::MAX);
     }
     let own = Configuration::of(&c.model);
     let mut scaled = schedule.to_vec();
     for (_, name, value) in &mut scaled {
-        if let (Some(of_own), Some(of_this)) = (response::<Model>(&own, name)?, response::<Model>(c, name)?) {
+        if let (Some(of_own), Some(of_this)) =
+            (response::<AnyModel>(&own, name)?, response::<AnyModel>(c, name)?)
+        {
             *value *= of_own / of_this;
         }
     }
-    reference::<Model>(c, &scaled, WORK)
+    reference::<AnyModel>(c, &scaled, WORK)
 }

@@ -2,7 +2,7 @@
 
 use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
 use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict, judge};
-use trueup_signals::{Guess, KnownEffect, Loaded, Sensor, Value};
+use trueup_signals::{KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
 use crate::made::{MadeJoint, Sampling};
 
@@ -54,8 +54,8 @@ fn a_ripple_of_order_sixty_has_its_order() {
 #[test]
 fn what_the_engine_lacks_words_for_is_refused_by_name() {
     type Change = fn(&mut Loaded);
-    let guess = Guess { value: 1.0, doubt: None };
-    let sensor = |l: &mut Loaded, of: fn(&mut Sensor) -> &mut Option<Guess>, guess: Guess| {
+    let guess = PriorGuess { value: 1.0, doubt: None };
+    let sensor = |l: &mut Loaded, of: fn(&mut SensorData) -> &mut Option<PriorGuess>, guess: PriorGuess| {
         let channel = l.recordings.values_mut().flat_map(|r| &mut r.channels).last().unwrap();
         *of(&mut channel.sensor) = Some(guess);
     };
@@ -65,17 +65,17 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
         }),
         ("static friction", |l| {
-            l.case.parameters.insert("staticFriction".into(), Value::Number(0.01));
+            l.case.parameters.insert("staticFriction".into(), ParameterValue::Number(0.01));
         }),
         ("gear ratio", |l| {
             l.case.uncertain.insert("gearRatio".into(), 0.01);
         }),
         ("single recordings", |l| {
             let first = l.recordings.values_mut().next().unwrap();
-            first.parameters.insert("loadInertia".into(), Value::Number(1.0));
+            first.parameters.insert("loadInertia".into(), ParameterValue::Number(1.0));
         }),
         ("motorInertia", |l| {
-            l.case.parameters.insert("motorInertia".into(), Value::Number(0.0));
+            l.case.parameters.insert("motorInertia".into(), ParameterValue::Number(0.0));
         }),
     ];
     let case = MadeJoint { recordings: (1, 100), ..MadeJoint::default() }.case();
@@ -89,7 +89,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
         change(&mut own);
         refused(what, &own);
     }
-    let figures: [fn(&mut Sensor) -> &mut Option<Guess>; 3] =
+    let figures: [fn(&mut SensorData) -> &mut Option<PriorGuess>; 3] =
         [|s| &mut s.gain, |s| &mut s.offset, |s| &mut s.late];
     for of in figures {
         let mut own = case.clone();
@@ -102,7 +102,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
     // Where a recording begins is estimated.
     let mut begins = case.clone();
     let first = begins.recordings.values_mut().next().unwrap();
-    first.parameters.insert("initialMotorAngle".into(), Value::Number(0.0));
+    first.parameters.insert("initialMotorAngle".into(), ParameterValue::Number(0.0));
     assert!(frame_of(&begins).is_ok());
 }
 
@@ -136,9 +136,9 @@ fn nothing_is_named_on_joints_of_other_structures() {
 fn what_a_joint_has_for_the_first_time_leads() {
     for seed in 31..33 {
         let made = || MadeJoint { seed, ..MadeJoint::default() };
-        let none = Value::Number(0.0);
+        let none = ParameterValue::Number(0.0);
         let frictionless = [("coulombFriction", none.clone()), ("staticFriction", none)];
-        let rigid = [("jointFlexible", Value::Boolean(false))];
+        let rigid = [("jointFlexible", ParameterValue::Boolean(false))];
         let all = [
             ("motor-friction", MadeJoint { believed: &frictionless, ..made() }),
             ("joint-flexibility", MadeJoint { believed: &rigid, ..made() }),

@@ -7,9 +7,9 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use trueup_models::joint::{TwoMassJoint, input, output, parameter as q};
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_numerics::hybrid::Hybrid;
-use trueup_signals::{Case, Channel, Interpolation, Loaded, Recording, Value};
+use trueup_signals::{Case, Channel, Interpolation, Loaded, ParameterValue, Recording};
 
 /// Standard deviations of the noise of motor and load angle, rad.
 const NOISE: [f64; 2] = [1e-3, 1e-5];
@@ -69,7 +69,7 @@ pub(crate) struct MadeJoint<'a> {
     /// Channels that are recorded.
     pub(crate) channels: &'a [&'a str],
     /// What the owner has of parameters, where it is not as it is.
-    pub(crate) believed: &'a [(&'a str, Value)],
+    pub(crate) believed: &'a [(&'a str, ParameterValue)],
 }
 
 impl Default for MadeJoint<'_> {
@@ -117,7 +117,7 @@ impl MadeJoint<'_> {
             u[input::EXTERNAL_TORQUE] = self.torque(k, recording);
         };
         let nominal = vec![1.0; joint.sizes().states];
-        let options = Options { tolerance: 1e-9, ..Options::default() };
+        let options = DriverOptions { tolerance: 1e-9, ..DriverOptions::default() };
         let truth = simulate(joint, p, &nominal, options, &drive, &all).unwrap();
         let mut read = |name: &str, at: usize, noise: f64| {
             let normal = Normal::new(0.0, noise).unwrap();
@@ -166,8 +166,9 @@ impl MadeJoint<'_> {
         let record = |(k, name): (usize, &String)| (name.clone(), self.record(&joint, &p, name, k as u64));
         let recordings = names.iter().enumerate().map(record).collect();
         let own = q::NAMES.iter().zip(drive(self.viscous)).filter(|(n, _)| !n.0.starts_with("initial"));
-        let own = own.map(|(n, v)| (n.0.to_owned(), Value::Number(v)));
-        let structure = (!self.flexible).then(|| ("jointFlexible".to_owned(), Value::Boolean(false)));
+        let own = own.map(|(n, v)| (n.0.to_owned(), ParameterValue::Number(v)));
+        let structure =
+            (!self.flexible).then(|| ("jointFlexible".to_owned(), ParameterValue::Boolean(false)));
         let believed = self.believed.iter().map(|(n, v)| ((*n).to_owned(), v.clone()));
         let case = Case {
             model: "TwoMassJoint".into(),

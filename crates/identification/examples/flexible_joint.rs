@@ -5,16 +5,16 @@
 #[path = "../tests/testbed/mod.rs"]
 mod testbed;
 
-use trueup_identification::flexible_joint::{Fit, Method, fit};
+use trueup_identification::flexible_joint::{JointFit, JointSearchMethod, fit};
 use trueup_identification::parallel;
 
-fn row(name: &str, truth: [f64; 4], by_torque: bool, method: Method, seeds: u64) {
+fn row(name: &str, truth: [f64; 4], by_torque: bool, method: JointSearchMethod, seeds: u64) {
     let drive = if by_torque { "torque" } else { "motion" };
     let begin = format!("| {name} | {drive} | {method:?} | {:.1}° |", truth[3].to_degrees());
     if std::env::args().nth(2).is_some_and(|only| !begin.contains(&only)) {
         return;
     }
-    let fits: Vec<Fit> =
+    let fits: Vec<JointFit> =
         parallel::map(0..seeds, |s| fit(&testbed::run(truth, by_torque, 1.0, s + 1), method).unwrap());
     let n = seeds as f64;
     let mut cells = Vec::new();
@@ -40,7 +40,7 @@ fn main() {
     );
     for by_torque in [true, false] {
         for degrees in [2.8f64, 1.0, -0.2] {
-            for method in [Method::Gradient, Method::NelderMead] {
+            for method in [JointSearchMethod::Gradient, JointSearchMethod::NelderMead] {
                 row("5.6, 5.47, 0.5", [5.6, 5.47, 0.5, degrees.to_radians()], by_torque, method, seeds);
             }
         }
@@ -57,7 +57,7 @@ fn main() {
         for (i, (inertia, stiffness, damping, degrees)) in tests.into_iter().enumerate() {
             let truth = [inertia, stiffness, damping, f64::to_radians(degrees)];
             let name = format!("test {}: {inertia}, {stiffness}, {damping}", i + 1);
-            row(&name, truth, by_torque, Method::Gradient, seeds);
+            row(&name, truth, by_torque, JointSearchMethod::Gradient, seeds);
         }
     }
 }

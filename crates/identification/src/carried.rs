@@ -15,12 +15,12 @@ use nalgebra::{DMatrix, DVector};
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{LANES, Lanes, Plant};
 
-use crate::predict::{InputMap, Moment, Plan, PredictError, follow};
-use crate::run::{Drive, Run};
+use crate::predict::{InputMap, PredictError, PredictionPlan, SimulationMoment, follow};
+use crate::run::{IdentificationRun, InputDrive};
 
 /// How a reading enters the filter: residuals are in the readings' deviations.
 #[derive(Clone, Debug)]
-struct Reading {
+struct FilterReading {
     /// Among the residuals of the run.
     row: usize,
     /// What it shows of the error.
@@ -33,22 +33,22 @@ struct Reading {
 
 /// From one instant to the next.
 #[derive(Clone, Debug)]
-struct Step {
+struct LinearStep {
     /// The error from the last instant to this one.
     transition: DMatrix<f64>,
-    readings: Vec<Reading>,
+    readings: Vec<FilterReading>,
 }
 
 /// What carried noise does to the residuals of one recording.
 #[derive(Clone, Debug)]
-pub struct Carried {
-    steps: Vec<Step>,
+pub struct CarriedNoise {
+    steps: Vec<LinearStep>,
     size: usize,
     /// Standard deviation of what the noise does to each reading, in the reading's own.
     deviation: Vec<f64>,
 }
 
-impl Carried {
+impl CarriedNoise {
     /// Residuals, or a column of their derivatives, become innovations.
     pub fn whiten(&self, v: &mut [f64]) {
         let mut e = DVector::zeros(self.size);
@@ -71,7 +71,7 @@ impl Carried {
 }
 
 /// One instant of the linearised simulation.
-struct Instant {
+struct LinearInstant {
     /// The error from the last instant to this one.
     transition: DMatrix<f64>,
     /// Whether each noisy input has a new sample.
@@ -86,11 +86,11 @@ struct Instant {
 /// See [`PredictError`].
 pub fn carried(
     model: &dyn Plant,
-    recording: &Run,
-    plan: &Plan,
+    recording: &IdentificationRun,
+    plan: &PredictionPlan,
     p: &[f64],
     map: &InputMap<f64>,
-) -> Result<Option<Carried>, PredictError> {
+) -> Result<Option<CarriedNoise>, PredictError> {
     let drives: Vec<_> = recording.drives.iter().filter(|d| d.sigma > 0.0 && d.t.len() > 1).collect();
     if drives.is_empty() {
         return Ok(None);
@@ -107,11 +107,11 @@ pub fn carried(
 /// The columns from `begin` on, as many as a dual has derivatives, of all transitions and of what all readings show.
 fn linearise(
     model: &dyn Plant,
-    (recording, drives): (&Run, &[&Drive]),
-    plan: &Plan,
+    (recording, drives): (&IdentificationRun, &[&InputDrive]),
+    plan: &PredictionPlan,
     (p, map): (&[f64], &InputMap<f64>),
     begin: usize,
-    instants: &mut Vec<Instant>,
+    instants: &mut Vec<LinearInstant>,
 ) -> Result<(), PredictError> {
     let states = model.sizes().states;
     let size = states + drives.len();
@@ -122,8 +122,8 @@ fn linearise(
     // The next sample of each noisy drive.
     let mut next = vec![0; drives.len()];
     let mut at = 0;
-    follow(model, plan, &constant(p), &map, recording.at_rest, &mut |m: Moment<Lanes>| match m {
-        Moment::Begin { t, x, u } => {
+    follow(model, plan, &constant(p), &map, recording.at_rest, &mut |m: SimulationMoment<Lanes>| match m {
+        SimulationMoment::Begin { t, x, u } => {
             at += 1;
             if instants.len() < at {
                 let fresh = drives.iter().zip(&mut next).map(|(d, next)| {
@@ -139,7 +139,7 @@ fn linearise(
                 for j in (0..drives.len()).filter(|&j| !fresh[j]) {
                     transition[(states + j, states + j)] = 1.0;
                 }
-                instants.push(Instant { transition, fresh, readings: Vec::new() });
+                instants.push(LinearInstant { transition, fresh, readings: Vec::new() });
             }
             for i in 0..states {
                 if at > 1 {
@@ -151,7 +151,7 @@ fn linearise(
                 u[d.input].eps = along(states + j);
             }
         }
-        Moment::Reading { channel, sample, y } => {
+        SimulationMoment::Reading { channel, sample, y } => {
             let Some(instant) = at.checked_sub(1).and_then(|i| instants.get_mut(i)) else { return };
             let row = plan.channels()[channel] + sample;
             let known = instant.readings.iter().position(|(r, _)| *r == row);
@@ -167,13 +167,13 @@ fn linearise(
 }
 
 /// The filter's gains along the instants; `None` where a figure is not finite.
-fn filter(instants: Vec<Instant>, sigma: &[f64], size: usize, readings: usize) -> Option<Carried> {
+fn filter(instants: Vec<LinearInstant>, sigma: &[f64], size: usize, readings: usize) -> Option<CarriedNoise> {
     let states = size - sigma.len();
     let mut covariance = DMatrix::<f64>::zeros(size, size);
     let mut free = covariance.clone();
     let mut deviation = vec![0.0; readings];
     let mut steps = Vec::with_capacity(instants.len());
-    for Instant { transition, fresh, readings } in instants {
+    for LinearInstant { transition, fresh, readings } in instants {
         for p in [&mut covariance, &mut free] {
             *p = &transition * &*p * transition.transpose();
             for j in (0..sigma.len()).filter(|&j| fresh[j]) {
@@ -194,9 +194,9 @@ fn filter(instants: Vec<Instant>, sigma: &[f64], size: usize, readings: usize) -
             if !variance.is_finite() {
                 return None;
             }
-            read.push(Reading { row, shows, gain, scale: 1.0 / variance.sqrt() });
+            read.push(FilterReading { row, shows, gain, scale: 1.0 / variance.sqrt() });
         }
-        steps.push(Step { transition, readings: read });
+        steps.push(LinearStep { transition, readings: read });
     }
-    Some(Carried { steps, size, deviation })
+    Some(CarriedNoise { steps, size, deviation })
 }

@@ -14,10 +14,10 @@ use trueup_signals::process::rms;
 
 use crate::covariance::{Information, correlation};
 use crate::fit::{FitOptions, refine, search};
-use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
+use crate::lsq::{LeastSquares, Loss, ResidualEvaluation, Solution, SolverOptions, Stop, solve};
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
-use crate::run::Channel;
+use crate::run::OutputChannel;
 use crate::scatter::{as_normal, scatter};
 use trueup_numerics::order::descending;
 
@@ -28,7 +28,7 @@ const HOPELESS: f64 = 1.0;
 
 /// How to estimate.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct EstimateSettings {
     /// Coordinates to start from; at least one.
     pub starts: Vec<Vec<f64>>,
     /// What residuals cost in the end.
@@ -41,7 +41,7 @@ pub struct Settings {
 
 /// An estimate of one unknown.
 #[derive(Clone, Debug)]
-pub struct Estimated {
+pub struct ParameterEstimate {
     /// Name of the unknown.
     pub name: String,
     /// Recording that it belongs to, by index.
@@ -76,9 +76,9 @@ pub struct ChannelFit {
 
 /// The whole result of a fit.
 #[derive(Clone, Debug)]
-pub struct Estimate {
+pub struct FitEstimate {
     /// One per unknown.
-    pub unknowns: Vec<Estimated>,
+    pub unknowns: Vec<ParameterEstimate>,
     /// Their correlation.
     pub correlation: DMatrix<f64>,
     /// How many directions the data determine.
@@ -105,7 +105,7 @@ pub struct Estimate {
 ///
 /// # Errors
 /// If the model can be simulated from none of the starts.
-pub fn estimate(problem: &OutputError, settings: &Settings) -> Result<Estimate, PredictError> {
+pub fn estimate(problem: &OutputError, settings: &EstimateSettings) -> Result<FitEstimate, PredictError> {
     let options = FitOptions {
         starts: settings.starts.clone(),
         loss: settings.loss,
@@ -126,7 +126,7 @@ pub fn estimate(problem: &OutputError, settings: &Settings) -> Result<Estimate, 
 }
 
 /// The uncertainty of a solution that [`search`] found.
-pub fn assess(problem: &OutputError, found: &Solution, settings: &Settings) -> Estimate {
+pub fn assess(problem: &OutputError, found: &Solution, settings: &EstimateSettings) -> FitEstimate {
     let unknowns = problem.unknowns();
     let n = unknowns.len();
     let information = Information::weighed(&found.residuals, &found.jacobian, settings.loss);
@@ -135,8 +135,9 @@ pub fn assess(problem: &OutputError, found: &Solution, settings: &Settings) -> E
     let independent = Information::weighed(&normal.residuals, &normal.jacobian, settings.loss);
     let robust = scatter(problem, found, &information, &normal, settings.loss);
     // Residuals of a few hundred samples underrate their own correlation; counts do not.
-    let counts =
-        |r: usize| problem.carried(r).is_none() && problem.runs()[r].channels.iter().all(Channel::counts);
+    let counts = |r: usize| {
+        problem.carried(r).is_none() && problem.runs()[r].channels.iter().all(OutputChannel::counts)
+    };
     let least = match (0..problem.runs().len()).all(counts) {
         true if problem.reads_intervals() => 0.0,
         true => 0.1,
@@ -163,7 +164,7 @@ pub fn assess(problem: &OutputError, found: &Solution, settings: &Settings) -> E
         } else {
             [wald(-1.0), wald(1.0)]
         };
-        Estimated {
+        ParameterEstimate {
             name: u.name.clone(),
             run: u.run,
             value,
@@ -173,7 +174,7 @@ pub fn assess(problem: &OutputError, found: &Solution, settings: &Settings) -> E
             reason,
         }
     });
-    Estimate {
+    FitEstimate {
         unknowns: estimates,
         correlation: correlation(&information.covariance),
         rank: information.rank,
@@ -237,14 +238,14 @@ fn why_not(
 }
 
 /// The problem with some unknowns held: index and coordinate.
-pub(crate) struct Held<'a, P> {
+pub(crate) struct ProfileProblem<'a, P> {
     pub(crate) problem: &'a P,
     pub(crate) at: &'a [(usize, f64)],
 }
 
-impl<P: Problem> Problem for Held<'_, P> {
+impl<P: LeastSquares> LeastSquares for ProfileProblem<'_, P> {
     type Error = P::Error;
-    fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<Evaluation, P::Error> {
+    fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<ResidualEvaluation, P::Error> {
         let mut e = self.problem.evaluate(x, jacobian)?;
         if let Some(j) = &mut e.jacobian {
             self.at.iter().for_each(|(k, _)| j.column_mut(*k).fill(0.0));
@@ -277,11 +278,12 @@ fn profile(
     let valley: Vec<f64> = (0..found.x.len())
         .map(|i| information.covariance[(i, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE))
         .collect();
-    let options = Options { max_iterations: 12, cost_tolerance: 1e-7, loss, ..Options::default() };
+    let options =
+        SolverOptions { max_iterations: 12, cost_tolerance: 1e-7, loss, ..SolverOptions::default() };
     // Signed root of the rise of the cost: nearly linear.
     let rise = |distance: f64| {
         let start: Vec<f64> = (0..found.x.len()).map(|i| found.x[i] + sign * distance * valley[i]).collect();
-        let held = Held { problem, at: &[(k, found.x[k] + sign * distance)] };
+        let held = ProfileProblem { problem, at: &[(k, found.x[k] + sign * distance)] };
         let cost = solve(&held, &start, options).map_or(f64::INFINITY, |s| s.cost);
         (2.0 * (cost - found.cost).max(0.0)).sqrt()
     };

@@ -7,12 +7,12 @@ use trueup_signals::process::{nrmse, rms};
 
 use crate::covariance::Information;
 use crate::interval::SLACKS;
-use crate::lsq::{Loss, Options, Problem, Solution, Stop, solve};
+use crate::lsq::{LeastSquares, Loss, Solution, SolverOptions, Stop, solve};
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use crate::recorded::nuisance;
-use crate::run::Run;
-use crate::subject::Subject;
+use crate::run::IdentificationRun;
+use crate::subject::IdentificationSubject;
 
 /// How to fit.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ impl Default for FitOptions {
 
 /// One channel of one recording against its simulation.
 #[derive(Clone, Debug)]
-pub struct Comparison {
+pub struct ChannelComparison {
     /// Recording, by index.
     pub run: usize,
     /// FMU variable.
@@ -53,7 +53,7 @@ pub struct Comparison {
     pub row: usize,
 }
 
-impl Comparison {
+impl ChannelComparison {
     /// Root mean square of the residual over that of the readings about their mean; `None` for a channel without
     /// variation.
     pub fn nrmse(&self) -> Option<f64> {
@@ -67,7 +67,7 @@ impl Comparison {
 
 /// A fit.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct OutputErrorFit {
     /// Coordinates of the solution ([`crate::unknown::Scale`]), one per unknown.
     pub theta: Vec<f64>,
     /// Values of the unknowns.
@@ -77,7 +77,7 @@ pub struct Fit {
     /// Half the sum of the (robust) squares of the whitened residuals, priors included.
     pub cost: f64,
     /// Channel by channel, recording by recording.
-    pub comparisons: Vec<Comparison>,
+    pub comparisons: Vec<ChannelComparison>,
     /// d(whitened residual) / d(theta): rows as the comparisons say, then those of the priors.
     pub jacobian: DMatrix<f64>,
     /// (J^T J)^+ in theta, its rank and condition.
@@ -109,11 +109,11 @@ pub struct Origins {
 /// # Errors
 /// If the model can be simulated from none of them.
 pub fn search(problem: &OutputError, options: &FitOptions) -> Result<(Solution, Origins), PredictError> {
-    let first = Options {
+    let first = SolverOptions {
         max_iterations: options.first_iterations,
         cost_tolerance: 1e-3,
         loss: Loss::SoftL1(3.0),
-        ..Options::default()
+        ..SolverOptions::default()
     };
     let tried: Vec<Result<Solution, PredictError>> = if options.starts.len() < 2 {
         Vec::new()
@@ -127,7 +127,8 @@ pub fn search(problem: &OutputError, options: &FitOptions) -> Result<(Solution, 
         Some(found) => found?.x,
         None => options.starts.first().cloned().unwrap_or_else(|| problem.start()),
     };
-    let last = Options { loss: options.loss, max_iterations: options.iterations, ..Options::default() };
+    let last =
+        SolverOptions { loss: options.loss, max_iterations: options.iterations, ..SolverOptions::default() };
     Ok((solve(problem, &begin, last)?, Origins { start: best, costs, ends }))
 }
 
@@ -140,7 +141,7 @@ pub(crate) fn misfit(problem: &OutputError, found: &Solution) -> f64 {
 ///
 /// # Errors
 /// If the model can be simulated from none of the starts.
-pub fn fit(problem: &OutputError, options: &FitOptions) -> Result<Fit, PredictError> {
+pub fn fit(problem: &OutputError, options: &FitOptions) -> Result<OutputErrorFit, PredictError> {
     let (solution, origins) = search(problem, options)?;
     of_solution(problem, solution, options.loss, origins)
 }
@@ -151,9 +152,9 @@ pub(crate) fn of_solution(
     solution: Solution,
     loss: Loss,
     origins: Origins,
-) -> Result<Fit, PredictError> {
+) -> Result<OutputErrorFit, PredictError> {
     let theta = solution.x.clone();
-    Ok(Fit {
+    Ok(OutputErrorFit {
         values: problem.values(&theta),
         parameters: problem.shared(&theta),
         cost: solution.cost,
@@ -179,7 +180,7 @@ pub(crate) const MODEL_ERROR: f64 = 5.0;
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_carried(problem: &mut OutputError, options: &FitOptions) -> Result<Fit, PredictError> {
+pub fn fit_carried(problem: &mut OutputError, options: &FitOptions) -> Result<OutputErrorFit, PredictError> {
     let first = fit(problem, options)?;
     if problem.runs().iter().all(|r| r.drives.iter().all(|d| d.sigma <= 0.0)) {
         return Ok(first);
@@ -199,14 +200,14 @@ pub fn fit_carried(problem: &mut OutputError, options: &FitOptions) -> Result<Fi
     }
     problem.carry_noise(&middle.theta)?;
     let last = fit(problem, &FitOptions { starts: vec![middle.theta], ..options.clone() })?;
-    Ok(Fit { origins: first.origins, ..last })
+    Ok(OutputErrorFit { origins: first.origins, ..last })
 }
 
 /// From a solution with normal errors on to one that takes the readings of counting sensors as intervals
 /// ([`OutputError::read_intervals`]), the slack made smaller for as long as that makes the recordings more likely. `None`:
 /// nothing counts, the model is not as right as that, or normal errors explain the readings better.
 pub fn refine(problem: &OutputError, found: &Solution, loss: Loss) -> Option<(f64, Solution)> {
-    let counting = problem.runs().iter().flat_map(|r| &r.channels).any(crate::run::Channel::counts);
+    let counting = problem.runs().iter().flat_map(|r| &r.channels).any(crate::run::OutputChannel::counts);
     let carried = (0..problem.runs().len()).any(|r| problem.carried(r).is_some());
     let misfit = rms(&found.residuals.as_slice()[..problem.readings()]);
     if !counting || carried || misfit > INTERVAL_MISFIT {
@@ -218,7 +219,8 @@ pub fn refine(problem: &OutputError, found: &Solution, loss: Loss) -> Option<(f6
     let mut problem = problem.clone();
     for slack in SLACKS {
         problem.read_intervals(Some(slack));
-        let options = Options { loss, max_iterations: 30, cost_tolerance: 1e-7, ..Options::default() };
+        let options =
+            SolverOptions { loss, max_iterations: 30, cost_tolerance: 1e-7, ..SolverOptions::default() };
         let Ok(s) = solve(&problem, &at, options) else { break };
         let surprise = s.cost + problem.constant();
         if best.as_ref().is_some_and(|b| b.1 <= surprise) {
@@ -234,8 +236,8 @@ pub fn refine(problem: &OutputError, found: &Solution, loss: Loss) -> Option<(f6
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn compare(problem: &OutputError, theta: &[f64]) -> Result<Vec<Comparison>, PredictError> {
-    let mut all: Vec<Comparison> = Vec::new();
+pub fn compare(problem: &OutputError, theta: &[f64]) -> Result<Vec<ChannelComparison>, PredictError> {
+    let mut all: Vec<ChannelComparison> = Vec::new();
     for (r, run) in problem.runs().iter().enumerate() {
         let found = problem.predict(r, theta)?;
         let (mut together, first) = (Vec::new(), all.len());
@@ -245,7 +247,7 @@ pub fn compare(problem: &OutputError, theta: &[f64]) -> Result<Vec<Comparison>, 
             let predicted = found[range].to_vec();
             let scaled = predicted.iter().zip(&channel.y).enumerate();
             together.extend(scaled.map(|(k, (p, y))| (p - y) / channel.deviation(k)));
-            all.push(Comparison {
+            all.push(ChannelComparison {
                 run: r,
                 channel: channel.name.clone(),
                 t: channel.t.clone(),
@@ -269,8 +271,12 @@ pub fn compare(problem: &OutputError, theta: &[f64]) -> Result<Vec<Comparison>, 
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn free_run(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Result<Vec<Comparison>, PredictError> {
-    let one = |(r, run): (usize, &Run)| {
+pub fn free_run(
+    model: &dyn IdentificationSubject,
+    values: &[f64],
+    runs: &[IdentificationRun],
+) -> Result<Vec<ChannelComparison>, PredictError> {
+    let one = |(r, run): (usize, &IdentificationRun)| {
         let alone = std::slice::from_ref(run);
         let problem = OutputError::new(model, values, alone, nuisance(model, values, alone));
         // Begun at rest or as the first readings say: a wrong one may stick where the other slides.
@@ -291,7 +297,7 @@ pub fn free_run(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Result<Vec
         all.iter_mut().for_each(|c| c.run = r);
         Ok(all)
     };
-    let all: Vec<Result<Vec<Comparison>, PredictError>> = parallel::map(runs.iter().enumerate(), one);
+    let all: Vec<Result<Vec<ChannelComparison>, PredictError>> = parallel::map(runs.iter().enumerate(), one);
     Ok(all.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 

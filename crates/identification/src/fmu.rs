@@ -3,7 +3,7 @@
 //!
 //! Parameters are its `Float64` parameters and the start values of its states (`initial = "exact"`), by name; arrays
 //! element by element. A recording is simulated as a model of ours is: the same inputs between samples, the same instants
-//! of readings ([`Plan`]), stick-slip and other events located.
+//! of readings ([`PredictionPlan`]), stick-slip and other events located.
 //!
 //! **Derivatives by parameters** are central differences over whole simulations: the standard has directional derivatives
 //! with respect to states and continuous inputs, not to fixed parameters, and none across events. Where the FMU offers
@@ -20,26 +20,27 @@ use std::sync::{Arc, Mutex};
 
 use crate::parallel;
 use trueup_fmi_description::description::{
-    Causality, Description, Initial, Type, Values, Variability, Variable,
+    Description, DescriptionCausality, DescriptionVariability, DescriptionVariable, Initial, StartValues,
+    VariableType,
 };
-use trueup_fmi_import::{AnyInstance, Fmu, array_lengths};
-use trueup_numerics::hybrid::Sizes;
+use trueup_fmi_import::{AnyInstance, UnpackedFmu, array_lengths};
+use trueup_numerics::hybrid::ModelSizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::elements;
-use trueup_signals::{Role, Value};
+use trueup_signals::{ParameterValue, VariableRole};
 
 pub use error::FmuError;
 use error::MAX_ELEMENTS;
 
-use crate::model::{Coordinate, ModelError, Named, Quantity};
-use crate::predict::{InputMap, Plan, PredictError};
+use crate::model::{CoordinateIndices, ModelError, NamedVariables, PlantQuantity};
+use crate::predict::{InputMap, PredictError, PredictionPlan};
 use crate::predictor::Predictor;
-use crate::subject::Subject;
+use crate::subject::IdentificationSubject;
 use trueup_plant::{LANES, Lanes};
 
 /// A variable that is set or read, with its place among the elements of its kind.
 #[derive(Clone, Debug)]
-struct Place {
+struct VariablePlace {
     reference: u32,
     begin: usize,
     len: usize,
@@ -47,28 +48,28 @@ struct Place {
 
 /// A parameter that is no real number: chosen by the case, not fitted.
 #[derive(Clone, Debug)]
-struct Choice {
+struct StructuralChoice {
     reference: u32,
-    kind: Type,
+    kind: VariableType,
     start: Option<f64>,
     /// It can be set.
     settable: bool,
 }
 
 /// An FMU with its variables by name.
-pub struct FmuModel {
-    fmu: Arc<Fmu>,
+pub struct FmuSubject {
+    fmu: Arc<UnpackedFmu>,
     name: String,
-    parameters: Vec<Quantity>,
-    inputs: Vec<Quantity>,
-    outputs: Vec<Quantity>,
-    parameter_places: Vec<Place>,
-    input_places: Vec<Place>,
-    output_places: Vec<Place>,
+    parameters: Vec<PlantQuantity>,
+    inputs: Vec<PlantQuantity>,
+    outputs: Vec<PlantQuantity>,
+    parameter_places: Vec<VariablePlace>,
+    input_places: Vec<VariablePlace>,
+    output_places: Vec<VariablePlace>,
     starts: Vec<f64>,
-    choices: HashMap<String, Choice>,
+    choices: HashMap<String, StructuralChoice>,
     /// What the case chose: reference, type, value.
-    chosen: Vec<(u32, Type, f64)>,
+    chosen: Vec<(u32, VariableType, f64)>,
     /// (parameter, output): a state whose start value can be set.
     states: Vec<(usize, usize)>,
     /// Parameters that only say how a run begins.
@@ -80,7 +81,7 @@ pub struct FmuModel {
     idle: Mutex<Vec<AnyInstance>>,
 }
 
-impl std::fmt::Debug for FmuModel {
+impl std::fmt::Debug for FmuSubject {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("FmuModel").field("file", &self.fmu.file()).finish_non_exhaustive()
     }
@@ -95,13 +96,13 @@ const REFUSED: u8 = 2;
 /// Half the width of a central difference: of a logarithm, and of a linear unknown in its magnitude.
 const WIDTH: [f64; 2] = [1e-4, 1e-2];
 
-impl FmuModel {
+impl FmuSubject {
     /// Opens an FMU. It is native code of somebody else: opening it means trusting it.
     ///
     /// # Errors
     /// See [`FmuError`].
     pub fn open(file: impl AsRef<Path>) -> Result<Self, FmuError> {
-        let fmu = Fmu::open(file).map_err(Box::new)?;
+        let fmu = UnpackedFmu::open(file).map_err(Box::new)?;
         let d = fmu.description();
         if d.model_exchange.is_none() {
             let offers: Vec<&str> = d.interfaces().map(|(name, _)| name).collect();
@@ -111,7 +112,7 @@ impl FmuModel {
             });
         }
         let mut left = MAX_ELEMENTS;
-        for v in d.variables.iter().filter(|v| v.kind == Type::Float64) {
+        for v in d.variables.iter().filter(|v| v.kind == VariableType::Float64) {
             let elements = d.elements(v).unwrap_or(0);
             left = left.checked_sub(elements).ok_or_else(|| FmuError::TooLarge {
                 file: fmu.file().display().to_string(),
@@ -149,15 +150,15 @@ impl FmuModel {
         Ok(m)
     }
 
-    fn add(&mut self, d: &Description, v: &Variable, state: bool) {
-        let parameter = v.causality == Causality::Parameter;
-        let constant = v.variability == Variability::Constant;
-        if v.kind != Type::Float64 || constant {
-            let start = v.start.as_ref().and_then(Values::as_f64).and_then(|s| s.first().copied());
-            let kept = parameter || constant || v.causality == Causality::StructuralParameter;
+    fn add(&mut self, d: &Description, v: &DescriptionVariable, state: bool) {
+        let parameter = v.causality == DescriptionCausality::Parameter;
+        let constant = v.variability == DescriptionVariability::Constant;
+        if v.kind != VariableType::Float64 || constant {
+            let start = v.start.as_ref().and_then(StartValues::as_f64).and_then(|s| s.first().copied());
+            let kept = parameter || constant || v.causality == DescriptionCausality::StructuralParameter;
             if kept && v.dimensions.is_empty() && start.is_some() {
-                let settable = parameter && v.kind != Type::Float64;
-                let choice = Choice { reference: v.value_reference, kind: v.kind, start, settable };
+                let settable = parameter && v.kind != VariableType::Float64;
+                let choice = StructuralChoice { reference: v.value_reference, kind: v.kind, start, settable };
                 self.choices.insert(v.name.clone(), choice);
             }
             return;
@@ -169,24 +170,30 @@ impl FmuModel {
         let (min, max) = (a.min.unwrap_or(f64::NEG_INFINITY), a.max.unwrap_or(f64::INFINITY));
         let names = elements(&v.name, &lengths);
         let len = names.len();
-        let put = |list: &mut Vec<Quantity>, places: &mut Vec<Place>| {
-            places.push(Place { reference: v.value_reference, begin: list.len(), len });
-            list.extend(names.iter().map(|n| Quantity { min, max, ..Quantity::new(n.clone(), unit) }));
+        let put = |list: &mut Vec<PlantQuantity>, places: &mut Vec<VariablePlace>| {
+            places.push(VariablePlace { reference: v.value_reference, begin: list.len(), len });
+            list.extend(names.iter().map(|n| PlantQuantity {
+                min,
+                max,
+                ..PlantQuantity::new(n.clone(), unit)
+            }));
         };
         let exact = v.effective_initial() == Some(Initial::Exact);
-        let shown = matches!(v.causality, Causality::Output | Causality::Local);
+        let shown = matches!(v.causality, DescriptionCausality::Output | DescriptionCausality::Local);
         if parameter || shown && exact && state {
             let begin = self.parameters.len();
             put(&mut self.parameters, &mut self.parameter_places);
-            let start = v.start.as_ref().and_then(Values::as_f64).unwrap_or_default();
+            let start = v.start.as_ref().and_then(StartValues::as_f64).unwrap_or_default();
             self.starts.extend((0..len).map(|k| start.get(k).or(start.first()).copied().unwrap_or(0.0)));
             if !parameter {
                 self.states.extend((0..len).map(|k| (begin + k, self.outputs.len() + k)));
             }
         }
         match v.causality {
-            Causality::Input => put(&mut self.inputs, &mut self.input_places),
-            Causality::Output | Causality::Local => put(&mut self.outputs, &mut self.output_places),
+            DescriptionCausality::Input => put(&mut self.inputs, &mut self.input_places),
+            DescriptionCausality::Output | DescriptionCausality::Local => {
+                put(&mut self.outputs, &mut self.output_places)
+            }
             _ => {}
         }
     }
@@ -196,7 +203,7 @@ impl FmuModel {
         &self.name
     }
     /// The FMU.
-    pub fn fmu(&self) -> &Arc<Fmu> {
+    pub fn fmu(&self) -> &Arc<UnpackedFmu> {
         &self.fmu
     }
     /// Start values of its parameters, as its description has them.
@@ -204,24 +211,24 @@ impl FmuModel {
         self.starts.clone()
     }
     /// All that recordings and cases may name.
-    pub fn variables(&self) -> Vec<trueup_signals::Variable> {
-        let list = |all: &[Quantity], role: Role| -> Vec<_> {
-            let made = all.iter().map(|q| trueup_signals::Variable {
+    pub fn variables(&self) -> Vec<trueup_signals::SignalVariable> {
+        let list = |all: &[PlantQuantity], role: VariableRole| -> Vec<_> {
+            let made = all.iter().map(|q| trueup_signals::SignalVariable {
                 min: q.min.is_finite().then_some(q.min),
                 max: q.max.is_finite().then_some(q.max),
-                ..trueup_signals::Variable::new(&q.name, q.unit, role)
+                ..trueup_signals::SignalVariable::new(&q.name, q.unit, role)
             });
             made.collect()
         };
         // A state is an output first: its column in a recording is what it showed.
-        let mut all = list(&self.inputs, Role::Input);
-        all.extend(list(&self.outputs, Role::Output));
-        all.extend(list(&self.parameters, Role::Parameter));
+        let mut all = list(&self.inputs, VariableRole::Input);
+        all.extend(list(&self.outputs, VariableRole::Output));
+        all.extend(list(&self.parameters, VariableRole::Parameter));
         let mut choices: Vec<_> = self.choices.keys().collect();
         choices.sort();
-        all.extend(choices.into_iter().map(|n| trueup_signals::Variable {
+        all.extend(choices.into_iter().map(|n| trueup_signals::SignalVariable {
             takes: trueup_signals::Takes::Anything,
-            ..trueup_signals::Variable::new(n, "", Role::Parameter)
+            ..trueup_signals::SignalVariable::new(n, "", VariableRole::Parameter)
         }));
         all
     }
@@ -233,7 +240,7 @@ impl FmuModel {
     pub fn set<'a>(
         &self,
         base: &[f64],
-        given: impl IntoIterator<Item = (&'a String, &'a Value)>,
+        given: impl IntoIterator<Item = (&'a String, &'a ParameterValue)>,
     ) -> Result<Vec<f64>, ModelError> {
         let mut p = base.to_vec();
         for (name, value) in given {
@@ -255,7 +262,7 @@ impl FmuModel {
     /// One that was fixed when the FMU was made, and is another there.
     pub fn choose<'a>(
         &mut self,
-        given: impl IntoIterator<Item = (&'a String, &'a Value)>,
+        given: impl IntoIterator<Item = (&'a String, &'a ParameterValue)>,
     ) -> Result<(), ModelError> {
         for (name, value) in given {
             let wrong = |what: String| ModelError::Parameter { name: name.clone(), what };
@@ -296,7 +303,7 @@ impl FmuModel {
     }
 
     /// Coordinates by the names that FMUs of this project give them: `motorAngle` begins at `initialMotorAngle`.
-    pub fn coordinates(&self) -> Vec<Coordinate> {
+    pub fn coordinates(&self) -> Vec<CoordinateIndices> {
         let rate_of = |angle: &str| {
             [("Angle", "Velocity"), ("Position", "Velocity"), ("Attitude", "Rate")]
                 .iter()
@@ -308,11 +315,11 @@ impl FmuModel {
             let first = letters.next().map(|c| c.to_ascii_uppercase());
             first.map(|c| format!("initial{c}{}", letters.as_str()))
         };
-        let mut all: Vec<Coordinate> = Vec::new();
+        let mut all: Vec<CoordinateIndices> = Vec::new();
         for (angle_output, q) in self.outputs.iter().enumerate() {
             let found = (|| {
                 let rate = rate_of(&q.name)?;
-                Some(Coordinate {
+                Some(CoordinateIndices {
                     angle: self.parameter(&initial(&q.name)?)?,
                     velocity: self.parameter(&initial(&rate)?)?,
                     angle_output,
@@ -341,14 +348,14 @@ impl FmuModel {
     }
 }
 
-impl Named for FmuModel {
-    fn parameters(&self) -> &[Quantity] {
+impl NamedVariables for FmuSubject {
+    fn parameters(&self) -> &[PlantQuantity] {
         &self.parameters
     }
-    fn inputs(&self) -> &[Quantity] {
+    fn inputs(&self) -> &[PlantQuantity] {
         &self.inputs
     }
-    fn outputs(&self) -> &[Quantity] {
+    fn outputs(&self) -> &[PlantQuantity] {
         &self.outputs
     }
     /// Real numbers all: a third party may leave out units.
@@ -357,14 +364,18 @@ impl Named for FmuModel {
     }
 }
 
-impl Subject for FmuModel {
-    fn begins(&self) -> Vec<Coordinate> {
+impl IdentificationSubject for FmuSubject {
+    fn begins(&self) -> Vec<CoordinateIndices> {
         self.coordinates()
     }
     fn shown_states(&self) -> &[(usize, usize)] {
         &self.states
     }
-    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError> {
+    fn with_values(
+        &self,
+        base: &[f64],
+        given: &BTreeMap<String, ParameterValue>,
+    ) -> Result<Vec<f64>, ModelError> {
         self.set(base, given)
     }
     fn fits(&self) -> Vec<String> {
@@ -372,19 +383,19 @@ impl Subject for FmuModel {
     }
 }
 
-impl Predictor for FmuModel {
-    fn counts(&self) -> Sizes {
-        Sizes {
+impl Predictor for FmuSubject {
+    fn counts(&self) -> ModelSizes {
+        ModelSizes {
             inputs: self.inputs.len(),
             parameters: self.parameters.len(),
             outputs: self.outputs.len(),
-            ..Sizes::default()
+            ..ModelSizes::default()
         }
     }
 
     fn readings(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
         _at_rest: bool,
@@ -395,7 +406,7 @@ impl Predictor for FmuModel {
     /// Along the way where the FMU gives directional derivatives by these parameters; else by differences.
     fn readings_along(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[Lanes],
         map: &InputMap<Lanes>,
         at_rest: bool,
@@ -426,11 +437,11 @@ fn agree(along: &[Lanes], differences: &[Lanes], acting: &[usize]) -> bool {
     })
 }
 
-impl FmuModel {
+impl FmuSubject {
     /// By central differences, lane by lane.
     fn differences(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[Lanes],
         map: &InputMap<Lanes>,
         at_rest: bool,

@@ -21,32 +21,32 @@ use nalgebra::DMatrix;
 use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
-use crate::estimate::Estimated;
-use crate::fit::{Comparison, free_run};
-use crate::fmu::FmuModel;
-use crate::model::Model;
+use crate::estimate::ParameterEstimate;
+use crate::fit::{ChannelComparison, free_run};
+use crate::fmu::FmuSubject;
+use crate::model::SimulatedPlant;
 use crate::recorded::{led, runs, runs_of};
 use crate::regress::Regressed;
-use crate::run::Run;
-use crate::subject::Subject;
+use crate::run::IdentificationRun;
+use crate::subject::IdentificationSubject;
 
 use simulation::by_simulation;
 
-pub use design::{Design, Designed};
+pub use design::{Designed, ExperimentDesign};
 pub use error::IdentifyError;
-pub use found::Found;
-pub use identified::{Figure, Identified, Settings};
+pub use found::FoundParameter;
+pub use identified::{FitFigure, Identified, IdentifySettings};
 pub use json::json;
 pub use leverage::Leverage;
-pub use method::{METHODS, Method};
-pub use starts::Start;
+pub use method::{IdentifyMethod, METHODS};
+pub use starts::SearchStart;
 
 /// Identifies a case.
 ///
 /// # Errors
 /// See [`IdentifyError`].
-pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, IdentifyError> {
-    let searched = matches!(settings.method, Method::OutputError | Method::NelderMead);
+pub fn identify(loaded: &Loaded, settings: &IdentifySettings) -> Result<Identified, IdentifyError> {
+    let searched = matches!(settings.method, IdentifyMethod::OutputError | IdentifyMethod::NelderMead);
     if !searched && !loaded.case.with.is_empty() {
         return Err(IdentifyError::Effects { method: settings.method });
     }
@@ -54,7 +54,7 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
         return Err(IdentifyError::DesignMethod { method: settings.method });
     }
     let with: Vec<&str> = loaded.case.with.iter().map(String::as_str).collect();
-    let plain = Model::of_case(&loaded.case, &with)?;
+    let plain = SimulatedPlant::of_case(&loaded.case, &with)?;
     let led = led(&plain, &[loaded.train(), loaded.holdout()].concat());
     let model = plain.with_led(&led)?;
     let mut nominal = model.set(&model.defaults(), &loaded.case.parameters)?;
@@ -67,15 +67,15 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
     (settings.progress)(&format!(
         "{} recordings, {} readings, {} parameters",
         train.len(),
-        train.iter().map(Run::len).sum::<usize>(),
+        train.iter().map(IdentificationRun::len).sum::<usize>(),
         fitted.len()
     ));
     let mut found = match settings.method {
-        Method::OutputError | Method::NelderMead => {
-            let also = |first: &Start| effects.starts(first);
+        IdentifyMethod::OutputError | IdentifyMethod::NelderMead => {
+            let also = |first: &SearchStart| effects.starts(first);
             by_simulation(&model, loaded, &nominal, train.clone(), fitted, &also, settings)?
         }
-        Method::BreakAway => breakaway::found(&model, &nominal, &train)?,
+        IdentifyMethod::BreakAway => breakaway::found(&model, &nominal, &train)?,
         _ => by_regression(&model, &nominal, &train, &fitted, settings)?,
     };
     for j in led {
@@ -89,7 +89,8 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
         (settings.progress)("the same without the effects, to compare with");
         let mut plain = loaded.clone();
         plain.case.with.clear();
-        found.without = identify(&plain, &Settings { profile: false, design: None, ..*settings })?.fit;
+        found.without =
+            identify(&plain, &IdentifySettings { profile: false, design: None, ..*settings })?.fit;
     }
     Ok(found)
 }
@@ -100,10 +101,10 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
 /// See [`IdentifyError`].
 pub fn identify_fmu(
     loaded: &Loaded,
-    mut model: FmuModel,
-    settings: &Settings,
+    mut model: FmuSubject,
+    settings: &IdentifySettings,
 ) -> Result<Identified, IdentifyError> {
-    if !matches!(settings.method, Method::OutputError | Method::NelderMead) {
+    if !matches!(settings.method, IdentifyMethod::OutputError | IdentifyMethod::NelderMead) {
         return Err(IdentifyError::FmuMethod { method: settings.method });
     }
     model.choose(&loaded.case.parameters)?;
@@ -113,7 +114,7 @@ pub fn identify_fmu(
     (settings.progress)(&format!(
         "{} recordings, {} readings, {} parameters, through {}",
         train.len(),
-        train.iter().map(Run::len).sum::<usize>(),
+        train.iter().map(IdentificationRun::len).sum::<usize>(),
         fitted.len(),
         model.fmu().file().display()
     ));
@@ -130,12 +131,12 @@ pub fn identify_fmu(
 
 /// Recordings that were not fitted, and how it was before.
 fn finish(
-    model: &dyn Subject,
+    model: &dyn IdentificationSubject,
     nominal: &[f64],
-    train: &[Run],
-    holdout: &[Run],
+    train: &[IdentificationRun],
+    holdout: &[IdentificationRun],
     mut found: Identified,
-    settings: &Settings,
+    settings: &IdentifySettings,
 ) -> Result<Identified, IdentifyError> {
     (settings.progress)("comparing with recordings that were not fitted");
     found.held_out = !holdout.is_empty();
@@ -148,13 +149,13 @@ fn finish(
     found.fit = figures(model, &found.compared);
     // The nominal model may not even simulate.
     found.before = free_run(model, nominal, runs).map(|c| figures(model, &c)).unwrap_or_default();
-    let names = |runs: &[Run]| runs.iter().map(|r| r.name.clone()).collect();
+    let names = |runs: &[IdentificationRun]| runs.iter().map(|r| r.name.clone()).collect();
     found.names = [names(train), names(runs)];
     Ok(found)
 }
 
 /// Pooled by sample over recordings.
-fn figures(model: &dyn Subject, compared: &[Comparison]) -> Vec<Figure> {
+fn figures(model: &dyn IdentificationSubject, compared: &[ChannelComparison]) -> Vec<FitFigure> {
     let mut names: Vec<&str> = Vec::new();
     for c in compared {
         if !names.contains(&c.channel.as_str()) {
@@ -165,17 +166,17 @@ fn figures(model: &dyn Subject, compared: &[Comparison]) -> Vec<Figure> {
         let mut misfit = Misfit::default();
         compared.iter().filter(|c| c.channel == name).for_each(|c| misfit.add(&c.predicted, &c.measured));
         let unit = model.output(name).map_or("", |i| model.outputs()[i].unit);
-        Figure { channel: name.into(), nrmse: misfit.nrmse(), rms: misfit.rms(), unit }
+        FitFigure { channel: name.into(), nrmse: misfit.nrmse(), rms: misfit.rms(), unit }
     };
     names.into_iter().map(figure).collect()
 }
 
 fn by_regression(
-    model: &Model,
+    model: &SimulatedPlant,
     nominal: &[f64],
-    train: &[Run],
-    fitted: &[unknowns::Fitted],
-    settings: &Settings,
+    train: &[IdentificationRun],
+    fitted: &[unknowns::CommonUnknown],
+    settings: &IdentifySettings,
 ) -> Result<Identified, IdentifyError> {
     let wrong = || IdentifyError::Method { method: settings.method };
     if !model.joint().is_some_and(|j| j.flexible()) {
@@ -187,7 +188,7 @@ fn by_regression(
     for f in fitted.iter().filter(|f| f.asked_for) {
         let name = &f.unknown.name;
         let index = model.parameter(name).ok_or_else(wrong)?;
-        let mut estimate = Estimated {
+        let mut estimate = ParameterEstimate {
             name: name.clone(),
             run: None,
             value: nominal[index],
@@ -199,7 +200,7 @@ fn by_regression(
         if let Some(k) = starts::REGRESSED.iter().position(|n| n == name) {
             let (value, se) = (r.values[k], r.standard_errors[k]);
             let ends = [value - 1.96 * se, value + 1.96 * se].map(Some);
-            estimate = Estimated {
+            estimate = ParameterEstimate {
                 value,
                 standard_error: Some(se),
                 ci95: ends,
@@ -212,7 +213,7 @@ fn by_regression(
             values[index] = value;
         }
         let unit = model.parameters()[index].unit;
-        parameters.push(Found { estimate, unit, nominal: nominal[index], doubt: None });
+        parameters.push(FoundParameter { estimate, unit, nominal: nominal[index], doubt: None });
     }
     let mut notes = vec![format!(
         "{} has no nuisance parameters and no bounds; compare with output-error before you rely on it",

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use trueup_models::plants;
 use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Finding, Kind, Loaded, Variable, base_name};
+use trueup_signals::{Case, Finding, FindingKind, Loaded, SignalVariable, base_name};
 
-use crate::model::{Model, ModelError};
+use crate::model::{ModelError, SimulatedPlant};
 use crate::recorded::led;
 
 /// What a case is taken in for.
@@ -22,7 +22,7 @@ pub enum Purpose {
 
 /// A case that was read. It may be used unless one of its findings is an error.
 #[derive(Clone, Debug)]
-pub struct Intake {
+pub struct CaseIntake {
     /// The case with its recordings.
     pub loaded: Loaded,
     /// What was noticed.
@@ -33,10 +33,10 @@ pub struct Intake {
 
 /// A case that cannot be read.
 #[derive(Debug, thiserror::Error)]
-pub enum IntakeError {
+pub enum CaseIntakeError {
     /// What is wrong in its files.
     #[error(transparent)]
-    Files(#[from] trueup_signals::Error),
+    Files(#[from] trueup_signals::SignalsError),
     /// It has no model.
     #[error("{}: {source}", .file.display())]
     Model {
@@ -47,12 +47,12 @@ pub enum IntakeError {
     },
 }
 
-impl Intake {
+impl CaseIntake {
     /// Reads a case. `with` are effects that are fitted in addition to those that it names.
     ///
     /// # Errors
-    /// [`IntakeError`]; what is wrong with recordings as such is in [`Self::findings`].
-    pub fn read(path: &Path, purpose: Purpose, with: &[String]) -> Result<Self, IntakeError> {
+    /// [`CaseIntakeError`]; what is wrong with recordings as such is in [`Self::findings`].
+    pub fn read(path: &Path, purpose: Purpose, with: &[String]) -> Result<Self, CaseIntakeError> {
         let (loaded, findings) = Case::load(path, |case| variables(case, with))?;
         Self::of(loaded, findings, purpose, with)
     }
@@ -60,32 +60,33 @@ impl Intake {
     /// Takes in a case whose files, if it has any, are read already; `findings` are what was noticed there.
     ///
     /// # Errors
-    /// [`IntakeError::Model`]
+    /// [`CaseIntakeError::Model`]
     pub fn of(
         mut loaded: Loaded,
         mut findings: Vec<Finding>,
         purpose: Purpose,
         with: &[String],
-    ) -> Result<Self, IntakeError> {
+    ) -> Result<Self, CaseIntakeError> {
         for id in with {
             if !loaded.case.with.contains(id) {
                 loaded.case.with.push(id.clone());
             }
         }
-        let model = Model::of_case(&loaded.case, &[]);
-        let model = model.map_err(|source| IntakeError::Model { file: loaded.case.file.clone(), source })?;
+        let model = SimulatedPlant::of_case(&loaded.case, &[]);
+        let model =
+            model.map_err(|source| CaseIntakeError::Model { file: loaded.case.file.clone(), source })?;
         findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));
         // An arm whose motors have their measured motion prescribed needs no torque.
         let all = [loaded.train(), loaded.holdout()].concat();
         if !led(&model, &all).is_empty() {
             let needless = |f: &Finding| match purpose {
-                Purpose::Identify => matches!(f.kind, Kind::NoInput | Kind::MissingInput),
-                Purpose::BreakAway | Purpose::Diagnose => f.kind == Kind::NoInput,
+                Purpose::Identify => matches!(f.kind, FindingKind::NoInput | FindingKind::MissingInput),
+                Purpose::BreakAway | Purpose::Diagnose => f.kind == FindingKind::NoInput,
             };
             findings.retain(|f| !needless(f));
         }
         if purpose == Purpose::BreakAway {
-            findings.retain(|f| f.kind != Kind::LittleExcitation);
+            findings.retain(|f| f.kind != FindingKind::LittleExcitation);
         }
         let preset = line(&model, &loaded.case);
         Ok(Self { loaded, findings, preset })
@@ -96,21 +97,26 @@ impl Intake {
 ///
 /// # Errors
 /// The case names no such model.
-pub fn variables(case: &Case, with: &[String]) -> Result<Vec<Variable>, trueup_signals::Error> {
+pub fn variables(case: &Case, with: &[String]) -> Result<Vec<SignalVariable>, trueup_signals::SignalsError> {
     let wrong = |e: ModelError| {
-        trueup_signals::Error::Wrong(vec![Finding::error(Kind::UnknownModel, &case.file, e.to_string(), "")])
+        trueup_signals::SignalsError::Wrong(vec![Finding::error(
+            FindingKind::UnknownModel,
+            &case.file,
+            e.to_string(),
+            "",
+        )])
     };
     fitted(case, with).map(|m| m.variables()).map_err(wrong)
 }
 
 /// The model of a case with the effects that are fitted.
-fn fitted(case: &Case, with: &[String]) -> Result<Model, ModelError> {
+fn fitted(case: &Case, with: &[String]) -> Result<SimulatedPlant, ModelError> {
     let all: Vec<&str> = case.with.iter().chain(with).map(String::as_str).collect();
-    Model::of_case(case, &all)
+    SimulatedPlant::of_case(case, &all)
 }
 
 /// Which channels go with each other.
-fn relations(model: &Model, case: &Case) -> Vec<Relation> {
+fn relations(model: &SimulatedPlant, case: &Case) -> Vec<Relation> {
     let rate = |rate: &str, of: &str| Relation::Rate { rate: rate.into(), of: of.into() };
     if model.joint().is_some() {
         let n = case.number("gearRatio").unwrap_or_else(|| model.defaults()[2]);
@@ -132,7 +138,7 @@ fn relations(model: &Model, case: &Case) -> Vec<Relation> {
 }
 
 /// Names of the parameters that the case leaves out, of arrays that lack as a whole theirs. First states are found anyway.
-pub fn left_out<'a>(model: &'a Model, case: &Case) -> Vec<&'a str> {
+pub fn left_out<'a>(model: &'a SimulatedPlant, case: &Case) -> Vec<&'a str> {
     let all: Vec<&str> = model.parameters().iter().map(|q| q.name.as_str()).collect();
     let missing = |name: &&str| !name.starts_with("initial") && !case.parameters.contains_key(*name);
     let whole = |base: &str| all.iter().filter(|n| base_name(n) == base).all(&missing);
@@ -148,7 +154,7 @@ pub fn left_out<'a>(model: &'a Model, case: &Case) -> Vec<&'a str> {
 }
 
 /// `case.toml: left out, so of the preset (..): damping, linkMass[2]`; `None` if the case has all of them.
-fn line(model: &Model, case: &Case) -> Option<String> {
+fn line(model: &SimulatedPlant, case: &Case) -> Option<String> {
     let names = left_out(model, case);
     let preset = plants::preset(model.plant().model());
     (!names.is_empty()).then(|| {

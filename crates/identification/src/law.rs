@@ -35,7 +35,7 @@ impl<T: Scalar> Sparse<T> {
 
 /// What holds in one set of modes.
 #[derive(Debug)]
-pub(crate) struct Law<T> {
+pub(crate) struct LinearStepLaw<T> {
     /// [dx/dt] from [x, u, 1].
     rates: Sparse<T>,
     /// Requested outputs from [x, u, 1].
@@ -118,13 +118,13 @@ fn phi(z: f64) -> [f64; 4] {
 }
 
 /// The model with its parameters.
-pub(crate) struct Frozen<'a, T> {
+pub(crate) struct FrozenPlant<'a, T> {
     pub(crate) model: &'a dyn Plant,
     pub(crate) p: &'a [T],
     pub(crate) modes: &'a [i32],
 }
 
-impl<T: PlantScalar> Frozen<'_, T> {
+impl<T: PlantScalar> FrozenPlant<'_, T> {
     fn rates(&self, t: f64, x: &[T], u: &[T], dx: &mut [T]) {
         T::rates(self.model, At { t: T::constant(t), x, u, p: self.p, modes: self.modes }, &[], dx);
     }
@@ -133,9 +133,9 @@ impl<T: PlantScalar> Frozen<'_, T> {
     }
 }
 
-impl<T: PlantScalar> Law<T> {
+impl<T: PlantScalar> LinearStepLaw<T> {
     /// Begins at `x`, `u`; `wanted` are the outputs to be read.
-    pub(crate) fn new(f: &Frozen<T>, t: f64, x: &[T], u: &[T], wanted: &[usize]) -> Self {
+    pub(crate) fn new(f: &FrozenPlant<T>, t: f64, x: &[T], u: &[T], wanted: &[usize]) -> Self {
         let n = f.model.sizes();
         let mut law = Self {
             rates: Sparse(Vec::new()),
@@ -155,7 +155,7 @@ impl<T: PlantScalar> Law<T> {
             law.find_matrices(f, wanted);
         }
         let values: Vec<f64> = f.p.iter().map(|p| p.value()).collect();
-        let frozen = Frozen { model: f.model, p: &values, modes: f.modes };
+        let frozen = FrozenPlant { model: f.model, p: &values, modes: f.modes };
         let (x, u): (Vec<f64>, Vec<f64>) =
             (x.iter().map(|v| v.value()).collect(), u.iter().map(|v| v.value()).collect());
         let fastest = fastest(&frozen, t, &x, &u);
@@ -163,11 +163,11 @@ impl<T: PlantScalar> Law<T> {
         law
     }
 
-    fn find_matrices(&mut self, f: &Frozen<T>, wanted: &[usize]) {
+    fn find_matrices(&mut self, f: &FrozenPlant<T>, wanted: &[usize]) {
         let n = f.model.sizes();
         // A parameter that is 0 hides entries that depend on it: where they are is found with another value.
         let some: Vec<f64> = f.p.iter().map(|p| if p.value() == 0.0 { 1e-3 } else { p.value() }).collect();
-        let pattern = columns(&Frozen { model: f.model, p: &some, modes: f.modes }, wanted);
+        let pattern = columns(&FrozenPlant { model: f.model, p: &some, modes: f.modes }, wanted);
         let values = columns(f, wanted);
         let last = n.states + n.inputs;
         self.reach = vec![vec![false; last + 1]; n.states];
@@ -190,9 +190,9 @@ impl<T: PlantScalar> Law<T> {
     }
 
     /// The same law without derivatives.
-    pub(crate) fn values(&self) -> Law<f64> {
+    pub(crate) fn values(&self) -> LinearStepLaw<f64> {
         let plain = |s: &Sparse<T>| Sparse(s.0.iter().map(|&(r, c, v)| (r, c, v.value())).collect());
-        Law {
+        LinearStepLaw {
             rates: plain(&self.rates),
             readout: plain(&self.readout),
             reach: self.reach.clone(),
@@ -209,7 +209,15 @@ impl<T: PlantScalar> Law<T> {
     }
 
     /// The requested outputs.
-    pub(crate) fn read(&mut self, f: &Frozen<T>, t: f64, x: &[T], u: &[T], wanted: &[usize], y: &mut [T]) {
+    pub(crate) fn read(
+        &mut self,
+        f: &FrozenPlant<T>,
+        t: f64,
+        x: &[T],
+        u: &[T],
+        wanted: &[usize],
+        y: &mut [T],
+    ) {
         if self.affine {
             self.z[..self.states].copy_from_slice(x);
             self.z[self.states..][..self.inputs].copy_from_slice(u);
@@ -223,7 +231,7 @@ impl<T: PlantScalar> Law<T> {
     }
 
     /// A step of a size that will come again: by a map that is kept.
-    pub(crate) fn step(&mut self, f: &Frozen<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
+    pub(crate) fn step(&mut self, f: &FrozenPlant<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
         if !self.affine || (self.maps.len() >= KEPT && !self.maps.contains_key(&h.to_bits())) {
             return self.step_once(f, t, x, u, du, h);
         }
@@ -252,8 +260,8 @@ impl<T: PlantScalar> Law<T> {
         }
     }
 
-    /// A step of any size up to [`Law::longest`].
-    pub(crate) fn step_once(&mut self, f: &Frozen<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
+    /// A step of any size up to [`LinearStepLaw::longest`].
+    pub(crate) fn step_once(&mut self, f: &FrozenPlant<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
         if self.affine { self.taylor(x, u, T::one(), du, h) } else { self.runge_kutta(f, t, x, u, du, h) }
     }
 
@@ -279,7 +287,7 @@ impl<T: PlantScalar> Law<T> {
         }
     }
 
-    fn runge_kutta(&mut self, f: &Frozen<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
+    fn runge_kutta(&mut self, f: &FrozenPlant<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
         for i in 0..self.followers.len() {
             let row = self.followers[i];
             self.weights[row] = Weights::new(own_rate(f, t, x, u, row), h);
@@ -314,17 +322,17 @@ impl<T: PlantScalar> Law<T> {
 }
 
 /// df_i/dx_i of a state.
-fn own_rate<T: PlantScalar>(f: &Frozen<T>, t: f64, x: &[T], u: &[T], i: usize) -> f64 {
+fn own_rate<T: PlantScalar>(f: &FrozenPlant<T>, t: f64, x: &[T], u: &[T], i: usize) -> f64 {
     let dual = |v: &[T]| v.iter().map(|v| Lanes::constant(v.value())).collect::<Vec<_>>();
     let (p, u, mut x) = (dual(f.p), dual(u), dual(x));
     x[i] = Dual::variable(x[i].value(), 0);
     let mut dx = vec![Lanes::default(); x.len()];
-    Frozen { model: f.model, p: &p, modes: f.modes }.rates(t, &x, &u, &mut dx);
+    FrozenPlant { model: f.model, p: &p, modes: f.modes }.rates(t, &x, &u, &mut dx);
     dx[i].eps[0]
 }
 
 /// Rates and outputs requested at unit states and inputs, less those at 0; last those at 0.
-fn columns<T: PlantScalar>(f: &Frozen<T>, wanted: &[usize]) -> Vec<(Vec<T>, Vec<T>)> {
+fn columns<T: PlantScalar>(f: &FrozenPlant<T>, wanted: &[usize]) -> Vec<(Vec<T>, Vec<T>)> {
     let n = f.model.sizes();
     let (mut x, mut u) = (vec![T::zero(); n.states], vec![T::zero(); n.inputs]);
     let at = |x: &[T], u: &[T]| {
@@ -349,11 +357,11 @@ fn columns<T: PlantScalar>(f: &Frozen<T>, wanted: &[usize]) -> Vec<(Vec<T>, Vec<
 }
 
 /// Magnitude of the fastest eigenvalue of df/dx, 1/s, from above: norm(A^64)^(1/64), which forgets units.
-fn fastest(f: &Frozen<f64>, t: f64, x: &[f64], u: &[f64]) -> f64 {
+fn fastest(f: &FrozenPlant<f64>, t: f64, x: &[f64], u: &[f64]) -> f64 {
     let n = x.len();
     let dual = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
     let (p, u) = (dual(f.p), dual(u));
-    let frozen = Frozen { model: f.model, p: &p, modes: f.modes };
+    let frozen = FrozenPlant { model: f.model, p: &p, modes: f.modes };
     let followers = f.model.followers();
     let mut a = nalgebra::DMatrix::<f64>::zeros(n, n);
     let own: Vec<usize> = (0..n).filter(|c| !followers.contains(c)).collect();

@@ -3,7 +3,7 @@
 //!
 //! min_x 1/2 sum rho(r_i(x)^2), lower <= x <= upper. The unknowns should be scaled such that a change of 1 is a
 //! large one (logarithms, or multiples of a typical value).
-//! Deviation from MINPACK: the region is a ball in units that the problem chooses ([`Problem::units`]), such that a direction of which the data
+//! Deviation from MINPACK: the region is a ball in units that the problem chooses ([`LeastSquares::units`]), such that a direction of which the data
 //! say little is left alone until the others fit; normal equations (the covariance does not come from them, see
 //! [`crate::covariance`]). Cross-tested against SciPy's `least_squares`.
 
@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Residuals and, where requested, their derivatives.
 #[derive(Clone, Debug)]
-pub struct Evaluation {
+pub struct ResidualEvaluation {
     /// r, one per observation, each divided by its standard deviation.
     pub residuals: DVector<f64>,
     /// dr/dx, one row per observation.
@@ -19,14 +19,14 @@ pub struct Evaluation {
 }
 
 /// What is minimised.
-pub trait Problem {
+pub trait LeastSquares {
     /// Why residuals cannot be had at some point; the solver then tries a shorter step.
     type Error;
     /// Residuals at `x`, with their Jacobian if requested.
     ///
     /// # Errors
     /// The problem's error; at the start it ends the solution.
-    fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<Evaluation, Self::Error>;
+    fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<ResidualEvaluation, Self::Error>;
     /// Lower and upper bounds.
     fn bounds(&self) -> (Vec<f64>, Vec<f64>);
     /// A large change of each unknown at `x`, above 0; the trust region is a ball in these units. 1 unless given otherwise.
@@ -70,7 +70,7 @@ impl Loss {
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub struct SolverOptions {
     /// Iterations that request a Jacobian.
     pub max_iterations: usize,
     /// Stop when the cost falls by less than this share.
@@ -85,7 +85,7 @@ pub struct Options {
     pub radius: f64,
 }
 
-impl Default for Options {
+impl Default for SolverOptions {
     fn default() -> Self {
         Self {
             max_iterations: 60,
@@ -138,12 +138,12 @@ impl Stop {
 }
 
 /// Gradient and Gauss-Newton Hessian of the cost.
-struct Quadratic {
+struct QuadraticModel {
     gradient: DVector<f64>,
     hessian: DMatrix<f64>,
 }
 
-impl Quadratic {
+impl QuadraticModel {
     fn new(r: &DVector<f64>, jacobian: &DMatrix<f64>, loss: Loss) -> Self {
         if loss == Loss::Squares {
             return Self { gradient: jacobian.tr_mul(r), hessian: jacobian.tr_mul(jacobian) };
@@ -164,7 +164,11 @@ fn cost(r: &DVector<f64>, loss: Loss) -> f64 {
 ///
 /// # Errors
 /// The problem's error at the start.
-pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result<Solution, P::Error> {
+pub fn solve<P: LeastSquares>(
+    problem: &P,
+    start: &[f64],
+    options: SolverOptions,
+) -> Result<Solution, P::Error> {
     let (lower, upper) = problem.bounds();
     let inside = |i: usize, v: f64| v.clamp(lower[i], upper[i]);
     let n = start.len();
@@ -175,7 +179,7 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
     let (mut iterations, mut stop) = (1, Stop::Iterations);
     // Where the residuals are not numbers no step is better than another.
     'outer: while best.is_finite() {
-        let q = Quadratic::new(&here.0, &here.1, options.loss);
+        let q = QuadraticModel::new(&here.0, &here.1, options.loss);
         let norm = (2.0 * best).sqrt().max(f64::MIN_POSITIVE);
         let free: Vec<usize> = (0..n)
             .filter(|&i| {
@@ -250,7 +254,7 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
     Ok(Solution { x, cost: best, residuals: here.0, jacobian: here.1, at_bound, iterations, stop })
 }
 
-fn evaluate<P: Problem>(problem: &P, x: &[f64]) -> Result<(DVector<f64>, DMatrix<f64>), P::Error> {
+fn evaluate<P: LeastSquares>(problem: &P, x: &[f64]) -> Result<(DVector<f64>, DMatrix<f64>), P::Error> {
     let e = problem.evaluate(x, true)?;
     let mut jacobian = e.jacobian.unwrap_or_else(|| DMatrix::zeros(e.residuals.len(), x.len()));
     // What has no finite derivative here stays where it is, as does one whose derivatives have no finite squares.
@@ -270,7 +274,7 @@ struct Region {
 }
 
 impl Region {
-    fn new(q: &Quadratic, free: &[usize], gradient: &DVector<f64>, units: &DVector<f64>) -> Self {
+    fn new(q: &QuadraticModel, free: &[usize], gradient: &DVector<f64>, units: &DVector<f64>) -> Self {
         let units = DVector::from_fn(free.len(), |a, _| units[free[a]]);
         let h = DMatrix::from_fn(free.len(), free.len(), |a, b| {
             units[a] * q.hessian[(free[a], free[b])] * units[b]
@@ -314,12 +318,12 @@ mod tests {
 
     /// Residuals and their derivatives.
     struct Of<F>(F, Vec<f64>, Vec<f64>);
-    impl<F: Fn(&[f64]) -> (Vec<f64>, Vec<Vec<f64>>)> Problem for Of<F> {
+    impl<F: Fn(&[f64]) -> (Vec<f64>, Vec<Vec<f64>>)> LeastSquares for Of<F> {
         type Error = ();
-        fn evaluate(&self, x: &[f64], _: bool) -> Result<Evaluation, ()> {
+        fn evaluate(&self, x: &[f64], _: bool) -> Result<ResidualEvaluation, ()> {
             let (r, rows) = self.0(x);
             let jacobian = DMatrix::from_fn(r.len(), x.len(), |i, j| rows[i][j]);
-            Ok(Evaluation { residuals: DVector::from_vec(r), jacobian: Some(jacobian) })
+            Ok(ResidualEvaluation { residuals: DVector::from_vec(r), jacobian: Some(jacobian) })
         }
         fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
             (self.1.clone(), self.2.clone())
@@ -334,11 +338,11 @@ mod tests {
     fn rosenbrock_free_and_at_a_bound() {
         let far = vec![f64::NEG_INFINITY; 2];
         let free = Of(rosenbrock, far.clone(), vec![f64::INFINITY; 2]);
-        let found = solve(&free, &[-1.2, 1.0], Options::default()).unwrap();
+        let found = solve(&free, &[-1.2, 1.0], SolverOptions::default()).unwrap();
         assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-8) && found.stop.converged(), "{found:?}");
         // SciPy's documentation of least_squares: x_1 >= 1.5 makes (1.22437075, 1.5), cost 0.0252 ...
         let bound = Of(rosenbrock, vec![f64::NEG_INFINITY, 1.5], vec![f64::INFINITY; 2]);
-        let found = solve(&bound, &[2.0, 2.0], Options::default()).unwrap();
+        let found = solve(&bound, &[2.0, 2.0], SolverOptions::default()).unwrap();
         assert!((found.x[0] - 1.22437075).abs() < 1e-6 && found.x[1] == 1.5, "{found:?}");
         assert!((found.cost - 0.025213093946805685).abs() < 1e-9 && found.at_bound == [0, -1]);
     }
@@ -349,9 +353,9 @@ mod tests {
         in_units: bool,
     }
 
-    impl Problem for Ripple {
+    impl LeastSquares for Ripple {
         type Error = ();
-        fn evaluate(&self, x: &[f64], _: bool) -> Result<Evaluation, ()> {
+        fn evaluate(&self, x: &[f64], _: bool) -> Result<ResidualEvaluation, ()> {
             const COUNT: usize = 2000;
             let at = |i: usize| self.turned * i as f64 / COUNT as f64;
             let wave = |ln_k: f64, a: f64, b: f64, q: f64| {
@@ -360,7 +364,7 @@ mod tests {
             };
             let rows: Vec<_> = (0..COUNT).map(|i| wave(x[0], x[1], x[2], at(i))).collect();
             let measured = |i: usize| wave(60_f64.ln(), 30.0, 26.0, at(i)).0;
-            Ok(Evaluation {
+            Ok(ResidualEvaluation {
                 residuals: DVector::from_fn(COUNT, |i, _| rows[i].0 - measured(i)),
                 jacobian: Some(DMatrix::from_fn(COUNT, 3, |i, j| rows[i].1[j])),
             })
@@ -377,7 +381,12 @@ mod tests {
     #[test]
     fn a_ball_in_units_lets_amplitudes_move_while_an_order_settles() {
         // Two and a half turns; the order is off by two radians at their end.
-        let options = Options { max_iterations: 40, cost_tolerance: 1e-6, radius: 1.0, ..Options::default() };
+        let options = SolverOptions {
+            max_iterations: 40,
+            cost_tolerance: 1e-6,
+            radius: 1.0,
+            ..SolverOptions::default()
+        };
         let left = |in_units| {
             let problem = Ripple { turned: 16.0, in_units };
             solve(&problem, &[59.88_f64.ln(), 4.0, -4.0], options).unwrap().cost
@@ -391,12 +400,12 @@ mod tests {
         for wild in [f64::NAN, f64::INFINITY, 1e200] {
             let line = |x: &[f64]| (vec![x[0] - 3.0, x[1]], vec![vec![1.0, wild], vec![0.0, 1.0]]);
             let problem = Of(line, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
-            let found = solve(&problem, &[1.0, 0.5], Options::default()).unwrap();
+            let found = solve(&problem, &[1.0, 0.5], SolverOptions::default()).unwrap();
             assert!((found.x[0] - 3.0).abs() < 1e-8 && found.x[1] == 0.5, "{found:?}");
             // Where not even the residuals are numbers it ends, and does not say that it has converged.
             let lost = |x: &[f64]| (vec![x[0] * wild, x[1]], vec![vec![1.0, 0.0], vec![0.0, 1.0]]);
             let problem = Of(lost, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
-            let found = solve(&problem, &[1.0, 0.5], Options::default()).unwrap();
+            let found = solve(&problem, &[1.0, 0.5], SolverOptions::default()).unwrap();
             assert!(!found.stop.converged(), "{found:?}");
         }
     }
@@ -416,8 +425,12 @@ mod tests {
             (Loss::SoftL1(0.1), [1.99467332, -0.48751434]),
             (Loss::Squares, [1.68846478, -0.12735063]),
         ] {
-            let options =
-                Options { loss, cost_tolerance: 1e-15, step_tolerance: 1e-12, ..Options::default() };
+            let options = SolverOptions {
+                loss,
+                cost_tolerance: 1e-15,
+                step_tolerance: 1e-12,
+                ..SolverOptions::default()
+            };
             let found = solve(&problem, &[1.0, 0.0], options).unwrap();
             for (x, e) in found.x.iter().zip(expected) {
                 assert!((x - e).abs() < 1e-6, "{loss:?} {:?} {expected:?}", found.x);

@@ -6,11 +6,11 @@ use trueup_models::arm::{BASE, BASE_CHOICE, PAYLOAD, PlanarManipulator};
 use trueup_models::effect::{self, EffectError, EffectSet};
 use trueup_models::joint::TwoMassJoint;
 use trueup_models::plants::{self, PlantStructure, StructureError};
-use trueup_numerics::hybrid::Sizes;
+use trueup_numerics::hybrid::ModelSizes;
 use trueup_plant::{ChosenAs, Plant};
-use trueup_signals::{Case, Role, Takes, Value, Variable, base_name, element_name};
+use trueup_signals::{Case, ParameterValue, SignalVariable, Takes, VariableRole, base_name, element_name};
 
-pub use trueup_plant::Quantity;
+pub use trueup_plant::PlantQuantity;
 
 mod known;
 
@@ -56,19 +56,19 @@ impl From<StructureError> for ModelError {
 
 /// A plant that can be simulated, with its variables by name, each list in the order of the model's values.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct SimulatedPlant {
     plant: Arc<dyn Plant>,
     structure: PlantStructure,
 }
 
 /// Variables by name, each list in the order of the values.
-pub trait Named {
+pub trait NamedVariables {
     /// Parameters.
-    fn parameters(&self) -> &[Quantity];
+    fn parameters(&self) -> &[PlantQuantity];
     /// Inputs.
-    fn inputs(&self) -> &[Quantity];
+    fn inputs(&self) -> &[PlantQuantity];
     /// Outputs.
-    fn outputs(&self) -> &[Quantity];
+    fn outputs(&self) -> &[PlantQuantity];
     /// Whether an output is compared with its readings; a flag is shown, not fitted.
     fn compares(&self, output: usize) -> bool {
         !self.outputs()[output].unit.is_empty()
@@ -90,29 +90,29 @@ pub trait Named {
         self.outputs().iter().position(|q| q.name == name)
     }
     /// Parameters that belong to one array, or the one of that name.
-    fn named(&self, name: &str) -> Vec<&Quantity> {
+    fn named(&self, name: &str) -> Vec<&PlantQuantity> {
         self.parameters().iter().filter(|q| q.name == name || base_name(&q.name) == name).collect()
     }
 }
 
-impl Named for Model {
+impl NamedVariables for SimulatedPlant {
     fn absolute_doubt(&self, parameter: usize) -> bool {
         self.parameters()[parameter].absolute_deviation
     }
-    fn parameters(&self) -> &[Quantity] {
+    fn parameters(&self) -> &[PlantQuantity] {
         &self.plant.table().parameters
     }
-    fn inputs(&self) -> &[Quantity] {
+    fn inputs(&self) -> &[PlantQuantity] {
         &self.plant.table().inputs
     }
-    fn outputs(&self) -> &[Quantity] {
+    fn outputs(&self) -> &[PlantQuantity] {
         &self.plant.table().outputs
     }
 }
 
 /// Where one coordinate of the plant begins: indices of parameters, and of the outputs that show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Coordinate {
+pub struct CoordinateIndices {
     /// Parameter: value at the start.
     pub angle: usize,
     /// Parameter: rate at the start.
@@ -133,7 +133,9 @@ pub struct Coordinate {
 pub fn has_fixed_base(case: &Case) -> Result<bool, ModelError> {
     match case.parameters.get(BASE_CHOICE) {
         None => Ok(false),
-        Some(Value::Text(item)) if BASE.items.iter().any(|i| i.0 == item) => Ok(*item != BASE.items[0].0),
+        Some(ParameterValue::Text(item)) if BASE.items.iter().any(|i| i.0 == item) => {
+            Ok(*item != BASE.items[0].0)
+        }
         Some(other) => {
             let what = format!("{other} is none of free, fixed; name one of them");
             Err(ModelError::Parameter { name: BASE_CHOICE.into(), what })
@@ -141,7 +143,7 @@ pub fn has_fixed_base(case: &Case) -> Result<bool, ModelError> {
     }
 }
 
-impl Model {
+impl SimulatedPlant {
     /// A plant of that structure.
     ///
     /// # Errors
@@ -167,7 +169,7 @@ impl Model {
     /// The plant that a case names, with the effects that it declares, and these.
     ///
     /// # Errors
-    /// As [`Model::new`]; a `jointFlexible` that is no truth value; a known effect whose size is not given.
+    /// As [`SimulatedPlant::new`]; a `jointFlexible` that is no truth value; a known effect whose size is not given.
     pub fn of_case(case: &Case, effects: &[&str]) -> Result<Self, ModelError> {
         let declared = case.elements("jointFlexible");
         let flexible: Option<Vec<bool>> = declared.iter().map(|v| v.boolean()).collect();
@@ -201,7 +203,7 @@ impl Model {
     /// The same plant with other effects.
     ///
     /// # Errors
-    /// As [`Model::new`].
+    /// As [`SimulatedPlant::new`].
     pub fn with_effects(&self, effects: &[&str]) -> Result<Self, ModelError> {
         let effects = effects.iter().map(|e| (*e).to_owned()).collect();
         Self::new(PlantStructure { effects, ..self.structure.clone() })
@@ -209,7 +211,7 @@ impl Model {
     /// The same arm, the motors of these joints (from 0) prescribed along their measured motion.
     ///
     /// # Errors
-    /// As [`Model::new`].
+    /// As [`SimulatedPlant::new`].
     pub fn with_led(&self, led: &[usize]) -> Result<Self, ModelError> {
         Self::new(PlantStructure { led: led.to_vec(), ..self.structure.clone() })
     }
@@ -223,7 +225,7 @@ impl Model {
         &*self.plant
     }
     /// How many values of each kind.
-    pub fn sizes(&self) -> Sizes {
+    pub fn sizes(&self) -> ModelSizes {
         self.plant.sizes()
     }
     /// Its joint, if it is one.
@@ -235,15 +237,15 @@ impl Model {
         plants::arm(&*self.plant)
     }
     /// Parameters in the order of their values.
-    pub fn parameters(&self) -> &[Quantity] {
+    pub fn parameters(&self) -> &[PlantQuantity] {
         &self.plant.table().parameters
     }
     /// Inputs in their order.
-    pub fn inputs(&self) -> &[Quantity] {
+    pub fn inputs(&self) -> &[PlantQuantity] {
         &self.plant.table().inputs
     }
     /// Outputs in their order.
-    pub fn outputs(&self) -> &[Quantity] {
+    pub fn outputs(&self) -> &[PlantQuantity] {
         &self.plant.table().outputs
     }
     /// Index of a parameter.
@@ -260,29 +262,29 @@ impl Model {
     }
 
     /// The variables as the reader of recordings and cases requires them.
-    pub fn variables(&self) -> Vec<Variable> {
+    pub fn variables(&self) -> Vec<SignalVariable> {
         let table = self.plant.table();
-        let list = |all: &[Quantity], role| {
-            let made = all.iter().enumerate().map(|(i, q)| Variable {
+        let list = |all: &[PlantQuantity], role| {
+            let made = all.iter().enumerate().map(|(i, q)| SignalVariable {
                 min: q.min.is_finite().then_some(q.min),
                 max: q.max.is_finite().then_some(q.max),
                 takes: if q.items.is_empty() { Takes::Number } else { Takes::Item },
-                positive: role == Role::Parameter && q.positive,
-                drives: role == Role::Input && table.driving.contains(&i),
-                ..Variable::new(&q.name, q.unit, role)
+                positive: role == VariableRole::Parameter && q.positive,
+                drives: role == VariableRole::Input && table.driving.contains(&i),
+                ..SignalVariable::new(&q.name, q.unit, role)
             });
             made.collect::<Vec<_>>()
         };
-        let mut all = list(&table.parameters, Role::Parameter);
-        all.extend(list(&table.inputs, Role::Input));
-        all.extend(list(&table.outputs, Role::Output));
+        let mut all = list(&table.parameters, VariableRole::Parameter);
+        all.extend(list(&table.inputs, VariableRole::Input));
+        all.extend(list(&table.outputs, VariableRole::Output));
         // Structural choices are among the parameters of a case.
         all.extend(table.choices.iter().map(|choice| {
-            let plain = Variable::new(&choice.name, "", Role::Parameter);
+            let plain = SignalVariable::new(&choice.name, "", VariableRole::Parameter);
             match choice.is {
-                ChosenAs::Flag => Variable { takes: Takes::Boolean, ..plain },
-                ChosenAs::Count(n) => Variable { min: Some(n as f64), max: Some(n as f64), ..plain },
-                ChosenAs::Item => Variable { takes: Takes::Item, ..plain },
+                ChosenAs::Flag => SignalVariable { takes: Takes::Boolean, ..plain },
+                ChosenAs::Count(n) => SignalVariable { min: Some(n as f64), max: Some(n as f64), ..plain },
+                ChosenAs::Item => SignalVariable { takes: Takes::Item, ..plain },
             }
         }));
         all
@@ -298,7 +300,7 @@ impl Model {
         plants::effects(&*self.plant)
     }
     /// Which tables of effects hold for it.
-    pub fn effect_plant(&self) -> effect::Plant {
+    pub fn effect_plant(&self) -> effect::PlantKind {
         plants::effect_plant(&*self.plant)
     }
 
@@ -309,7 +311,7 @@ impl Model {
     pub fn set<'a>(
         &self,
         base: &[f64],
-        given: impl IntoIterator<Item = (&'a String, &'a Value)>,
+        given: impl IntoIterator<Item = (&'a String, &'a ParameterValue)>,
     ) -> Result<Vec<f64>, ModelError> {
         let mut p = base.to_vec();
         let mut angles = Vec::new();
@@ -318,7 +320,7 @@ impl Model {
             let wrong = |what: String| ModelError::Parameter { name: name.clone(), what };
             let q = &self.parameters()[i];
             p[i] = match value {
-                Value::Text(item) if !q.items.is_empty() => {
+                ParameterValue::Text(item) if !q.items.is_empty() => {
                     let at = q.items.iter().position(|known| known.0 == item);
                     let names = || q.items.iter().map(|known| known.0).collect::<Vec<_>>().join(", ");
                     let at = at
@@ -364,7 +366,7 @@ impl Model {
     }
 
     /// Parameters of this plant from those of another one by name; what that one lacks from `defaults`.
-    pub fn carry(&self, other: &Model, values: &[f64]) -> Vec<f64> {
+    pub fn carry(&self, other: &SimulatedPlant, values: &[f64]) -> Vec<f64> {
         let mut p = self.defaults();
         for (q, v) in other.parameters().iter().zip(values) {
             if let Some(i) = self.parameter(&q.name) {
@@ -380,8 +382,8 @@ impl Model {
     }
 
     /// Its coordinates, each with where it begins and what shows it; those of a base that is fixed do not move.
-    pub fn coordinates(&self) -> Vec<Coordinate> {
-        let begin = |c: &trueup_plant::Coordinate| Coordinate {
+    pub fn coordinates(&self) -> Vec<CoordinateIndices> {
+        let begin = |c: &trueup_plant::Coordinate| CoordinateIndices {
             angle: c.initial_position,
             velocity: c.initial_rate,
             angle_output: c.position_output,
@@ -392,7 +394,7 @@ impl Model {
     }
 
     /// Names that belong to one array, or the one name itself.
-    pub fn elements<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Quantity> {
+    pub fn elements<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a PlantQuantity> {
         self.parameters().iter().filter(move |q| q.name == name || base_name(&q.name) == name)
     }
 }

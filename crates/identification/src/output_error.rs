@@ -11,21 +11,21 @@ use crate::parallel;
 use nalgebra::{DMatrix, DVector};
 use trueup_numerics::Scalar;
 
-use crate::carried::Carried;
+use crate::carried::CarriedNoise;
 use crate::interval;
-use crate::lsq::{Evaluation, Problem};
-use crate::predict::{InputMap, Plan, PredictError};
+use crate::lsq::{LeastSquares, ResidualEvaluation};
+use crate::predict::{InputMap, PredictError, PredictionPlan};
 use crate::predictor::Predictor;
-use crate::run::{Channel, Run};
-use crate::sensors::Sensor;
-use crate::unknown::{Target, Unknown};
+use crate::run::{IdentificationRun, OutputChannel};
+use crate::sensors::LinearSensor;
+use crate::unknown::{FitTarget, FitUnknown};
 use trueup_plant::{LANES, Lanes};
 
 /// Step of a difference by an unknown that shifts readings, as a coordinate.
 const SHIFT: f64 = 0.02;
 
 /// Columns of a Jacobian with the unknown that each belongs to.
-type Columns = Vec<(usize, Vec<f64>)>;
+type JacobianColumns = Vec<(usize, Vec<f64>)>;
 
 /// Recordings, a model and what is unknown.
 #[derive(Clone, Debug)]
@@ -33,21 +33,27 @@ pub struct OutputError<'a> {
     model: &'a dyn Predictor,
     /// The values of what is not estimated.
     nominal: Vec<f64>,
-    runs: &'a [Run],
-    plans: Vec<Plan>,
-    unknowns: Vec<Unknown>,
+    runs: &'a [IdentificationRun],
+    plans: Vec<PredictionPlan>,
+    unknowns: Vec<FitUnknown>,
     /// Where each run's residuals begin; then those of the priors.
     begin: Vec<usize>,
     /// What noise of measured inputs does, by run.
-    carried: Vec<Option<Carried>>,
+    carried: Vec<Option<CarriedNoise>>,
     /// Counting channels are read as intervals, with this slack in counts.
     slack: Option<f64>,
 }
 
 impl<'a> OutputError<'a> {
     /// `nominal` are all parameters of the model.
-    pub fn new(model: &'a dyn Predictor, nominal: &[f64], runs: &'a [Run], unknowns: Vec<Unknown>) -> Self {
-        let plans: Vec<Plan> = runs.iter().map(|r| Plan::new(r, model.counts().inputs)).collect();
+    pub fn new(
+        model: &'a dyn Predictor,
+        nominal: &[f64],
+        runs: &'a [IdentificationRun],
+        unknowns: Vec<FitUnknown>,
+    ) -> Self {
+        let plans: Vec<PredictionPlan> =
+            runs.iter().map(|r| PredictionPlan::new(r, model.counts().inputs)).collect();
         let mut begin = vec![0];
         plans.iter().for_each(|p| begin.push(begin[begin.len() - 1] + p.len()));
         Self {
@@ -62,7 +68,7 @@ impl<'a> OutputError<'a> {
         }
     }
     /// The same unknowns in recordings begun otherwise, weighed by the noise of the readings alone.
-    pub fn with_runs<'b>(&self, runs: &'b [Run]) -> OutputError<'b>
+    pub fn with_runs<'b>(&self, runs: &'b [IdentificationRun]) -> OutputError<'b>
     where
         'a: 'b,
     {
@@ -82,7 +88,7 @@ impl<'a> OutputError<'a> {
         self.slack_of(&self.runs[run].channels[channel])
     }
     /// Error before counting, in the unit of the channel.
-    fn slack_of(&self, channel: &Channel) -> Option<f64> {
+    fn slack_of(&self, channel: &OutputChannel) -> Option<f64> {
         self.slack.filter(|_| channel.counts()).map(|share| {
             let noise = (channel.sigma.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
             noise.max(share * channel.resolution)
@@ -90,7 +96,7 @@ impl<'a> OutputError<'a> {
     }
     /// What the residuals of counting channels leave out of the negative logarithm of the likelihood of their counts.
     pub(crate) fn constant(&self) -> f64 {
-        let of = |c: &Channel| -> f64 {
+        let of = |c: &OutputChannel| -> f64 {
             let each = match self.slack_of(c) {
                 Some(s) => interval::least(c.resolution, s),
                 None => (c.sigma / c.resolution * (2.0 * std::f64::consts::PI).sqrt()).ln(),
@@ -104,7 +110,7 @@ impl<'a> OutputError<'a> {
         self.carried.fill(None);
     }
     /// What noise of measured inputs does to a run's readings.
-    pub fn carried(&self, run: usize) -> Option<&Carried> {
+    pub fn carried(&self, run: usize) -> Option<&CarriedNoise> {
         self.carried[run].as_ref()
     }
     /// A column over the readings of a run, in their deviations, as least squares sees it.
@@ -115,14 +121,14 @@ impl<'a> OutputError<'a> {
     }
     /// Bounds of the coordinates.
     pub fn bounds_of(&self) -> (Vec<f64>, Vec<f64>) {
-        Problem::bounds(self)
+        LeastSquares::bounds(self)
     }
     /// What is estimated.
-    pub fn unknowns(&self) -> &[Unknown] {
+    pub fn unknowns(&self) -> &[FitUnknown] {
         &self.unknowns
     }
     /// The recordings.
-    pub fn runs(&self) -> &[Run] {
+    pub fn runs(&self) -> &[IdentificationRun] {
         self.runs
     }
     /// How many readings there are: the residuals before those of the priors.
@@ -134,7 +140,7 @@ impl<'a> OutputError<'a> {
         self.begin[run]..self.begin[run + 1]
     }
     /// The recordings made ready for simulation.
-    pub fn plans(&self) -> &[Plan] {
+    pub fn plans(&self) -> &[PredictionPlan] {
         &self.plans
     }
     /// The coordinates to start from.
@@ -154,7 +160,7 @@ impl<'a> OutputError<'a> {
     pub fn shared(&self, theta: &[f64]) -> Vec<f64> {
         let mut p = self.nominal.clone();
         for (u, x) in self.unknowns.iter().zip(theta).filter(|(u, _)| u.run.is_none()) {
-            if let Target::Parameter(i) = u.target {
+            if let FitTarget::Parameter(i) = u.target {
                 p[i] = u.scale.value(*x).0;
             }
         }
@@ -174,7 +180,7 @@ impl<'a> OutputError<'a> {
     }
 
     /// A recording made ready, read as late as it is at `theta`.
-    fn plan(&self, run: usize, theta: &[f64]) -> Cow<'_, Plan> {
+    fn plan(&self, run: usize, theta: &[f64]) -> Cow<'_, PredictionPlan> {
         let acting = self.acting(run);
         if !acting.iter().any(|&k| self.unknowns[k].target.shifts()) {
             return Cow::Borrowed(&self.plans[run]);
@@ -183,12 +189,12 @@ impl<'a> OutputError<'a> {
         for k in acting {
             let value = self.unknowns[k].scale.value(theta[k]).0;
             match self.unknowns[k].target {
-                Target::Delay(output) => shifted.read_late(output, value),
-                Target::InputDelay(input) => shifted.driven_late(input, value),
+                FitTarget::SensorDelay(output) => shifted.read_late(output, value),
+                FitTarget::InputSensorDelay(input) => shifted.driven_late(input, value),
                 _ => {}
             }
         }
-        Cow::Owned(Plan::new(&shifted, self.model.counts().inputs))
+        Cow::Owned(PredictionPlan::new(&shifted, self.model.counts().inputs))
     }
 
     /// Column of an unknown that shifts readings: plans have no derivative.
@@ -212,7 +218,7 @@ impl<'a> OutputError<'a> {
         run: usize,
         theta: &[f64],
         seed: impl Fn(usize, f64, f64) -> T,
-    ) -> (Vec<T>, InputMap<T>, Vec<Sensor<T>>) {
+    ) -> (Vec<T>, InputMap<T>, Vec<LinearSensor<T>>) {
         let n = self.model.counts();
         let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
         self.runs[run].known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
@@ -222,13 +228,13 @@ impl<'a> OutputError<'a> {
             let (value, slope) = self.unknowns[k].scale.value(theta[k]);
             let v = seed(k, value, slope);
             match self.unknowns[k].target {
-                Target::Parameter(i) => p[i] = v,
-                Target::Offset(i) => sensors.outputs[i].offset = v,
-                Target::Gain(i) => sensors.outputs[i].gain = v,
-                Target::InputOffset(i) => sensors.inputs[i].offset = v,
-                Target::InputGain(i) => sensors.inputs[i].gain = v,
-                Target::InputBias(i) => map.bias[i] = v,
-                Target::Delay(_) | Target::InputDelay(_) => {}
+                FitTarget::Parameter(i) => p[i] = v,
+                FitTarget::Offset(i) => sensors.outputs[i].offset = v,
+                FitTarget::Gain(i) => sensors.outputs[i].gain = v,
+                FitTarget::InputOffset(i) => sensors.inputs[i].offset = v,
+                FitTarget::InputGain(i) => sensors.inputs[i].gain = v,
+                FitTarget::InputBias(i) => map.bias[i] = v,
+                FitTarget::SensorDelay(_) | FitTarget::InputSensorDelay(_) => {}
             }
         }
         // The assumed offset is already subtracted from the readings.
@@ -244,7 +250,7 @@ impl<'a> OutputError<'a> {
     }
 
     /// What is there becomes what the sensors show.
-    fn read<T: Scalar>(&self, run: usize, y: &mut [T], sensors: &[Sensor<T>]) {
+    fn read<T: Scalar>(&self, run: usize, y: &mut [T], sensors: &[LinearSensor<T>]) {
         let plan = &self.plans[run];
         for (c, channel) in self.runs[run].channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
@@ -331,7 +337,11 @@ impl<'a> OutputError<'a> {
         residuals
     }
 
-    fn run_derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
+    fn run_derivatives(
+        &self,
+        run: usize,
+        theta: &[f64],
+    ) -> Result<(Vec<f64>, JacobianColumns), PredictError> {
         let (shifts, acting): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
@@ -371,18 +381,18 @@ impl<'a> OutputError<'a> {
     }
 }
 
-impl Problem for OutputError<'_> {
+impl LeastSquares for OutputError<'_> {
     type Error = PredictError;
 
     fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
-        let of = |v: f64, u: &Unknown| if v.is_finite() { u.scale.coordinate(v) } else { v };
+        let of = |v: f64, u: &FitUnknown| if v.is_finite() { u.scale.coordinate(v) } else { v };
         (
             self.unknowns.iter().map(|u| of(u.lower, u)).collect(),
             self.unknowns.iter().map(|u| of(u.upper, u)).collect(),
         )
     }
 
-    fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<Evaluation, PredictError> {
+    fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<ResidualEvaluation, PredictError> {
         let believed: Vec<usize> = (0..theta.len()).filter(|&k| self.unknowns[k].prior.is_some()).collect();
         let (readings, rows) = (self.readings(), self.readings() + believed.len());
         let mut residuals = DVector::zeros(rows);
@@ -414,6 +424,6 @@ impl Problem for OutputError<'_> {
                 }
             }
         }
-        Ok(Evaluation { residuals, jacobian: columns })
+        Ok(ResidualEvaluation { residuals, jacobian: columns })
     }
 }

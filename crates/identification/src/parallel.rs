@@ -15,26 +15,28 @@ pub fn tasks_done() -> u64 {
 /// `task` of each item, in the order of the items. rayon's iterators are compiled once, below, instead of for every closure:
 /// in the diagnosis they were a twelfth of its code. A task that panics lets the caller panic.
 pub fn map<T: Send, R: Send>(items: impl IntoIterator<Item = T>, task: impl Fn(T) -> R + Sync) -> Vec<R> {
-    enum Cell<T, R> {
+    enum ResultCell<T, R> {
         Open(T),
         Taken,
         Done(R),
     }
-    let cells: Vec<Mutex<Cell<T, R>>> = items.into_iter().map(|t| Mutex::new(Cell::Open(t))).collect();
-    let put = |i: usize, new: Cell<T, R>| {
+    let cells: Vec<Mutex<ResultCell<T, R>>> =
+        items.into_iter().map(|t| Mutex::new(ResultCell::Open(t))).collect();
+    let put = |i: usize, new: ResultCell<T, R>| {
         let mut cell = cells[i].lock().unwrap_or_else(PoisonError::into_inner);
         std::mem::replace(&mut *cell, new)
     };
     each(cells.len(), &|i| {
-        if let Cell::Open(item) = put(i, Cell::Taken) {
+        if let ResultCell::Open(item) = put(i, ResultCell::Taken) {
             let done = task(item);
-            put(i, Cell::Done(done));
+            put(i, ResultCell::Done(done));
             DONE.fetch_add(1, Ordering::Relaxed);
         }
     });
-    let done = |cell: Mutex<Cell<T, R>>| match cell.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        Cell::Done(r) => Some(r),
-        Cell::Open(_) | Cell::Taken => None,
+    let done = |cell: Mutex<ResultCell<T, R>>| match cell.into_inner().unwrap_or_else(PoisonError::into_inner)
+    {
+        ResultCell::Done(r) => Some(r),
+        ResultCell::Open(_) | ResultCell::Taken => None,
     };
     cells.into_iter().filter_map(done).collect()
 }

@@ -3,14 +3,14 @@
 use trueup_numerics::Scalar;
 use trueup_numerics::order::ascending;
 
-use crate::run::{Between, Run};
+use crate::run::{IdentificationRun, InputInterpolation};
 use crate::sensors::InputMap;
 
 const MOST_STEPS: f64 = 5000.0;
 
 /// An instant at which something happens.
 #[derive(Clone, Debug)]
-pub(crate) struct Node {
+pub(crate) struct PlanNode {
     pub(crate) t: f64,
     /// Step to the next node, s.
     pub(crate) h: f64,
@@ -22,8 +22,8 @@ pub(crate) struct Node {
 
 /// A recording made ready for simulation.
 #[derive(Clone, Debug)]
-pub struct Plan {
-    pub(crate) nodes: Vec<Node>,
+pub struct PredictionPlan {
+    pub(crate) nodes: Vec<PlanNode>,
     /// Inputs and their slopes from each node on, node by node.
     pub(crate) u: Vec<f64>,
     pub(crate) du: Vec<f64>,
@@ -40,9 +40,9 @@ pub struct Plan {
 /// Times are rounded to this, s, such that an even clock has few step sizes.
 pub(crate) const TICK: f64 = 1.0 / (1u64 << 40) as f64;
 
-impl Plan {
+impl PredictionPlan {
     /// For a model with `inputs` inputs.
-    pub fn new(run: &Run, inputs: usize) -> Self {
+    pub fn new(run: &IdentificationRun, inputs: usize) -> Self {
         let mut marks: Vec<(f64, Option<(usize, usize)>)> = vec![(run.start, None)];
         for drive in &run.drives {
             marks.extend(drive.t.iter().filter(|t| **t > run.start).map(|t| (*t, None)));
@@ -54,11 +54,11 @@ impl Plan {
         }
         ascending(&mut marks, |item| item.0);
         let last = marks.iter().rposition(|m| m.1.is_some()).map_or(0, |i| i + 1);
-        let mut nodes: Vec<Node> = Vec::new();
+        let mut nodes: Vec<PlanNode> = Vec::new();
         for (t, reading) in marks.drain(..last.max(1)) {
             match nodes.last_mut() {
                 Some(node) if t - node.t < TICK => node.readings.extend(reading),
-                _ => nodes.push(Node { t, h: 0.0, jump: false, readings: reading.into_iter().collect() }),
+                _ => nodes.push(PlanNode { t, h: 0.0, jump: false, readings: reading.into_iter().collect() }),
             }
         }
         for i in 1..nodes.len() {
@@ -76,15 +76,15 @@ impl Plan {
                 let at = i * inputs + drive.input;
                 let inside = k + 1 < drive.t.len() && node.t + TICK >= drive.t[0];
                 match drive.between {
-                    Between::Hold => {
+                    InputInterpolation::Hold => {
                         u[at] = drive.u[k];
                         node.jump |= i > 0 && drive.u[k] != drive.u[before];
                     }
-                    Between::Linear if inside => {
+                    InputInterpolation::Linear if inside => {
                         du[at] = (drive.u[k + 1] - drive.u[k]) / (drive.t[k + 1] - drive.t[k]);
                         u[at] = drive.u[k] + du[at] * (node.t - drive.t[k]);
                     }
-                    Between::Linear => u[at] = drive.u[k],
+                    InputInterpolation::Linear => u[at] = drive.u[k],
                 }
             }
         }

@@ -12,19 +12,19 @@
 
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::At;
-use trueup_numerics::{Dual, Figure, Scalar};
+use trueup_numerics::{Dual, Scalar, ShortNumber};
 use trueup_plant::{Lanes, Plant, PlantScalar};
 
-use crate::law::{Frozen, Law};
-pub use crate::plan::Plan;
-use crate::plan::{Node, TICK};
+use crate::law::{FrozenPlant, LinearStepLaw};
+pub use crate::plan::PredictionPlan;
+use crate::plan::{PlanNode, TICK};
 pub use crate::sensors::InputMap;
 
 /// A prediction that could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PredictError {
     /// A state left the real numbers.
-    #[error("the simulation of {run} diverges at t = {} s: state {state} is not finite", Figure(*.t))]
+    #[error("the simulation of {run} diverges at t = {} s: state {state} is not finite", ShortNumber(*.t))]
     NotFinite {
         /// Recording.
         run: String,
@@ -36,7 +36,7 @@ pub enum PredictError {
     /// Events without end.
     #[error(
         "the simulation of {run} has more than {MOST_EVENTS} events between t = {} s and the next sample",
-        Figure(*.t)
+        ShortNumber(*.t)
     )]
     Chatter {
         /// Recording.
@@ -53,7 +53,7 @@ pub enum PredictError {
         what: String,
     },
     /// The model is too fast for these samples.
-    #[error("the simulation of {run} needs steps of {} s at t = {} s: too stiff for these parameters", Figure(*.step), Figure(*.t))]
+    #[error("the simulation of {run} needs steps of {} s at t = {} s: too stiff for these parameters", ShortNumber(*.step), ShortNumber(*.t))]
     Stiff {
         /// Recording.
         run: String,
@@ -68,7 +68,7 @@ const MOST_EVENTS: usize = 200;
 
 /// What an onlooker of a simulation sees, and may change.
 #[derive(Debug)]
-pub enum Moment<'a, T> {
+pub enum SimulationMoment<'a, T> {
     /// At each instant, before anything is read: time in s, states, inputs.
     Begin {
         /// s.
@@ -92,7 +92,7 @@ pub enum Moment<'a, T> {
 /// A prediction.
 #[derive(Clone, Debug)]
 pub struct Prediction<T> {
-    /// Readings, channel after channel ([`Plan::channels`]).
+    /// Readings, channel after channel ([`PredictionPlan::channels`]).
     pub y: Vec<T>,
     /// Events at which modes or states changed: time in s, modes after.
     pub events: Vec<(f64, Vec<i32>)>,
@@ -102,13 +102,13 @@ pub struct Prediction<T> {
 
 /// The laws met so far, by their modes.
 struct Laws<T> {
-    known: Vec<(Vec<i32>, Law<T>, Law<f64>)>,
+    known: Vec<(Vec<i32>, LinearStepLaw<T>, LinearStepLaw<f64>)>,
     current: usize,
 }
 
 struct Simulation<'a, T> {
     model: &'a dyn Plant,
-    plan: &'a Plan,
+    plan: &'a PredictionPlan,
     p: &'a [T],
     values: Vec<f64>,
     x: Vec<T>,
@@ -125,7 +125,7 @@ struct Simulation<'a, T> {
 /// See [`PredictError`].
 pub fn predict<T: PlantScalar>(
     model: &dyn Plant,
-    plan: &Plan,
+    plan: &PredictionPlan,
     p: &[T],
     map: &InputMap<T>,
     at_rest: bool,
@@ -139,11 +139,11 @@ pub fn predict<T: PlantScalar>(
 /// See [`PredictError`].
 pub fn follow<T: PlantScalar>(
     model: &dyn Plant,
-    plan: &Plan,
+    plan: &PredictionPlan,
     p: &[T],
     map: &InputMap<T>,
     at_rest: bool,
-    each: &mut dyn FnMut(Moment<T>),
+    each: &mut dyn FnMut(SimulationMoment<T>),
 ) -> Result<Prediction<T>, PredictError> {
     let n = model.sizes();
     let mut p = p.to_vec();
@@ -186,13 +186,13 @@ pub fn follow<T: PlantScalar>(
             out.events.push((node.t, s.modes.clone()));
         }
         s.enter(node.t, &u);
-        each(Moment::Begin { t: node.t, x: &mut s.x, u: &mut u });
+        each(SimulationMoment::Begin { t: node.t, x: &mut s.x, u: &mut u });
         if !node.readings.is_empty() {
             s.read(node.t, &u, &mut y);
             for &(channel, k) in &node.readings {
                 let at = plan.begin[channel] + k;
                 out.y[at] = y[channel];
-                each(Moment::Reading { channel, sample: k, y: y[channel] });
+                each(SimulationMoment::Reading { channel, sample: k, y: y[channel] });
                 out.modes[at * n.modes..][..n.modes].copy_from_slice(&s.modes);
             }
         }
@@ -213,8 +213,8 @@ impl<T: PlantScalar> Simulation<'_, T> {
             return;
         }
         laws.current = laws.known.iter().position(|(modes, ..)| *modes == self.modes).unwrap_or_else(|| {
-            let f = Frozen { model: self.model, p: self.p, modes: &self.modes };
-            let law = Law::new(&f, t, &self.x, u, &self.plan.wanted);
+            let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
+            let law = LinearStepLaw::new(&f, t, &self.x, u, &self.plan.wanted);
             let values = law.values();
             laws.known.push((self.modes.clone(), law, values));
             laws.known.len() - 1
@@ -222,7 +222,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
     }
 
     fn read(&mut self, t: f64, u: &[T], y: &mut [T]) {
-        let f = Frozen { model: self.model, p: self.p, modes: &self.modes };
+        let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
         let law = &mut self.laws.known[self.laws.current].1;
         law.read(&f, t, &self.x, u, &self.plan.wanted, y);
     }
@@ -266,7 +266,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
     /// From a node to the next one; `u` is moved along.
     fn advance(
         &mut self,
-        node: &Node,
+        node: &PlanNode,
         u: &mut [T],
         du: &[T],
         events: &mut Vec<(f64, Vec<i32>)>,
@@ -295,7 +295,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
             }
             self.indicators(0, t, &x0, &u0);
             let before = self.x.clone();
-            let f = Frozen { model: self.model, p: self.p, modes: &self.modes };
+            let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
             self.laws.known[self.laws.current].1.step(&f, t, &mut self.x, u, du, h);
             x1.iter_mut().zip(&self.x).for_each(|(a, b)| *a = b.value());
             if let Some(state) = x1.iter().position(|v| !v.is_finite()) {
@@ -326,7 +326,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
             let slope = plain(du);
             let (tau, which) = self.locate(&crossed, t, &x0, &u0, &slope, h);
             self.x = before;
-            let f = Frozen { model: self.model, p: self.p, modes: &self.modes };
+            let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
             self.laws.known[self.laws.current].1.step_once(&f, t, &mut self.x, u, du, tau);
             (t, left) = (t + tau, left - tau);
             u.iter_mut().zip(du).for_each(|(u, du)| *u += *du * tau);
@@ -351,7 +351,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
         du: &[f64],
         h: f64,
     ) -> (f64, usize) {
-        let f = Frozen { model: self.model, p: &self.values, modes: &self.modes };
+        let f = FrozenPlant { model: self.model, p: &self.values, modes: &self.modes };
         let law = &mut self.laws.known[self.laws.current].2;
         let (mut x, mut u) = (x0.to_vec(), u0.to_vec());
         let mut z = self.z[0].clone();

@@ -2,25 +2,25 @@
 
 use std::fmt::Debug;
 
-use trueup_numerics::hybrid::Sizes;
+use trueup_numerics::hybrid::ModelSizes;
 
-use crate::carried::Carried;
-use crate::predict::{InputMap, Plan, PredictError};
-use crate::run::Run;
+use crate::carried::CarriedNoise;
+use crate::predict::{InputMap, PredictError, PredictionPlan};
+use crate::run::IdentificationRun;
 use trueup_plant::Lanes;
 
 /// What can be simulated along a recording: a model of ours, or an FMU. What fits and judges takes it as a trait object,
 /// so that it is compiled once, not for each model.
 pub trait Predictor: Debug + Sync {
     /// How many inputs, parameters and outputs it has; what else is left 0 may be unknown.
-    fn counts(&self) -> Sizes;
+    fn counts(&self) -> ModelSizes;
     /// Readings of a recording with parameters `p`, channel after channel.
     ///
     /// # Errors
     /// See [`PredictError`].
     fn readings(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
         at_rest: bool,
@@ -31,7 +31,7 @@ pub trait Predictor: Debug + Sync {
     /// See [`PredictError`].
     fn readings_along(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[Lanes],
         map: &InputMap<Lanes>,
         at_rest: bool,
@@ -47,11 +47,11 @@ pub trait Predictor: Debug + Sync {
     /// See [`PredictError`].
     fn carried(
         &self,
-        _recording: &Run,
-        _plan: &Plan,
+        _recording: &IdentificationRun,
+        _plan: &PredictionPlan,
         _p: &[f64],
         _map: &InputMap<f64>,
-    ) -> Result<Option<Carried>, PredictError> {
+    ) -> Result<Option<CarriedNoise>, PredictError> {
         Ok(None)
     }
 }

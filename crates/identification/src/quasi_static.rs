@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 use trueup_signals::element_name;
 
-use crate::model::Model;
+use crate::model::SimulatedPlant;
 
 /// A quasi-static test without information.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -140,7 +140,7 @@ impl FirstMode {
 /// # Errors
 /// [`StaticError::Shape`] if it has no flexible joint; as [`first_mode`].
 pub fn first_mode_of(
-    model: &Model,
+    model: &SimulatedPlant,
     values: &[f64],
     by: f64,
 ) -> Result<(Vec<String>, FirstMode), StaticError> {

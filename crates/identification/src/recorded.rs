@@ -1,15 +1,15 @@
-//! From a recording to a [`Run`]: which channels drive, which are compared, how sure each reading is; and how each run
+//! From a recording to a [`IdentificationRun`]: which channels drive, which are compared, how sure each reading is; and how each run
 //! begins, as unknowns with priors.
 
 use nalgebra::{DMatrix, DVector};
 use trueup_signals::spline::Spline;
 use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
-use crate::model::{Model, ModelError};
-use crate::run::{Between, Channel, Drive, Run};
+use crate::model::{ModelError, SimulatedPlant};
+use crate::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
 use crate::sensor_unknowns::OFFSET;
-use crate::subject::Subject;
-use crate::unknown::{Scale, Target, Unknown};
+use crate::subject::IdentificationSubject;
+use crate::unknown::{FitTarget, FitUnknown, Scale};
 
 /// Standard deviation of a channel's readings by its name; `None`: not known.
 pub type Noise<'a> = &'a dyn Fn(&str) -> Option<f64>;
@@ -49,7 +49,11 @@ pub fn guessed_noise(y: &[f64]) -> f64 {
 ///
 /// # Errors
 /// See [`RecordedError`].
-pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, RecordedError> {
+pub fn run(
+    model: &SimulatedPlant,
+    recording: &Recording,
+    noise: Noise,
+) -> Result<IdentificationRun, RecordedError> {
     let leading: Vec<String> =
         model.structure().led.iter().filter_map(|j| leader(model, recording, *j)).collect();
     let mut run = read(model, recording, noise, &leading)?;
@@ -62,12 +66,16 @@ pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, Re
 
 /// A recording for any subject; the channels of `leading` are left out.
 fn read(
-    model: &dyn Subject,
+    model: &dyn IdentificationSubject,
     recording: &Recording,
     noise: Noise,
     leading: &[String],
-) -> Result<Run, RecordedError> {
-    let mut run = Run { name: recording.name.clone(), start: recording.start, ..Run::default() };
+) -> Result<IdentificationRun, RecordedError> {
+    let mut run = IdentificationRun {
+        name: recording.name.clone(),
+        start: recording.start,
+        ..IdentificationRun::default()
+    };
     for channel in recording.channels.iter().filter(|c| !c.is_empty()) {
         let sensor = &channel.sensor;
         let (offset, gain, late) = (sensor.offset, sensor.gain, sensor.late);
@@ -75,18 +83,27 @@ fn read(
         let deviation = || noise(&channel.name).or_else(|| channel.sensor.deviation()).map(|d| d / size);
         if let Some(input) = model.input(&channel.name) {
             let between = match channel.interpolation {
-                Interpolation::Linear => Between::Linear,
-                Interpolation::Hold => Between::Hold,
+                Interpolation::Linear => InputInterpolation::Linear,
+                Interpolation::Hold => InputInterpolation::Hold,
             };
             let t = channel.time.iter().map(|t| t - channel.sensor.delay).collect();
             let sigma = deviation().unwrap_or(0.0);
-            run.drives.push(Drive { input, t, u: channel.believed(), between, sigma, offset, gain, late });
+            run.drives.push(InputDrive {
+                input,
+                t,
+                u: channel.believed(),
+                between,
+                sigma,
+                offset,
+                gain,
+                late,
+            });
         } else if let Some(output) = model.output(&channel.name) {
             if !model.compares(output) || leading.contains(&channel.name) {
                 continue;
             }
             let y = channel.believed();
-            run.channels.push(Channel {
+            run.channels.push(OutputChannel {
                 name: channel.name.clone(),
                 output,
                 t: channel.time.clone(),
@@ -107,7 +124,7 @@ fn read(
     // The motion has to be there before the first reading that shows it.
     let first = run.channels.iter().filter_map(|c| Some(c.t.first()? - c.delay)).fold(run.start, f64::min);
     run.start = first;
-    run.channels.iter_mut().for_each(Channel::weigh_rests);
+    run.channels.iter_mut().for_each(OutputChannel::weigh_rests);
     let nothing = vec![f64::NAN; model.parameters().len()];
     let set = model.with_values(&nothing, &recording.parameters);
     let set = set.map_err(|e| RecordedError::Parameter(run.name.clone(), e))?;
@@ -116,7 +133,7 @@ fn read(
 }
 
 /// The channel that shows how the motor of this joint moves.
-fn leader(model: &Model, recording: &Recording, joint: usize) -> Option<String> {
+fn leader(model: &SimulatedPlant, recording: &Recording, joint: usize) -> Option<String> {
     let motor = element_name("motorAngle", &[joint + 1]);
     let own = element_name("jointAngle", &[joint + 1]);
     let names = if model.structure().flexible[joint] { vec![motor] } else { vec![own, motor] };
@@ -125,7 +142,7 @@ fn leader(model: &Model, recording: &Recording, joint: usize) -> Option<String> 
 
 /// The joints (from 0) that neither a torque nor the command of a servo drives in one of these recordings and whose motors' motion
 /// is measured in all.
-pub fn led(model: &Model, recordings: &[&Recording]) -> Vec<usize> {
+pub fn led(model: &SimulatedPlant, recordings: &[&Recording]) -> Vec<usize> {
     if model.arm().is_none() {
         return Vec::new();
     }
@@ -142,7 +159,13 @@ pub fn led(model: &Model, recordings: &[&Recording]) -> Vec<usize> {
 }
 
 /// The measured motion of a prescribed motor as a drive, and where it begins: the smoothest curve within the noise.
-fn lead(model: &Model, recording: &Recording, noise: Noise, joint: usize, run: &mut Run) -> Option<()> {
+fn lead(
+    model: &SimulatedPlant,
+    recording: &Recording,
+    noise: Noise,
+    joint: usize,
+    run: &mut IdentificationRun,
+) -> Option<()> {
     let channel = recording.channel(&leader(model, recording, joint)?)?;
     let sigma = noise(&channel.name)
         .or_else(|| channel.sensor.deviation())
@@ -150,7 +173,7 @@ fn lead(model: &Model, recording: &Recording, noise: Noise, joint: usize, run: &
     let t: Vec<f64> = channel.time.iter().map(|t| t - channel.sensor.delay).collect();
     let spline = Spline::new(&t, &channel.values, sigma)?;
     let input = model.input(&element_name("motorAcceleration", &[joint + 1]))?;
-    run.drives.push(Drive { input, t, u: spline.accelerations().to_vec(), ..Drive::default() });
+    run.drives.push(InputDrive { input, t, u: spline.accelerations().to_vec(), ..InputDrive::default() });
     let [angle, rate, _] = spline.at(run.start);
     let which = if model.structure().flexible[joint] { "Motor" } else { "Joint" };
     for (what, value) in [("Angle", angle), ("Velocity", rate)] {
@@ -165,7 +188,10 @@ fn lead(model: &Model, recording: &Recording, noise: Noise, joint: usize, run: &
 ///
 /// # Errors
 /// See [`RecordedError`].
-pub fn runs(model: &Model, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
+pub fn runs(
+    model: &SimulatedPlant,
+    loaded: &Loaded,
+) -> Result<(Vec<IdentificationRun>, Vec<IdentificationRun>), RecordedError> {
     both(loaded, |r, floor| run(model, r, floor))
 }
 
@@ -173,14 +199,17 @@ pub fn runs(model: &Model, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), Reco
 ///
 /// # Errors
 /// See [`RecordedError`].
-pub fn runs_of(model: &dyn Subject, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
+pub fn runs_of(
+    model: &dyn IdentificationSubject,
+    loaded: &Loaded,
+) -> Result<(Vec<IdentificationRun>, Vec<IdentificationRun>), RecordedError> {
     both(loaded, |r, floor| read(model, r, floor, &[]))
 }
 
 fn both(
     loaded: &Loaded,
-    one: impl Fn(&Recording, Noise) -> Result<Run, RecordedError>,
-) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
+    one: impl Fn(&Recording, Noise) -> Result<IdentificationRun, RecordedError>,
+) -> Result<(Vec<IdentificationRun>, Vec<IdentificationRun>), RecordedError> {
     let floor = |name: &str| noise::floor(loaded, name).map(|f| f.deviation);
     let all = |list: Vec<&Recording>| list.into_iter().map(|r| one(r, &floor)).collect::<Result<_, _>>();
     Ok((all(loaded.train())?, all(loaded.holdout())?))
@@ -197,7 +226,7 @@ const FIRST: (usize, f64) = (25, 0.1);
 /// Sensors repeat themselves and motions bend: what the first readings say is taken to be this many times less sure.
 const CAUTION: f64 = 3.0;
 
-fn begin(channel: &Channel, start: f64) -> Option<Begin> {
+fn begin(channel: &OutputChannel, start: f64) -> Option<Begin> {
     let t: Vec<f64> = channel.t.iter().map(|t| t - channel.delay - start).collect();
     let short = t.partition_point(|v| *v <= t[0] + FIRST.1).min(FIRST.0);
     let m = short.max(4).min(t.len());
@@ -220,13 +249,13 @@ fn begin(channel: &Channel, start: f64) -> Option<Begin> {
 }
 
 /// A prior as a linear unknown whose scale is that prior's standard deviation.
-fn believed(name: &str, target: Target, run: usize, (mean, sd): (f64, f64)) -> Unknown {
+fn believed(name: &str, target: FitTarget, run: usize, (mean, sd): (f64, f64)) -> FitUnknown {
     let start = if mean.is_finite() { mean } else { 0.0 };
-    Unknown {
+    FitUnknown {
         start,
         scale: Scale::Linear(sd),
         prior: Some((start / sd, 1.0)),
-        ..Unknown::free(name, target, Some(run), sd)
+        ..FitUnknown::free(name, target, Some(run), sd)
     }
 }
 
@@ -235,7 +264,11 @@ fn believed(name: &str, target: Target, run: usize, (mean, sd): (f64, f64)) -> U
 ///
 /// Priors come from the first readings, widened. What no sensor shows stays near the coordinate that it is joined to by
 /// a spring.
-pub fn nuisance(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
+pub fn nuisance(
+    model: &dyn IdentificationSubject,
+    values: &[f64],
+    runs: &[IdentificationRun],
+) -> Vec<FitUnknown> {
     let mut all = Vec::new();
     for (r, run) in runs.iter().enumerate() {
         let of = |output: usize| run.channels.iter().find(|c| c.output == output);
@@ -270,7 +303,7 @@ pub fn nuisance(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Vec<Unknow
             for (index, prior) in [(c.angle, value), (c.velocity, rate)] {
                 if !given(index) && !run.at_rest {
                     let name = &model.parameters()[index].name;
-                    all.push(believed(name, Target::Parameter(index), r, (prior.0, prior.1.max(1e-12))));
+                    all.push(believed(name, FitTarget::Parameter(index), r, (prior.0, prior.1.max(1e-12))));
                 }
             }
         }
@@ -280,25 +313,25 @@ pub fn nuisance(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Vec<Unknow
             let Some(b) = begin(c, run.start) else { continue };
             let sd = b.value.1 + if c.offset.is_some() { offset_size(Some(c), values, model) } else { 0.0 };
             let name = &model.parameters()[index].name;
-            all.push(believed(name, Target::Parameter(index), r, (b.value.0, sd.max(1e-12))));
+            all.push(believed(name, FitTarget::Parameter(index), r, (b.value.0, sd.max(1e-12))));
         }
         for (c, guess) in run.channels.iter().filter_map(|c| Some((c, c.offset?))) {
             let name = format!("{}.offset", c.name);
             let size = guess.doubt.unwrap_or_else(|| offset_size(Some(c), values, model));
-            all.push(believed(&name, Target::Offset(c.output), r, (guess.value, size)));
+            all.push(believed(&name, FitTarget::Offset(c.output), r, (guess.value, size)));
         }
         for (d, guess) in run.drives.iter().filter_map(|d| Some((d, d.offset?))) {
             let name = format!("{}.offset", model.inputs()[d.input].name);
             let largest = d.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             let size = guess.doubt.unwrap_or((OFFSET * largest).max(100.0 * d.sigma).max(1e-9));
-            all.push(believed(&name, Target::InputOffset(d.input), r, (guess.value, size)));
+            all.push(believed(&name, FitTarget::InputOffset(d.input), r, (guess.value, size)));
         }
     }
     all
 }
 
 /// Standard deviation of an offset that is to be estimated: wide against the sensor and against what it measures.
-fn offset_size(channel: Option<&Channel>, values: &[f64], model: &dyn Subject) -> f64 {
+fn offset_size(channel: Option<&OutputChannel>, values: &[f64], model: &dyn IdentificationSubject) -> f64 {
     let Some(c) = channel else { return 0.0 };
     let least = c.y.iter().copied().fold(f64::INFINITY, f64::min);
     let most = c.y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -308,7 +341,7 @@ fn offset_size(channel: Option<&Channel>, values: &[f64], model: &dyn Subject) -
 }
 
 /// The twist that the largest torque of the motor makes, motor side, rad.
-fn largest_twist(model: &dyn Subject, values: &[f64], run: &Run) -> f64 {
+fn largest_twist(model: &dyn IdentificationSubject, values: &[f64], run: &IdentificationRun) -> f64 {
     let value = |name: &str| model.parameter(name).map_or(0.0, |i| values[i]);
     let largest = |input: &str| {
         let drive = run.drives.iter().find(|d| Some(d.input) == model.input(input));

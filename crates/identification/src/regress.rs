@@ -15,11 +15,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::run::{Between, Channel, Run};
+use crate::run::{IdentificationRun, InputInterpolation, OutputChannel};
 
 /// What the regression takes as known.
 #[derive(Clone, Copy, Debug)]
-pub struct Known {
+pub struct KnownParameters {
     /// J_motor, kg.m2.
     pub motor_inertia: f64,
     /// K_t, N.m/A.
@@ -77,7 +77,7 @@ pub enum RegressError {
 }
 
 /// Rows of the regression: y and the four columns.
-struct Rows {
+struct RegressionRows {
     y: Vec<f64>,
     x: [Vec<f64>; 4],
 }
@@ -88,20 +88,20 @@ struct Signals {
     q_m: Vec<f64>,
     q_l: Vec<f64>,
     current: Vec<f64>,
-    between: Between,
+    between: InputInterpolation,
 }
 
-/// Index of the model's output and input in a [`Run`].
-fn channel<'a>(run: &'a Run, name: &'static str) -> Result<&'a Channel, RegressError> {
+/// Index of the model's output and input in a [`IdentificationRun`].
+fn channel<'a>(run: &'a IdentificationRun, name: &'static str) -> Result<&'a OutputChannel, RegressError> {
     let found = run.channels.iter().find(|c| c.name == name && c.t.len() > 4);
     found.ok_or_else(|| RegressError::Missing { run: run.name.clone(), what: name })
 }
 
-fn interpolate(t: &[f64], y: &[f64], at: f64, between: Between) -> f64 {
+fn interpolate(t: &[f64], y: &[f64], at: f64, between: InputInterpolation) -> f64 {
     let k = t.partition_point(|v| *v <= at + 1e-9 * (t[1] - t[0]));
     match (k, between) {
         (0, _) => y[0],
-        (k, Between::Linear) if k < t.len() => {
+        (k, InputInterpolation::Linear) if k < t.len() => {
             y[k - 1] + (y[k] - y[k - 1]) * ((at - t[k - 1]) / (t[k] - t[k - 1])).clamp(0.0, 1.0)
         }
         (k, _) => y[k - 1],
@@ -109,7 +109,7 @@ fn interpolate(t: &[f64], y: &[f64], at: f64, between: Between) -> f64 {
 }
 
 impl Signals {
-    fn new(run: &Run) -> Result<Self, RegressError> {
+    fn new(run: &IdentificationRun) -> Result<Self, RegressError> {
         let (m, l) = (channel(run, "motorAngle")?, channel(run, "loadAngle")?);
         let missing = || RegressError::Missing { run: run.name.clone(), what: "motorCurrent" };
         let drive = run.drives.iter().find(|d| d.input == 0 && d.t.len() > 1).ok_or_else(missing)?;
@@ -118,15 +118,17 @@ impl Signals {
         let h = steps[steps.len() / 2];
         let (begin, end) = (m.t[0] - m.delay, m.t[m.t.len() - 1] - m.delay);
         let at: Vec<f64> = (0..=((end - begin) / h).round() as usize).map(|k| begin + k as f64 * h).collect();
-        let sampled = |c: &Channel| {
-            at.iter().map(|t| interpolate(&c.t, &c.y, t + c.delay, Between::Linear)).collect::<Vec<f64>>()
+        let sampled = |c: &OutputChannel| {
+            at.iter()
+                .map(|t| interpolate(&c.t, &c.y, t + c.delay, InputInterpolation::Linear))
+                .collect::<Vec<f64>>()
         };
         let current = at.iter().map(|t| interpolate(&drive.t, &drive.u, *t, drive.between)).collect();
         Ok(Self { h, q_m: sampled(m), q_l: sampled(l), current, between: drive.between })
     }
 
     /// y and columns at the inner samples, and where the motor moves.
-    fn rows(&self, known: &Known, method: Regression) -> (Rows, Vec<bool>) {
+    fn rows(&self, known: &KnownParameters, method: Regression) -> (RegressionRows, Vec<bool>) {
         let (h, len) = (self.h, self.q_m.len());
         let inner = 1..len - 1;
         let rate = |q: &[f64], k: usize| (q[k + 1] - q[k - 1]) / (2.0 * h);
@@ -134,8 +136,10 @@ impl Signals {
         // The second difference averages the acceleration over two steps with a triangle; so must its reference.
         let current = |k: usize| match self.between {
             _ if literal => self.current[k],
-            Between::Hold => 0.5 * (self.current[k - 1] + self.current[k]),
-            Between::Linear => (self.current[k - 1] + 4.0 * self.current[k] + self.current[k + 1]) / 6.0,
+            InputInterpolation::Hold => 0.5 * (self.current[k - 1] + self.current[k]),
+            InputInterpolation::Linear => {
+                (self.current[k - 1] + 4.0 * self.current[k] + self.current[k + 1]) / 6.0
+            }
         };
         let twist = |k: usize| self.q_m[k] - known.gear_ratio * self.q_l[k];
         let averaged = |k: usize| {
@@ -153,7 +157,7 @@ impl Signals {
         let moving = |k: usize| speed[k].abs() > 0.03 * fastest;
         let acceleration = |k: usize| (self.q_m[k + 1] - 2.0 * self.q_m[k] + self.q_m[k - 1]) / (h * h);
         let column = |f: &dyn Fn(usize) -> f64| inner.clone().map(f).collect::<Vec<f64>>();
-        let rows = Rows {
+        let rows = RegressionRows {
             y: column(&|k| known.torque_constant * current(k) - known.motor_inertia * acceleration(k)),
             x: [
                 column(&averaged),
@@ -168,7 +172,7 @@ impl Signals {
 }
 
 /// One zero-phase filter over all columns; where its window meets a sample that does not count, neither does it.
-fn filtered(rows: &Rows, mask: &[bool], h: f64, cutoff: f64) -> (Rows, Vec<bool>) {
+fn filtered(rows: &RegressionRows, mask: &[bool], h: f64, cutoff: f64) -> (RegressionRows, Vec<bool>) {
     let sigma = 2f64.ln().sqrt() / (2.0 * std::f64::consts::PI * cutoff) / h;
     let half = (4.0 * sigma).ceil() as usize;
     let kernel: Vec<f64> =
@@ -180,10 +184,14 @@ fn filtered(rows: &Rows, mask: &[bool], h: f64, cutoff: f64) -> (Rows, Vec<bool>
             .collect()
     };
     let mask = mask.windows(kernel.len()).map(|w| w.iter().all(|m| *m)).collect();
-    (Rows { y: smooth(&rows.y), x: std::array::from_fn(|c| smooth(&rows.x[c])) }, mask)
+    (RegressionRows { y: smooth(&rows.y), x: std::array::from_fn(|c| smooth(&rows.x[c])) }, mask)
 }
 
-fn prepared(run: &Run, known: &Known, method: Regression) -> Result<(Rows, Vec<bool>), RegressError> {
+fn prepared(
+    run: &IdentificationRun,
+    known: &KnownParameters,
+    method: Regression,
+) -> Result<(RegressionRows, Vec<bool>), RegressError> {
     let signals = Signals::new(run)?;
     let (rows, mask) = signals.rows(known, method);
     Ok(match method {
@@ -198,9 +206,9 @@ fn prepared(run: &Run, known: &Known, method: Regression) -> Result<(Rows, Vec<b
 /// # Errors
 /// See [`RegressError`].
 pub fn regress(
-    runs: &[Run],
-    simulated: Option<&[Run]>,
-    known: &Known,
+    runs: &[IdentificationRun],
+    simulated: Option<&[IdentificationRun]>,
+    known: &KnownParameters,
     method: Regression,
 ) -> Result<Regressed, RegressError> {
     let (mut y, mut x, mut z) = (Vec::new(), Vec::new(), Vec::new());

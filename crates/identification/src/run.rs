@@ -1,14 +1,14 @@
 //! Recordings as numbers: what drives a model, and what is compared with its outputs.
 
 use trueup_numerics::Scalar;
-use trueup_signals::Guess;
+use trueup_signals::PriorGuess;
 
-use crate::sensors::{Sensor, Sensors};
-use crate::unknown::Target;
+use crate::sensors::{LinearSensor, SensorSet};
+use crate::unknown::FitTarget;
 
 /// How an input goes between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Between {
+pub enum InputInterpolation {
     /// On a straight line.
     #[default]
     Linear,
@@ -18,7 +18,7 @@ pub enum Between {
 
 /// A measured input; before its first sample the first value, after the last the last.
 #[derive(Clone, Debug, Default)]
-pub struct Drive {
+pub struct InputDrive {
     /// Index of the model's input.
     pub input: usize,
     /// Times in s, strictly increasing.
@@ -26,20 +26,20 @@ pub struct Drive {
     /// Values.
     pub u: Vec<f64>,
     /// Between the samples.
-    pub between: Between,
+    pub between: InputInterpolation,
     /// Standard deviation of a sample's noise; 0: not known, or none.
     pub sigma: f64,
     /// It may read a constant off, which is to be estimated; the values are less the assumed one.
-    pub offset: Option<Guess>,
+    pub offset: Option<PriorGuess>,
     /// It may read too large, by a factor which is to be estimated; the values are over the assumed one.
-    pub gain: Option<Guess>,
+    pub gain: Option<PriorGuess>,
     /// How late it is is to be estimated; its times are earlier by the assumed delay.
-    pub late: Option<Guess>,
+    pub late: Option<PriorGuess>,
 }
 
 /// A measured output.
 #[derive(Clone, Debug, Default)]
-pub struct Channel {
+pub struct OutputChannel {
     /// FMU variable.
     pub name: String,
     /// Index of the model's output.
@@ -54,17 +54,17 @@ pub struct Channel {
     pub delay: f64,
     /// Step of the readings (one count); 0: none.
     pub resolution: f64,
-    /// By how much less than one reading each counts, as a factor on `sigma` ([`Channel::weigh_rests`]); empty: 1.
+    /// By how much less than one reading each counts, as a factor on `sigma` ([`OutputChannel::weigh_rests`]); empty: 1.
     pub spread: Vec<f64>,
     /// It may read a constant off, which is to be estimated; the values are less the assumed one.
-    pub offset: Option<Guess>,
+    pub offset: Option<PriorGuess>,
     /// It may read too large, by a factor which is to be estimated; the values are over the assumed one.
-    pub gain: Option<Guess>,
+    pub gain: Option<PriorGuess>,
     /// How late it is is to be estimated; `delay` is the assumed one.
-    pub late: Option<Guess>,
+    pub late: Option<PriorGuess>,
 }
 
-impl Channel {
+impl OutputChannel {
     /// Standard deviation of reading `k`.
     pub fn deviation(&self, k: usize) -> f64 {
         self.sigma * self.spread.get(k).copied().unwrap_or(1.0)
@@ -111,13 +111,13 @@ impl Channel {
 
 /// One recording.
 #[derive(Clone, Debug, Default)]
-pub struct Run {
+pub struct IdentificationRun {
     /// Its name in messages and results.
     pub name: String,
     /// Inputs; those that are missing are 0.
-    pub drives: Vec<Drive>,
+    pub drives: Vec<InputDrive>,
     /// Outputs to compare.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<OutputChannel>,
     /// When the simulation starts, s; readings from before are left out.
     pub start: f64,
     /// The run starts at rest and in equilibrium.
@@ -126,7 +126,7 @@ pub struct Run {
     pub known: Vec<(usize, f64)>,
 }
 
-impl Run {
+impl IdentificationRun {
     /// How many readings there are.
     pub fn len(&self) -> usize {
         self.channels.iter().map(|c| c.t.len()).sum()
@@ -137,11 +137,11 @@ impl Run {
     }
 }
 
-impl Run {
+impl IdentificationRun {
     /// Lets the readings of an output be late by `delay` seconds, whatever is assumed; of one whose delay is known:
     /// nothing.
     pub fn read_late(&mut self, output: usize, delay: f64) {
-        let of = |c: &&mut Channel| c.output == output && c.late.is_some();
+        let of = |c: &&mut OutputChannel| c.output == output && c.late.is_some();
         self.channels.iter_mut().filter(of).for_each(|c| c.delay = delay);
     }
     /// The same of an input.
@@ -153,36 +153,39 @@ impl Run {
         }
     }
     /// Takes the estimates of a sensor instead of what was assumed.
-    pub fn calibrate(&mut self, target: Target, value: f64) {
-        let scaled = |gain: &mut Option<Guess>| {
+    pub fn calibrate(&mut self, target: FitTarget, value: f64) {
+        let scaled = |gain: &mut Option<PriorGuess>| {
             let before = gain.map_or(1.0, |g| g.value);
-            *gain = Some(Guess { value, doubt: None });
+            *gain = Some(PriorGuess { value, doubt: None });
             before / value
         };
         match target {
-            Target::Delay(output) => self.read_late(output, value),
-            Target::InputDelay(input) => self.driven_late(input, value),
-            Target::Gain(output) => {
+            FitTarget::SensorDelay(output) => self.read_late(output, value),
+            FitTarget::InputSensorDelay(input) => self.driven_late(input, value),
+            FitTarget::Gain(output) => {
                 for c in self.channels.iter_mut().filter(|c| c.output == output && c.gain.is_some()) {
                     let by = scaled(&mut c.gain);
                     c.y.iter_mut().for_each(|y| *y *= by);
                     (c.sigma, c.resolution) = (c.sigma * by.abs(), c.resolution * by.abs());
                 }
             }
-            Target::InputGain(input) => {
+            FitTarget::InputGain(input) => {
                 for d in self.drives.iter_mut().filter(|d| d.input == input && d.gain.is_some()) {
                     let by = scaled(&mut d.gain);
                     d.u.iter_mut().for_each(|u| *u *= by);
                     d.sigma *= by.abs();
                 }
             }
-            Target::Parameter(_) | Target::Offset(_) | Target::InputBias(_) | Target::InputOffset(_) => {}
+            FitTarget::Parameter(_)
+            | FitTarget::Offset(_)
+            | FitTarget::InputBias(_)
+            | FitTarget::InputOffset(_) => {}
         }
     }
     /// The assumed errors of its sensors, which were taken out of the values.
-    pub fn believed<T: Scalar>(&self, inputs: usize, outputs: usize) -> Sensors<T> {
-        let mut all = Sensors::none(inputs, outputs);
-        let sensor = |gain: Option<Guess>, offset: Option<Guess>| Sensor {
+    pub fn believed<T: Scalar>(&self, inputs: usize, outputs: usize) -> SensorSet<T> {
+        let mut all = SensorSet::none(inputs, outputs);
+        let sensor = |gain: Option<PriorGuess>, offset: Option<PriorGuess>| LinearSensor {
             gain: T::constant(gain.map_or(1.0, |g| g.value)),
             offset: T::constant(offset.map_or(0.0, |g| g.value)),
         };

@@ -18,9 +18,9 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::covariance::Information;
 use crate::interval;
-use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, solve};
+use crate::lsq::{LeastSquares, Loss, ResidualEvaluation, Solution, SolverOptions, solve};
 use crate::output_error::OutputError;
-use crate::unknown::Target;
+use crate::unknown::FitTarget;
 
 /// Residuals so many times the noise come from a wrong model.
 const WRONG: f64 = 2.0;
@@ -137,7 +137,7 @@ fn memory(r: &[f64]) -> usize {
 }
 
 /// The counts of a channel, once more: all lengths in counts.
-struct Counts {
+struct CountsOfChannel {
     /// Output, and the recording if the sensor's zero is another one in each: within these the phase is the same.
     sensor: (usize, Option<usize>),
     /// Motion by the fit, and its derivatives by the coordinates.
@@ -153,7 +153,7 @@ struct Counts {
     weight: DVector<f64>,
 }
 
-impl Counts {
+impl CountsOfChannel {
     /// What a draw leaves to be fitted: the readings that may come near an edge.
     fn again(&self, phase: f64, rng: &mut StdRng) -> Near {
         let mut off = Vec::new();
@@ -181,16 +181,16 @@ struct Near {
 }
 
 /// A fit to counts made again; everything else is a quadratic about the solution.
-struct Again<'a> {
+struct RescaledFit<'a> {
     counts: Vec<Near>,
     /// Residuals of the quadratic, K z + w.
     k: &'a DMatrix<f64>,
     w: DVector<f64>,
 }
 
-impl Problem for Again<'_> {
+impl LeastSquares for RescaledFit<'_> {
     type Error = std::convert::Infallible;
-    fn evaluate(&self, z: &[f64], jacobian: bool) -> Result<Evaluation, Self::Error> {
+    fn evaluate(&self, z: &[f64], jacobian: bool) -> Result<ResidualEvaluation, Self::Error> {
         let z = DVector::from_column_slice(z);
         let readings: usize = self.counts.iter().map(|c| c.off.len()).sum();
         let mut residuals = DVector::zeros(readings + z.len());
@@ -211,7 +211,7 @@ impl Problem for Again<'_> {
         if let Some(rows) = &mut rows {
             rows.rows_mut(begin, self.k.nrows()).copy_from(self.k);
         }
-        Ok(Evaluation { residuals, jacobian: rows })
+        Ok(ResidualEvaluation { residuals, jacobian: rows })
     }
     fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let n = self.k.ncols();
@@ -232,7 +232,7 @@ fn bootstrap(
     m: &DMatrix<f64>,
 ) -> DMatrix<f64> {
     let n = rows.ncols();
-    let counts: Vec<Counts> = (counted.iter())
+    let counts: Vec<CountsOfChannel> = (counted.iter())
         .map(|&(run, c)| {
             let channel = &problem.runs()[run].channels[c];
             let (first, len) = place(problem, run, c);
@@ -249,8 +249,8 @@ fn bootstrap(
             let own_zero = problem
                 .unknowns()
                 .iter()
-                .any(|u| u.run == Some(run) && u.target == Target::Offset(channel.output));
-            Counts {
+                .any(|u| u.run == Some(run) && u.target == FitTarget::Offset(channel.output));
+            CountsOfChannel {
                 sensor: (channel.output, own_zero.then_some(run)),
                 shown: DVector::from_fn(kept.len(), |i, _| {
                     channel.y[kept[i]] / step + normal.residuals[first + kept[i]] * scale(i)
@@ -292,14 +292,14 @@ fn bootstrap(
             })
             .collect();
         let w = &spread * DVector::from_fn(n, |_, _| StandardNormal.sample(&mut rng));
-        let again = Again { counts, k: &k, w };
-        let options = Options {
+        let again = RescaledFit { counts, k: &k, w };
+        let options = SolverOptions {
             loss,
             max_iterations: 30,
             cost_tolerance: 1e-5,
             step_tolerance: 1e-3,
             radius: 10.0,
-            ..Options::default()
+            ..SolverOptions::default()
         };
         match solve(&again, &vec![0.0; n], options) {
             Ok(s) => DVector::from_vec(s.x),

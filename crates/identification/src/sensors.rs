@@ -4,14 +4,14 @@ use trueup_numerics::Scalar;
 
 /// A sensor of an input or an output.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensor<T> {
+pub struct LinearSensor<T> {
     /// By how many times a reading is too large.
     pub gain: T,
     /// What it has too much.
     pub offset: T,
 }
 
-impl<T: Scalar> Sensor<T> {
+impl<T: Scalar> LinearSensor<T> {
     /// Reads what is there.
     pub fn none() -> Self {
         Self { gain: T::one(), offset: T::zero() }
@@ -37,17 +37,17 @@ pub struct InputMap<T> {
 
 /// Sensors of all inputs and outputs of a model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sensors<T> {
+pub struct SensorSet<T> {
     /// By input.
-    pub inputs: Vec<Sensor<T>>,
+    pub inputs: Vec<LinearSensor<T>>,
     /// By output.
-    pub outputs: Vec<Sensor<T>>,
+    pub outputs: Vec<LinearSensor<T>>,
 }
 
-impl<T: Scalar> Sensors<T> {
+impl<T: Scalar> SensorSet<T> {
     /// All of them read what is there.
     pub fn none(inputs: usize, outputs: usize) -> Self {
-        Self { inputs: vec![Sensor::none(); inputs], outputs: vec![Sensor::none(); outputs] }
+        Self { inputs: vec![LinearSensor::none(); inputs], outputs: vec![LinearSensor::none(); outputs] }
     }
     /// From readings of the inputs to what is there.
     pub fn inputs_of(&self) -> InputMap<T> {
@@ -59,7 +59,7 @@ impl<T: Scalar> Sensors<T> {
     }
     /// Each as it is where another one was taken out of its readings.
     pub fn beside(&self, others: &Self) -> Self {
-        let all = |own: &[Sensor<T>], others: &[Sensor<T>]| {
+        let all = |own: &[LinearSensor<T>], others: &[LinearSensor<T>]| {
             own.iter().zip(others).map(|(s, o)| s.beside(o)).collect()
         };
         Self { inputs: all(&self.inputs, &others.inputs), outputs: all(&self.outputs, &others.outputs) }
@@ -72,11 +72,12 @@ mod tests {
 
     #[test]
     fn a_sensor_in_the_place_of_another_one_reads_the_same() {
-        let (truth, believed) = (Sensor { gain: 2.5, offset: -0.3 }, Sensor { gain: 2.0, offset: 0.1 });
+        let (truth, believed) =
+            (LinearSensor { gain: 2.5, offset: -0.3 }, LinearSensor { gain: 2.0, offset: 0.1 });
         for value in [-1.0, 0.0, 7.5] {
             let corrected = (truth.reads(value) - believed.offset) / believed.gain;
             assert!((truth.beside(&believed).reads(value) - corrected).abs() < 1e-14);
         }
-        assert_eq!(truth.beside(&Sensor::none()), truth);
+        assert_eq!(truth.beside(&LinearSensor::none()), truth);
     }
 }

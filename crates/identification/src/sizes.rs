@@ -5,31 +5,31 @@ use std::collections::BTreeMap;
 use trueup_models::effect::{self, Measure};
 use trueup_models::{arm, joint};
 
-use crate::run::{Channel, Run};
+use crate::run::{IdentificationRun, OutputChannel};
 
 /// A plant with values of its parameters, and recordings of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Rig<'a> {
     /// Which plant.
-    pub plant: effect::Plant,
+    pub plant: effect::PlantKind,
     /// Which of its joints have a spring.
     pub flexible: &'a [bool],
     /// Its parameters, those of effects behind.
     pub values: &'a [f64],
     /// Recordings.
-    pub runs: &'a [&'a Run],
+    pub runs: &'a [&'a IdentificationRun],
 }
 
 /// Typical sizes of a plant and its recordings.
 #[derive(Clone, Debug)]
-pub struct Sizes {
+pub struct TypicalSizes {
     typical: BTreeMap<(usize, u8), f64>,
     /// Typical reading range per output.
     ranges: BTreeMap<usize, f64>,
     duration: f64,
 }
 
-impl Sizes {
+impl TypicalSizes {
     /// Of a plant in these recordings.
     pub fn of(rig: &Rig<'_>) -> Self {
         let mut s = Self { typical: BTreeMap::new(), ranges: BTreeMap::new(), duration: 0.0 };
@@ -44,8 +44,8 @@ impl Sizes {
             }
         }
         match rig.plant {
-            effect::Plant::Joint => s.joint(rig),
-            effect::Plant::Arm => s.arm(rig),
+            effect::PlantKind::Joint => s.joint(rig),
+            effect::PlantKind::Arm => s.arm(rig),
         }
         s
     }
@@ -179,19 +179,19 @@ fn torque_of_motion(inertia: f64, speed: f64, range: f64) -> f64 {
 pub fn range(y: &[f64]) -> f64 {
     y.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - y.iter().fold(f64::INFINITY, |m, v| m.min(*v))
 }
-fn rms_input(runs: &[&Run], input: usize) -> f64 {
+fn rms_input(runs: &[&IdentificationRun], input: usize) -> f64 {
     let all = runs.iter().flat_map(|r| &r.drives).filter(|d| d.input == input).flat_map(|d| &d.u);
     let (mut sum, mut count) = (0.0, 0.0f64);
     all.for_each(|u| (sum, count) = (sum + u * u, count + 1.0));
     (sum / count.max(1.0)).sqrt()
 }
-fn rms_of<'a>(channels: impl Iterator<Item = &'a Channel>) -> Option<f64> {
+fn rms_of<'a>(channels: impl Iterator<Item = &'a OutputChannel>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     channels.flat_map(|c| &c.y).for_each(|y| (sum, count) = (sum + y * y, count + 1.0));
     (count > 0.0).then(|| f64::sqrt(sum / count))
 }
 /// Typical speed.
-fn speed_of<'a>(channels: impl Iterator<Item = &'a Channel>) -> Option<f64> {
+fn speed_of<'a>(channels: impl Iterator<Item = &'a OutputChannel>) -> Option<f64> {
     let (sum, count) =
         channels.map(|c| rates(&c.t, &c.y)).fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
     (count > 0.0).then(|| f64::sqrt(sum / count))

@@ -2,20 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use trueup_numerics::hybrid::Sizes;
-use trueup_signals::Value;
+use trueup_numerics::hybrid::ModelSizes;
+use trueup_signals::ParameterValue;
 
-use crate::carried::{Carried, carried};
-use crate::model::{Coordinate, Model, ModelError, Named};
-use crate::predict::{InputMap, Plan, PredictError, Prediction, predict};
+use crate::carried::{CarriedNoise, carried};
+use crate::model::{CoordinateIndices, ModelError, NamedVariables, SimulatedPlant};
+use crate::predict::{InputMap, PredictError, Prediction, PredictionPlan, predict};
 use crate::predictor::Predictor;
-use crate::run::Run;
+use crate::run::IdentificationRun;
 use trueup_plant::Lanes;
 
 /// Variables by name, simulated along recordings.
-pub trait Subject: Named + Predictor {
+pub trait IdentificationSubject: NamedVariables + Predictor {
     /// Its coordinates, each with where it begins and what shows it.
-    fn begins(&self) -> Vec<Coordinate>;
+    fn begins(&self) -> Vec<CoordinateIndices>;
     /// States that are shown as they are: parameter that is their start value, output.
     fn shown_states(&self) -> &[(usize, usize)] {
         &[]
@@ -24,16 +24,24 @@ pub trait Subject: Named + Predictor {
     ///
     /// # Errors
     /// A value that is no number, or none that the parameter can have.
-    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError>;
+    fn with_values(
+        &self,
+        base: &[f64],
+        given: &BTreeMap<String, ParameterValue>,
+    ) -> Result<Vec<f64>, ModelError>;
     /// What is estimated unless the case chooses otherwise.
     fn fits(&self) -> Vec<String>;
 }
 
-impl Subject for Model {
-    fn begins(&self) -> Vec<Coordinate> {
+impl IdentificationSubject for SimulatedPlant {
+    fn begins(&self) -> Vec<CoordinateIndices> {
         self.coordinates()
     }
-    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError> {
+    fn with_values(
+        &self,
+        base: &[f64],
+        given: &BTreeMap<String, ParameterValue>,
+    ) -> Result<Vec<f64>, ModelError> {
         self.set(base, given)
     }
     fn fits(&self) -> Vec<String> {
@@ -41,14 +49,14 @@ impl Subject for Model {
     }
 }
 
-impl Model {
+impl SimulatedPlant {
     /// Readings of a run with parameters `p`, with events and modes ([`predict`]).
     ///
     /// # Errors
     /// See [`PredictError`].
     pub fn predict(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
         at_rest: bool,
@@ -57,22 +65,22 @@ impl Model {
     }
 }
 
-impl Predictor for Model {
-    fn counts(&self) -> Sizes {
+impl Predictor for SimulatedPlant {
+    fn counts(&self) -> ModelSizes {
         self.sizes()
     }
     fn readings(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
         at_rest: bool,
     ) -> Result<Vec<f64>, PredictError> {
-        Ok(Model::predict(self, plan, p, map, at_rest)?.y)
+        Ok(SimulatedPlant::predict(self, plan, p, map, at_rest)?.y)
     }
     fn readings_along(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[Lanes],
         map: &InputMap<Lanes>,
         at_rest: bool,
@@ -84,11 +92,11 @@ impl Predictor for Model {
     }
     fn carried(
         &self,
-        recording: &Run,
-        plan: &Plan,
+        recording: &IdentificationRun,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
-    ) -> Result<Option<Carried>, PredictError> {
+    ) -> Result<Option<CarriedNoise>, PredictError> {
         carried(self.plant(), recording, plan, p, map)
     }
 }

@@ -1,6 +1,6 @@
 //! A smooth model with its sensitivities: the variational equations, integrated next to the states.
 
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{LANES, Lanes, Plant};
 
@@ -9,13 +9,13 @@ use trueup_plant::{LANES, Lanes, Plant};
 ///
 /// States: of state i its value, then its N derivatives. Parameters are the model's; outputs are not computed.
 #[derive(Clone, Debug)]
-pub struct Tangent<'a, const N: usize> {
+pub struct TangentModel<'a, const N: usize> {
     model: &'a dyn Plant,
     /// Parameters with their derivatives to the unknowns.
     p: Vec<Lanes>,
 }
 
-impl<'a, const N: usize> Tangent<'a, N> {
+impl<'a, const N: usize> TangentModel<'a, N> {
     const FITS: () = assert!(N <= LANES, "no more unknowns than lanes");
 
     /// Parameters `p`, unknown k moving the parameter `unknowns[k]` one to one.
@@ -33,9 +33,9 @@ impl<'a, const N: usize> Tangent<'a, N> {
     }
 
     /// How many values of each kind; outputs are not computed.
-    pub fn counts(&self) -> Sizes {
+    pub fn counts(&self) -> ModelSizes {
         let sizes = self.model.sizes();
-        Sizes { states: sizes.states * (N + 1), outputs: 0, ..sizes }
+        ModelSizes { states: sizes.states * (N + 1), outputs: 0, ..sizes }
     }
 
     /// State `i` among the states of this model.
@@ -52,8 +52,8 @@ impl<'a, const N: usize> Tangent<'a, N> {
     }
 }
 
-impl<const N: usize> Hybrid for Tangent<'_, N> {
-    fn sizes(&self) -> Sizes {
+impl<const N: usize> Hybrid for TangentModel<'_, N> {
+    fn sizes(&self) -> ModelSizes {
         self.counts()
     }
     fn start<T: Scalar>(&self, _: &[T], x: &mut [T]) {
@@ -76,7 +76,7 @@ impl<const N: usize> Hybrid for Tangent<'_, N> {
     }
     fn outputs<T: Scalar>(&self, _: At<T>, _: &mut [T]) {}
     fn indicators<T: Scalar>(&self, _: At<T>, _: &mut [T]) {}
-    fn update(&self, _: f64, _: &mut [f64], _: &[f64], _: &[f64], _: &mut [i32]) -> Update {
-        Update::default()
+    fn update(&self, _: f64, _: &mut [f64], _: &[f64], _: &[f64], _: &mut [i32]) -> EventUpdate {
+        EventUpdate::default()
     }
 }

@@ -28,7 +28,7 @@ impl Scale {
 
 /// What an unknown sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum FitTarget {
     /// This parameter of the model (initial states are parameters too).
     Parameter(usize),
     /// A constant reading offset of the channel that shows this output; the readings are less its start.
@@ -42,25 +42,25 @@ pub enum Target {
     /// A constant that the readings of this input have too much; the readings are less its start.
     InputOffset(usize),
     /// By how many seconds the readings of this output are late.
-    Delay(usize),
+    SensorDelay(usize),
     /// By how many seconds the readings of this input are late.
-    InputDelay(usize),
+    InputSensorDelay(usize),
 }
 
-impl Target {
+impl FitTarget {
     /// It changes when things are read, not what.
     pub fn shifts(self) -> bool {
-        matches!(self, Self::Delay(_) | Self::InputDelay(_))
+        matches!(self, Self::SensorDelay(_) | Self::InputSensorDelay(_))
     }
 }
 
 /// One unknown.
 #[derive(Clone, Debug)]
-pub struct Unknown {
+pub struct FitUnknown {
     /// FMU variable, for messages and results.
     pub name: String,
     /// What it sets.
-    pub target: Target,
+    pub target: FitTarget,
     /// In this recording only (by index); `None`: in all.
     pub run: Option<usize>,
     /// Value to start from.
@@ -71,16 +71,16 @@ pub struct Unknown {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// Prior value and standard deviation, both as theta of [`Unknown::scale`].
+    /// Prior value and standard deviation, both as theta of [`FitUnknown::scale`].
     pub prior: Option<(f64, f64)>,
 }
 
-impl Unknown {
+impl FitUnknown {
     /// Shared by all recordings, positive, searched by its logarithm between 1e-4 and 1e4 of its start.
     pub fn positive(name: &str, parameter: usize, start: f64) -> Self {
         Self {
             name: name.to_owned(),
-            target: Target::Parameter(parameter),
+            target: FitTarget::Parameter(parameter),
             run: None,
             start,
             scale: Scale::Log,
@@ -90,7 +90,7 @@ impl Unknown {
         }
     }
     /// Without bounds, of that typical magnitude, starting from 0.
-    pub fn free(name: &str, target: Target, run: Option<usize>, magnitude: f64) -> Self {
+    pub fn free(name: &str, target: FitTarget, run: Option<usize>, magnitude: f64) -> Self {
         Self {
             name: name.to_owned(),
             target,

@@ -2,7 +2,7 @@
 //! whole is the example `five_tests`.
 
 use crate::testbed::bristles::{OFFSETS, SEEN, TRUTH, designed, found, identified, record, scatter};
-use trueup_identification::identify::Design;
+use trueup_identification::identify::ExperimentDesign;
 
 /// Two of the tests fitted, a third held out.
 #[test]
@@ -54,7 +54,7 @@ fn an_offset_of_2_8_degrees_tells_six_times_as_much_as_one_of_0_2() {
     // Without bristles.
     record(folder.path(), &TRUTH[..3], &[2.8], 1);
     let values = [-0.2f64, 2.8].map(f64::to_radians).to_vec();
-    let design = Design { name: "initialSpringOffset[1]".into(), values };
+    let design = ExperimentDesign { name: "initialSpringOffset[1]".into(), values };
     let r = designed(folder.path(), &[1], &[], false, Some(&design));
     let d = r.design.unwrap();
     let row = |name: &str| d.unknowns.iter().position(|u| u.0 == name).unwrap();
@@ -71,6 +71,6 @@ fn an_offset_of_2_8_degrees_tells_six_times_as_much_as_one_of_0_2() {
     assert_eq!(d.best_of_all(), Some(1));
 }
 
-fn found_error(all: &[trueup_identification::identify::Found], name: &str) -> f64 {
+fn found_error(all: &[trueup_identification::identify::FoundParameter], name: &str) -> f64 {
     all.iter().find(|f| f.estimate.name == name).and_then(|f| f.estimate.cramer_rao).unwrap()
 }

@@ -6,19 +6,19 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
 use trueup_identification::fit::{FitOptions, fit, fit_carried};
-use trueup_identification::model::Model;
+use trueup_identification::model::SimulatedPlant;
 use trueup_identification::output_error::OutputError;
-use trueup_identification::predict::{InputMap, Plan};
+use trueup_identification::predict::{InputMap, PredictionPlan};
 use trueup_identification::recorded::nuisance;
-use trueup_identification::run::{Between, Channel, Drive, Run};
-use trueup_identification::unknown::Unknown;
+use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
+use trueup_identification::unknown::FitUnknown;
 use trueup_models::joint::{input, output, parameter as p};
 
 use crate::plants::joint;
 
 const NAMES: [&str; 4] = ["stiffness", "damping", "coulombFriction", "viscousFriction"];
 /// A small geared drive.
-fn truth(model: &Model) -> Vec<f64> {
+fn truth(model: &SimulatedPlant) -> Vec<f64> {
     let mut q = model.defaults();
     for (i, v) in [
         (p::MOTOR_INERTIA, 1.7e-5),
@@ -36,40 +36,40 @@ fn truth(model: &Model) -> Vec<f64> {
     q
 }
 
-fn recording(model: &Model, q: &[f64], seed: u64, k: usize) -> Run {
+fn recording(model: &SimulatedPlant, q: &[f64], seed: u64, k: usize) -> IdentificationRun {
     let mut rng = StdRng::seed_from_u64(seed * 10 + k as u64);
     let t: Vec<f64> = (0..1500).map(|k| f64::from(k) * 2e-3).collect();
     let current = |t: &f64| 0.5 * (6.0 * t + k as f64).sin() + 0.15 * (37.0 * t).sin();
     let u: Vec<f64> = t.iter().map(current).collect();
-    let channel = |name: &str, output, resolution: f64, noise: f64| Channel {
+    let channel = |name: &str, output, resolution: f64, noise: f64| OutputChannel {
         name: name.into(),
         output,
         t: t.clone(),
         y: vec![0.0; t.len()],
         sigma: noise.hypot(resolution / 12f64.sqrt()),
         resolution,
-        ..Channel::default()
+        ..OutputChannel::default()
     };
-    let drive = Drive {
+    let drive = InputDrive {
         input: input::MOTOR_CURRENT,
         t: t.clone(),
         u,
-        between: Between::Hold,
+        between: InputInterpolation::Hold,
         sigma: 1e-3,
         offset: None,
         gain: None,
         late: None,
     };
-    let mut run = Run {
+    let mut run = IdentificationRun {
         name: format!("{k}"),
         drives: vec![drive],
         channels: vec![
             channel("motorAngle", output::MOTOR_ANGLE, 1.5e-3, 4.4e-4),
             channel("loadAngle", output::LOAD_ANGLE, 1.7e-5, 1.0e-5),
         ],
-        ..Run::default()
+        ..IdentificationRun::default()
     };
-    let plan = Plan::new(&run, 2);
+    let plan = PredictionPlan::new(&run, 2);
     let shown = model.predict(&plan, q, &InputMap::default(), false).unwrap();
     for (c, channel) in run.channels.iter_mut().enumerate() {
         let noise = Normal::new(0.0, [4.4e-4, 1.0e-5][c]).unwrap();
@@ -89,10 +89,10 @@ fn estimates_are_as_sure_as_they_say() {
     let q = truth(&model);
     let (mut z, mut worse, mut floor) = (Vec::new(), 0.0, Vec::new());
     for seed in 0..12 {
-        let runs: Vec<Run> = (0..2).map(|k| recording(&model, &q, seed, k)).collect();
+        let runs: Vec<IdentificationRun> = (0..2).map(|k| recording(&model, &q, seed, k)).collect();
         let index = |n: &str| model.parameter(n).unwrap();
-        let mut unknowns: Vec<Unknown> =
-            NAMES.iter().map(|n| Unknown::positive(n, index(n), 1.1 * q[index(n)])).collect();
+        let mut unknowns: Vec<FitUnknown> =
+            NAMES.iter().map(|n| FitUnknown::positive(n, index(n), 1.1 * q[index(n)])).collect();
         unknowns.extend(nuisance(&model, &q, &runs));
         let mut problem = OutputError::new(&model, &q, &runs, unknowns);
         let plain = fit(&problem, &FitOptions::default()).unwrap();
@@ -102,7 +102,7 @@ fn estimates_are_as_sure_as_they_say() {
             z.push(error / f.information.covariance[(k, k)].sqrt());
             worse += f64::from(u8::from((plain.theta[k] - q[index(n)].ln()).abs() > error.abs())) / 48.0;
         }
-        floor.extend(f.comparisons.iter().map(trueup_identification::fit::Comparison::above_floor));
+        floor.extend(f.comparisons.iter().map(trueup_identification::fit::ChannelComparison::above_floor));
         println!("{seed}: {:?} {:?}", &z[z.len() - 4..], &floor[floor.len() - 4..]);
     }
     // 48 values of N(0, 1): their mean square is within 0.6 .. 1.5 with 98 %.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::testbed::run;
-use trueup_identification::flexible_joint::{Method, fit};
+use trueup_identification::flexible_joint::{JointSearchMethod, fit};
 
 const TRUTH: [f64; 4] = [5.6, 5.47, 0.5, 0.048_869]; // 2.8 deg
 
@@ -20,7 +20,7 @@ fn without_noise_the_truth_comes_back_from_the_motion() {
 
 #[test]
 fn without_noise_the_truth_comes_back_by_the_gradient() {
-    let found = fit(&run(TRUTH, true, 0.0, 1), Method::Gradient).unwrap();
+    let found = fit(&run(TRUTH, true, 0.0, 1), JointSearchMethod::Gradient).unwrap();
     for (e, truth) in found.estimates.iter().zip(TRUTH) {
         assert!((e.value / truth - 1.0).abs() < 2e-3, "{found:?}");
     }
@@ -29,7 +29,7 @@ fn without_noise_the_truth_comes_back_by_the_gradient() {
 fn comes_back(by_torque: bool) {
     let run = run(TRUTH, by_torque, 0.0, 1);
     let mut costs = Vec::new();
-    for method in [Method::Gradient, Method::NelderMead] {
+    for method in [JointSearchMethod::Gradient, JointSearchMethod::NelderMead] {
         let found = fit(&run, method).unwrap();
         for (e, truth) in found.estimates.iter().zip(TRUTH) {
             assert!((e.value / truth - 1.0).abs() < 2e-3, "{method:?} torque {by_torque}: {found:?}");
@@ -73,15 +73,16 @@ fn runs_that_do_not_fit_are_refused() {
     use trueup_identification::flexible_joint::{FlexibleJoint, RunError};
     use trueup_models::arm::PlanarManipulator;
     let good = run(TRUTH, true, 0.0, 1).run().clone();
-    let refused = |flexible: &[bool], change: &dyn Fn(&mut trueup_identification::flexible_joint::Run)| {
-        let arm = PlanarManipulator::new(flexible, &[] as &[&str]).unwrap();
-        let mut bad = good.clone();
-        change(&mut bad);
-        match FlexibleJoint::new(&arm, &arm.defaults(), 0, 0.13, bad) {
-            Err(RunError::Shape(why)) => why,
-            other => format!("{other:?}"),
-        }
-    };
+    let refused =
+        |flexible: &[bool], change: &dyn Fn(&mut trueup_identification::flexible_joint::TestBedRun)| {
+            let arm = PlanarManipulator::new(flexible, &[] as &[&str]).unwrap();
+            let mut bad = good.clone();
+            change(&mut bad);
+            match FlexibleJoint::new(&arm, &arm.defaults(), 0, 0.13, bad) {
+                Err(RunError::Shape(why)) => why,
+                other => format!("{other:?}"),
+            }
+        };
     assert!(refused(&[false; 3], &|_| {}).starts_with("joint 1 is not flexible"));
     assert!(refused(&[true, false, false], &|r| r.angle.truncate(7)).starts_with("7 angles at 201 times"));
     assert!(refused(&[true, false, false], &|r| r.others.truncate(1)).starts_with("1 other joints"));

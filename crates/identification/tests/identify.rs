@@ -8,20 +8,22 @@ use std::path::{Path, PathBuf};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
-use trueup_identification::identify::{Figure, Found, Identified, Method, Settings, identify};
-use trueup_identification::model::Model;
+use trueup_identification::identify::{
+    FitFigure, FoundParameter, Identified, IdentifyMethod, IdentifySettings, identify,
+};
+use trueup_identification::model::SimulatedPlant;
 use trueup_models::plants::PlantStructure;
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_signals::Case;
 
-fn identified(folder: &Path, method: Method) -> Identified {
-    let (loaded, _) = Case::load(folder, |c| Ok(Model::of_case(c, &[]).unwrap().variables()))
+fn identified(folder: &Path, method: IdentifyMethod) -> Identified {
+    let (loaded, _) = Case::load(folder, |c| Ok(SimulatedPlant::of_case(c, &[]).unwrap().variables()))
         .unwrap_or_else(|e| panic!("{e}"));
-    let settings = Settings { method, profile: false, design: None, progress: &|_| () };
+    let settings = IdentifySettings { method, profile: false, design: None, progress: &|_| () };
     identify(&loaded, &settings).unwrap()
 }
 
-fn of<'a>(r: &'a Identified, name: &str) -> &'a Found {
+fn of<'a>(r: &'a Identified, name: &str) -> &'a FoundParameter {
     r.parameters.iter().chain(&r.uncertain).find(|f| f.estimate.name == name).unwrap()
 }
 
@@ -47,7 +49,7 @@ const JOINT: [(&str, f64); 9] = [
 
 /// A recording of the joint with all that a poor one has: load angle at a fifth of the rate and late by 4 ms, an offset,
 /// missing samples, a few outliers, noise on the current.
-fn joint_csv(model: &Model, q: &[f64], seed: u64) -> String {
+fn joint_csv(model: &SimulatedPlant, q: &[f64], seed: u64) -> String {
     let mut rng = StdRng::seed_from_u64(seed);
     let times: Vec<f64> = (0..2000).map(|k| f64::from(k) * 2e-3).collect();
     let phase = seed as f64;
@@ -58,7 +60,7 @@ fn joint_csv(model: &Model, q: &[f64], seed: u64) -> String {
         v[0] = held[k] + (held[k + 1] - held[k]) * (t / 2e-3 - k as f64);
     };
     // The angle as it was 4 ms before.
-    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-10, ..DriverOptions::default() };
     let shown =
         simulate(model.joint().unwrap(), q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
     let (motor, load) = (model.output("motorAngle").unwrap(), model.output("loadAngle").unwrap());
@@ -98,13 +100,13 @@ fn a_joint_from_poor_recordings() {
     case += "[uncertain]\nloadInertia = 0.05\nstiffness = 0.5\n[channels.motorAngle]\nresolution = 0.0015\nnoise = 0.0004\n[channels.loadAngle]\nnoise = 1e-5\ndelay = 0.004\noffset = \"estimate\"\n[channels.motorCurrent]\nnoise = 1e-3\n";
     std::fs::write(folder.path().join("case.toml"), &case).unwrap();
     let (loaded, _) = Case::read(folder.path(), &[]).unwrap();
-    let model = Model::of_case(&loaded, &[]).unwrap();
+    let model = SimulatedPlant::of_case(&loaded, &[]).unwrap();
     let mut q = model.defaults();
     JOINT.iter().for_each(|(name, v)| q[model.parameter(name).unwrap()] = *v);
     for (k, name) in ["a.csv", "b.csv", "c.csv"].iter().enumerate() {
         std::fs::write(folder.path().join(name), joint_csv(&model, &q, k as u64)).unwrap();
     }
-    let r = identified(folder.path(), Method::OutputError);
+    let r = identified(folder.path(), IdentifyMethod::OutputError);
     for (name, sure) in [
         ("stiffness", 0.02),
         ("damping", 0.1),
@@ -127,7 +129,9 @@ fn a_joint_from_poor_recordings() {
         assert!(after.nrmse.unwrap() < 0.2 * before.nrmse.unwrap(), "{after:?} {before:?}");
     }
     // The other methods run, and say what they leave out.
-    for method in [Method::LsLiteral, Method::Ls, Method::Filtered, Method::Iv] {
+    for method in
+        [IdentifyMethod::LsLiteral, IdentifyMethod::Ls, IdentifyMethod::Filtered, IdentifyMethod::Iv]
+    {
         let r = identified(folder.path(), method);
         assert!(of(&r, "staticFriction").estimate.reason.is_some() && !r.fit.is_empty(), "{method}");
     }
@@ -143,14 +147,14 @@ fn swinging(folder: &Path, hz: f64, more: &str) {
     );
     std::fs::write(folder.join("case.toml"), &case).unwrap();
     let (loaded, _) = Case::read(folder, &[]).unwrap();
-    let model = Model::of_case(&loaded, &[]).unwrap();
+    let model = SimulatedPlant::of_case(&loaded, &[]).unwrap();
     let mut q = model.set(&model.defaults(), &loaded.parameters).unwrap();
     let mut set = |name: &str, v: f64| q[model.parameter(name).unwrap()] = v;
     set("stiffness", stiffness);
     set("initialMotorAngle", 1.0);
     set("initialMotorVelocity", 10.0);
     let times: Vec<f64> = (0..=40).map(|k| f64::from(k) * 0.1).collect();
-    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-10, ..DriverOptions::default() };
     let shown =
         simulate(model.joint().unwrap(), &q, &[1.0, 100.0, 0.1, 1.0], options, &|_, _| (), &times).unwrap();
     let mut rng = StdRng::seed_from_u64(11);
@@ -170,7 +174,7 @@ fn swinging(folder: &Path, hz: f64, more: &str) {
 fn another_minimum_within_chance_is_told() {
     let folder = tempfile::tempdir().unwrap();
     swinging(folder.path(), 3.66, "[fit]\nparameters = [\"stiffness\"]\n");
-    let r = identified(folder.path(), Method::OutputError);
+    let r = identified(folder.path(), IdentifyMethod::OutputError);
     let note =
         r.notes.iter().find(|n| n.contains("other values fit as well")).unwrap_or_else(|| panic!("{r:#?}"));
     let (there, here) = note.split_once("stiffness = ").unwrap().1.split_once(" instead of ").unwrap();
@@ -186,7 +190,7 @@ fn another_minimum_within_chance_is_told() {
 fn what_nothing_determines_keeps_the_value_of_the_case() {
     let folder = tempfile::tempdir().unwrap();
     swinging(folder.path(), 2.0, "[fit]\nparameters = [\"stiffness\", \"damping\"]\n");
-    let r = identified(folder.path(), Method::OutputError);
+    let r = identified(folder.path(), IdentifyMethod::OutputError);
     let e = &of(&r, "damping").estimate;
     assert!(e.standard_error.is_none() && (e.value / 1e-10 - 1.0).abs() < 1e-9, "{e:?}");
     assert!(e.reason.as_ref().unwrap().ends_with("the case's value is kept"), "{e:?}");
@@ -204,7 +208,7 @@ fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
     }
     std::fs::write(folder.join("case.toml"), &case).unwrap();
     let (loaded, _) = Case::read(folder, &[]).unwrap();
-    let model = Model::of_case(&loaded, &[]).unwrap();
+    let model = SimulatedPlant::of_case(&loaded, &[]).unwrap();
     let mut q = model.defaults();
     let set = |q: &mut Vec<f64>, name: &str, v: f64| q[model.parameter(name).unwrap()] = v;
     set(&mut q, "initialJointAngle[1]", 0.05);
@@ -219,7 +223,8 @@ fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
     };
     let states = model.sizes().states;
     let shown =
-        simulate(model.arm().unwrap(), &q, &vec![0.1; states], Options::default(), &input, &times).unwrap();
+        simulate(model.arm().unwrap(), &q, &vec![0.1; states], DriverOptions::default(), &input, &times)
+            .unwrap();
     let mut rng = StdRng::seed_from_u64(5);
     let noise = Normal::new(0.0, 1e-4).unwrap();
     let mut names = vec!["basePosition[1]", "basePosition[2]", "baseAttitude"];
@@ -244,7 +249,7 @@ fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
 fn arm(torque: bool) -> Identified {
     let folder = tempfile::tempdir().unwrap();
     arm_case(folder.path(), torque);
-    let r = identified(folder.path(), Method::OutputError);
+    let r = identified(folder.path(), IdentifyMethod::OutputError);
     let led =
         r.notes.iter().filter(|n| n.contains("is not recorded: the measured motion of the motor")).count();
     assert_eq!(led, if torque { 0 } else { 3 });
@@ -285,7 +290,7 @@ fn a_real_drive() {
     }
     let case = "model = \"TwoMassJoint\"\ntrain = [\"DATA_EMPS.mat\"]\nholdout = [\"DATA_EMPS_PULSES.mat\"]\n[parameters]\njointFlexible = false\ngearRatio = 1\ntorqueConstant = 1\nmotorInertia = 80\nloadInertia = 1e-6\ncoulombFriction = 15\nstaticFriction = 15\nviscousFriction = 150\n[fit]\nparameters = [\"motorInertia\", \"viscousFriction\", \"coulombFriction\"]\n[channels.motorAngle]\nnoise = 1e-6\n[channels.motorCurrent]\nnoise = 1.7\noffset = \"estimate\"\n";
     std::fs::write(folder.path().join("case.toml"), case).unwrap();
-    let r = identified(folder.path(), Method::OutputError);
+    let r = identified(folder.path(), IdentifyMethod::OutputError);
     let offset = r.nuisance[0].1.iter().find(|f| f.estimate.name == "motorCurrent.offset").unwrap();
     // IDIM-LS of the data's authors, who fit torques, not motions.
     let published = [
@@ -321,13 +326,13 @@ fn the_simplex_agrees_with_output_error() {
     case += "[fit]\nparameters = [\"stiffness\", \"coulombFriction\"]\n[channels.motorAngle]\nnoise = 2e-3\n[channels.loadAngle]\nnoise = 2e-5\n";
     std::fs::write(folder.path().join("case.toml"), &case).unwrap();
     let (loaded, _) = Case::read(folder.path(), &[]).unwrap();
-    let model = Model::of_case(&loaded, &[]).unwrap();
+    let model = SimulatedPlant::of_case(&loaded, &[]).unwrap();
     let mut q = model.defaults();
     JOINT.iter().for_each(|(name, v)| q[model.parameter(name).unwrap()] = *v);
     let mut rng = StdRng::seed_from_u64(3);
     let times: Vec<f64> = (0..600).map(|k| f64::from(k) * 2e-3).collect();
     let input = |t: f64, v: &mut [f64]| v[0] = 0.3 * (9.0 * t + 0.5).sin() + 0.2 * (41.0 * t).sin();
-    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-10, ..DriverOptions::default() };
     let shown =
         simulate(model.joint().unwrap(), &q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
     let mut text = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
@@ -341,8 +346,8 @@ fn the_simplex_agrees_with_output_error() {
         let _ = writeln!(text, "{t:.4},{:.9},{motor:.9},{load:.9}", u[0]);
     }
     std::fs::write(folder.path().join("a.csv"), text).unwrap();
-    let [gradient, simplex] =
-        [Method::OutputError, Method::NelderMead].map(|method| identified(folder.path(), method));
+    let [gradient, simplex] = [IdentifyMethod::OutputError, IdentifyMethod::NelderMead]
+        .map(|method| identified(folder.path(), method));
     for name in ["stiffness", "coulombFriction"] {
         let (a, b) = (&of(&gradient, name).estimate, &of(&simplex, name).estimate);
         let off = (b.value - a.value) / a.standard_error.unwrap();
@@ -366,7 +371,7 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
         led: Vec::new(),
         payload: None,
     };
-    let model = Model::new(structure).unwrap();
+    let model = SimulatedPlant::new(structure).unwrap();
     let mut q = model.defaults();
     JOINT.iter().chain(&GRAVITY).for_each(|(name, v)| q[model.parameter(name).unwrap()] = *v);
     let folder = tempfile::tempdir().unwrap();
@@ -385,14 +390,18 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
         );
     };
     case("[effects]\ngravity-torque = { gravityTorque = 2.0, gravityAngle = 0.0, doubt = 0.5 }\n");
-    let known = identified(folder.path(), Method::OutputError);
+    let known = identified(folder.path(), IdentifyMethod::OutputError);
     case("[fit]\neffects = [\"gravity-torque\"]\n");
     let asked = {
         let with = ["gravity-torque"];
-        let of = |c: &Case| Ok(Model::of_case(c, &with).unwrap().variables());
+        let of = |c: &Case| Ok(SimulatedPlant::of_case(c, &with).unwrap().variables());
         let (loaded, _) = Case::load(folder.path(), of).unwrap();
-        let settings =
-            Settings { method: Method::OutputError, profile: false, design: None, progress: &|_| () };
+        let settings = IdentifySettings {
+            method: IdentifyMethod::OutputError,
+            profile: false,
+            design: None,
+            progress: &|_| (),
+        };
         identify(&loaded, &settings).unwrap()
     };
     for r in [&known, &asked] {
@@ -404,7 +413,7 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
     // What is known is fitted with its prior, what is requested is among the parameters, with what it gains.
     assert!(known.without.is_empty() && known.uncertain.iter().any(|f| f.doubt == Some(0.5)));
     assert!(asked.parameters.iter().any(|f| f.estimate.name == "gravityTorque"));
-    let worst = |list: &[Figure]| list.iter().map(|f| f.nrmse.unwrap()).fold(0.0, f64::max);
+    let worst = |list: &[FitFigure]| list.iter().map(|f| f.nrmse.unwrap()).fold(0.0, f64::max);
     assert!(worst(&asked.without) > 10.0 * worst(&asked.fit), "{:?} {:?}", asked.without, asked.fit);
 }
 
@@ -425,7 +434,7 @@ fn a_known_effect_that_cannot_be_is_refused() {
         let text = format!("model = \"TwoMassJoint\"\ntrain = [\"a.csv\"]\nholdout = [\"b.csv\"]\n{more}");
         std::fs::write(folder.path().join("case.toml"), text).unwrap();
         let (read, _) = Case::read(folder.path(), &[]).unwrap();
-        let told = Model::of_case(&read, &[]).unwrap_err().to_string();
+        let told = SimulatedPlant::of_case(&read, &[]).unwrap_err().to_string();
         assert!(told.contains(said), "{more}: {told}");
     }
 }
@@ -437,7 +446,7 @@ fn gravity_wants_a_base_that_is_fixed() {
             "model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n[parameters]\n{base}gravity = [0.0, -9.81]\n"
         );
         let (case, _) = Case::parse(Path::new("case.toml"), &text, &[]).unwrap();
-        Model::of_case(&case, &[]).map(|m| m.structure().fixed_base)
+        SimulatedPlant::of_case(&case, &[]).map(|m| m.structure().fixed_base)
     };
     assert_eq!(of("base = \"fixed\"\n"), Ok(true));
     let told = of("").unwrap_err().to_string();
@@ -451,7 +460,8 @@ fn a_gravity_torque_of_an_arm_wants_a_base_that_is_fixed() {
     let of = |base: &str, known: &str, with: &[&str]| {
         let text = format!("model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n[parameters]\n{base}{known}");
         let (case, _) = Case::parse(Path::new("case.toml"), &text, &[]).unwrap();
-        Model::of_case(&case, with).map(|m| (m.set(&m.defaults(), &case.parameters).unwrap(), m, case))
+        SimulatedPlant::of_case(&case, with)
+            .map(|m| (m.set(&m.defaults(), &case.parameters).unwrap(), m, case))
     };
     let known = "[effects]\ngravity-torque = { gravityTorque = 110.0, doubt = 0.1, joint = 2 }\n";
     for (known, with) in [(known, &[][..]), ("", &["gravity-torque"][..])] {

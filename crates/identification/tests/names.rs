@@ -2,17 +2,17 @@
 
 #![allow(clippy::unwrap_used)]
 
-use fmu_plant::Plant;
+use fmu_plant::PlantModelTable;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Kind, Storage, Variable};
+use trueup_fmi::table::{BoundaryType, Storage, TableVariable};
 use trueup_fmi_export::FmuModel;
-use trueup_identification::model::{Model, Quantity};
+use trueup_identification::model::{PlantQuantity, SimulatedPlant};
 use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
-use trueup_models::effect::{self, Choice};
+use trueup_models::effect::{self, EffectChoice};
 use trueup_models::plants::PlantStructure;
 use trueup_signals::element_name;
 
-fn elements(v: &Variable) -> Vec<String> {
+fn elements(v: &TableVariable) -> Vec<String> {
     match v.dimensions[..] {
         [] => vec![v.name.clone()],
         [n] => (1..=n).map(|i| element_name(&v.name, &[i])).collect(),
@@ -36,8 +36,8 @@ fn agree_on(fixed_base: bool, model: &str, flexible: &[bool], effects: &[&str]) 
         effects: effects.iter().map(|e| (*e).to_owned()).collect(),
         ..Configuration::default()
     };
-    let table = Plant::build(&c).unwrap().table();
-    let ours = Model::new(PlantStructure {
+    let table = PlantModelTable::build(&c).unwrap().table();
+    let ours = SimulatedPlant::new(PlantStructure {
         model: model.into(),
         flexible: flexible.to_vec(),
         fixed_base,
@@ -46,7 +46,7 @@ fn agree_on(fixed_base: bool, model: &str, flexible: &[bool], effects: &[&str]) 
         payload: None,
     })
     .unwrap();
-    let place = |v: &Variable| match v.storage {
+    let place = |v: &TableVariable| match v.storage {
         Storage::Parameter(i) => Some((ours.parameters(), i)),
         Storage::Input(i) => Some((ours.inputs(), i)),
         Storage::Output(i) => Some((ours.outputs(), i)),
@@ -54,12 +54,12 @@ fn agree_on(fixed_base: bool, model: &str, flexible: &[bool], effects: &[&str]) 
     };
     let mut seen = 0;
     for v in &table.variables {
-        let Some((list, begin)): Option<(&[Quantity], usize)> = place(v) else { continue };
+        let Some((list, begin)): Option<(&[PlantQuantity], usize)> = place(v) else { continue };
         for (k, name) in elements(v).iter().enumerate() {
             let q = &list[begin + k];
             assert_eq!(&q.name, name, "{model} {effects:?}");
             assert_eq!(q.unit, v.unit, "{name}");
-            if matches!(v.kind, Kind::Real) && matches!(v.storage, Storage::Parameter(_)) {
+            if matches!(v.kind, BoundaryType::Real) && matches!(v.storage, Storage::Parameter(_)) {
                 assert_eq!(q.min, v.min.unwrap_or(f64::NEG_INFINITY), "{name}");
             }
             seen += 1;
@@ -74,11 +74,11 @@ fn names_units_and_order_are_those_of_the_fmus() {
     agree("TwoMassJoint", &[false], &[]);
     agree("PlanarManipulator", &[true, false, false], &[]);
     agree("PlanarManipulator", &[true], &[]);
-    for choice in Choice::all(effect::Plant::Joint) {
+    for choice in EffectChoice::all(effect::PlantKind::Joint) {
         agree("TwoMassJoint", &[true], &[&choice.id()]);
     }
-    for choice in Choice::all(effect::Plant::Arm) {
-        let fixed_base = !choice.spec().acts_in(effect::Plant::Arm, false);
+    for choice in EffectChoice::all(effect::PlantKind::Arm) {
+        let fixed_base = !choice.spec().acts_in(effect::PlantKind::Arm, false);
         agree_on(fixed_base, "PlanarManipulator", &[true, false, true], &[&choice.id()]);
     }
 }

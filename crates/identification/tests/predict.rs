@@ -2,37 +2,42 @@
 
 #![allow(clippy::unwrap_used)]
 
-use trueup_identification::model::Model;
-use trueup_identification::predict::{InputMap, Plan};
+use trueup_identification::model::SimulatedPlant;
+use trueup_identification::predict::{InputMap, PredictionPlan};
 use trueup_identification::predictor::Predictor;
-use trueup_identification::run::{Between, Channel, Drive, Run};
+use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
 use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{LANES, Lanes};
 
 use crate::plants::joint;
 
 /// Readings of motor and load angle at a rate, driven by `current`.
-fn run(rate: f64, stop: f64, between: Between, current: impl Fn(f64) -> f64) -> Run {
+fn run(rate: f64, stop: f64, between: InputInterpolation, current: impl Fn(f64) -> f64) -> IdentificationRun {
     let t: Vec<f64> = (0..=(stop * rate) as usize).map(|k| k as f64 / rate).collect();
-    let channel =
-        |output| Channel { output, t: t.clone(), y: vec![0.0; t.len()], sigma: 1.0, ..Channel::default() };
-    Run {
-        drives: vec![Drive {
+    let channel = |output| OutputChannel {
+        output,
+        t: t.clone(),
+        y: vec![0.0; t.len()],
+        sigma: 1.0,
+        ..OutputChannel::default()
+    };
+    IdentificationRun {
+        drives: vec![InputDrive {
             input: 0,
             t: t.clone(),
             u: t.iter().map(|t| current(*t)).collect(),
             between,
-            ..Drive::default()
+            ..InputDrive::default()
         }],
         channels: vec![
             channel(output::MOTOR_ANGLE),
             channel(output::LOAD_ANGLE),
             channel(output::MOTOR_VELOCITY),
         ],
-        ..Run::default()
+        ..IdentificationRun::default()
     }
 }
 
@@ -41,21 +46,21 @@ fn rocking(t: f64) -> f64 {
     0.018 * (2.0 * std::f64::consts::PI * 1.3 * t).sin() + 0.006 * (9.1 * t).cos()
 }
 
-fn angles(model: &Model, run: &Run, q: &[f64]) -> (Vec<f64>, usize) {
-    let plan = Plan::new(run, 2);
+fn angles(model: &SimulatedPlant, run: &IdentificationRun, q: &[f64]) -> (Vec<f64>, usize) {
+    let plan = PredictionPlan::new(run, 2);
     let found = model.predict(&plan, q, &InputMap::default(), false).unwrap();
     (found.y, found.events.len())
 }
 
-fn against_driver(model: &Model, q: &[f64], tolerance: f64) {
-    let run = run(500.0, 4.0, Between::Linear, rocking);
+fn against_driver(model: &SimulatedPlant, q: &[f64], tolerance: f64) {
+    let run = run(500.0, 4.0, InputInterpolation::Linear, rocking);
     let (y, events) = angles(model, &run, q);
     let drive = &run.drives[0];
     let input = |t: f64, u: &mut [f64]| {
         let k = ((t * 500.0) as usize).min(drive.t.len() - 2);
         u[0] = drive.u[k] + (drive.u[k + 1] - drive.u[k]) * (t - drive.t[k]) * 500.0;
     };
-    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-13, ..DriverOptions::default() };
     let reference =
         simulate(model.joint().unwrap(), q, &[1.0, 100.0, 1.0, 1e-3], options, &input, &run.channels[0].t)
             .unwrap();
@@ -87,9 +92,15 @@ fn runge_kutta_steps_agree_with_the_adaptive_driver() {
     against_driver(&model, &q, 1e-5);
 }
 
-fn derivatives(model: &Model, q: &[f64], run: &Run, at_rest: bool, tolerance: f64) -> usize {
+fn derivatives(
+    model: &SimulatedPlant,
+    q: &[f64],
+    run: &IdentificationRun,
+    at_rest: bool,
+    tolerance: f64,
+) -> usize {
     const N: usize = 9;
-    let plan = Plan::new(run, 2);
+    let plan = PredictionPlan::new(run, 2);
     let predict_f = |q: &[f64]| model.predict(&plan, q, &InputMap::default(), at_rest).unwrap();
     let plain = predict_f(q);
     // As many unknowns at once as a number has derivatives.
@@ -151,7 +162,8 @@ fn derivatives_are_those_of_central_differences_through_many_events() {
     for joint in 1..=3 {
         let mut q = delian(joint).unwrap();
         q[p::STATIC_FRICTION] = 1.6e-4;
-        let events = derivatives(&model, &q, &run(500.0, 6.0, Between::Linear, rocking), false, 1e-5);
+        let events =
+            derivatives(&model, &q, &run(500.0, 6.0, InputInterpolation::Linear, rocking), false, 1e-5);
         assert!(events >= 15, "joint {joint}: {events} events");
     }
 }
@@ -161,23 +173,23 @@ fn derivatives_hold_with_runge_kutta_and_play() {
     let model = joint(&["backlash", "nonlinear-stiffness"]);
     let mut q = delian(2).unwrap().to_vec();
     q.extend([0.5, 1e-7, 0.0, 2.0]);
-    let events = derivatives(&model, &q, &run(500.0, 3.0, Between::Linear, rocking), false, 1e-4);
+    let events = derivatives(&model, &q, &run(500.0, 3.0, InputInterpolation::Linear, rocking), false, 1e-4);
     assert!(events >= 10, "{events}");
 }
 
 #[test]
 fn at_rest_the_spring_carries_the_load_torque_and_nothing_moves() {
     let model = joint(&[]);
-    let mut run = run(100.0, 1.0, Between::Hold, |_| 0.0);
-    run.drives.push(Drive {
+    let mut run = run(100.0, 1.0, InputInterpolation::Hold, |_| 0.0);
+    run.drives.push(InputDrive {
         input: 1,
         t: vec![0.0],
         u: vec![5.0],
-        between: Between::Hold,
-        ..Drive::default()
+        between: InputInterpolation::Hold,
+        ..InputDrive::default()
     });
     let q = delian(2).unwrap();
-    let plan = Plan::new(&run, 2);
+    let plan = PredictionPlan::new(&run, 2);
     let found = model.predict(&plan, &q, &InputMap::default(), true).unwrap();
     let len = run.channels[0].t.len();
     let twist = -5.0 / (q[p::GEAR_RATIO] * q[p::STIFFNESS]);

@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use nalgebra::DMatrix;
-use trueup_identification::predict::{InputMap, Plan};
+use trueup_identification::predict::{InputMap, PredictionPlan};
 use trueup_identification::quasi_static::*;
-use trueup_identification::run::{Channel, Drive, Run};
+use trueup_identification::run::{IdentificationRun, InputDrive, OutputChannel};
 use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
 
@@ -22,18 +22,19 @@ fn static_friction_from_slow_ramps_of_every_joint() {
         for slope in [1e-3, -2e-3, 4e-3] {
             let t: Vec<f64> = (0..2500).map(|k| f64::from(k) * 0.01).collect();
             let u: Vec<f64> = t.iter().map(|t| slope * t).collect();
-            let channel = Channel {
+            let channel = OutputChannel {
                 output: output::MOTOR_ANGLE,
                 t: t.clone(),
                 y: vec![0.0; t.len()],
-                ..Channel::default()
+                ..OutputChannel::default()
             };
-            let run = Run {
-                drives: vec![Drive { t: t.clone(), u: u.clone(), ..Drive::default() }],
+            let run = IdentificationRun {
+                drives: vec![InputDrive { t: t.clone(), u: u.clone(), ..InputDrive::default() }],
                 channels: vec![channel],
-                ..Run::default()
+                ..IdentificationRun::default()
             };
-            let angle = model.predict(&Plan::new(&run, 2), &q, &InputMap::default(), false).unwrap().y;
+            let angle =
+                model.predict(&PredictionPlan::new(&run, 2), &q, &InputMap::default(), false).unwrap().y;
             let read: Vec<f64> = angle.iter().map(|q| (q / count).round() * count).collect();
             all.push(breakaway(&t, &u, &read, q[p::TORQUE_CONSTANT], 0.0, 2.0 * count).unwrap());
         }

@@ -5,17 +5,17 @@
 
 use std::sync::Arc;
 
-use trueup_identification::lsq::{Options, solve};
-use trueup_identification::model::{Model, Named};
+use trueup_identification::lsq::{SolverOptions, solve};
+use trueup_identification::model::{NamedVariables, SimulatedPlant};
 use trueup_identification::output_error::OutputError;
-use trueup_identification::predict::{InputMap, Plan};
-use trueup_identification::run::{Between, Channel, Drive, Run};
-use trueup_identification::unknown::Unknown;
+use trueup_identification::predict::{InputMap, PredictionPlan};
+use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
+use trueup_identification::unknown::FitUnknown;
 use trueup_models::compiled::{Compiled, PlantModel};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 use trueup_plant::{
-    Coordinate, CoordinateKind, PlantError, Quantity, VariableTable, force_sensitivity, tangent,
+    Coordinate, CoordinateKind, PlantError, PlantQuantity, VariableTable, force_sensitivity, tangent,
 };
 
 /// J q'' = u - m g l sin q - d q'.
@@ -27,8 +27,8 @@ const WEIGHT: usize = 1;
 const DAMPING: usize = 2;
 
 impl Hybrid for Pendulum {
-    fn sizes(&self) -> Sizes {
-        Sizes { states: 2, inputs: 1, parameters: 5, outputs: 2, ..Sizes::default() }
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes { states: 2, inputs: 1, parameters: 5, outputs: 2, ..ModelSizes::default() }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         x.copy_from_slice(&p[3..5]);
@@ -41,8 +41,8 @@ impl Hybrid for Pendulum {
         y.copy_from_slice(at.x);
     }
     fn indicators<T: Scalar>(&self, _: At<T>, _: &mut [T]) {}
-    fn update(&self, _: f64, _: &mut [f64], _: &[f64], _: &[f64], _: &mut [i32]) -> Update {
-        Update::default()
+    fn update(&self, _: f64, _: &mut [f64], _: &[f64], _: &[f64], _: &mut [i32]) -> EventUpdate {
+        EventUpdate::default()
     }
 }
 
@@ -50,19 +50,19 @@ impl PlantModel for Pendulum {
     const NAME: &'static str = "Pendulum";
     fn table(&self) -> VariableTable {
         let parameter =
-            |name: &str, unit, start| Quantity { start, ..Quantity::new(name, unit).at_least(0.0) };
+            |name: &str, unit, start| PlantQuantity { start, ..PlantQuantity::new(name, unit).at_least(0.0) };
         VariableTable {
             parameters: vec![
                 parameter("inertia", "kg.m2", 0.02),
                 parameter("weight", "N.m", 0.5),
                 parameter("damping", "N.m.s/rad", 0.01),
-                Quantity::new("initialAngle", "rad"),
-                Quantity { rate_of: Some(3), ..Quantity::new("initialVelocity", "rad/s") },
+                PlantQuantity::new("initialAngle", "rad"),
+                PlantQuantity { rate_of: Some(3), ..PlantQuantity::new("initialVelocity", "rad/s") },
             ],
-            inputs: vec![Quantity::new("torque", "N.m")],
+            inputs: vec![PlantQuantity::new("torque", "N.m")],
             outputs: vec![
-                Quantity::new("angle", "rad"),
-                Quantity { rate_of: Some(0), ..Quantity::new("velocity", "rad/s") },
+                PlantQuantity::new("angle", "rad"),
+                PlantQuantity { rate_of: Some(0), ..PlantQuantity::new("velocity", "rad/s") },
             ],
             usual: vec![INERTIA, WEIGHT, DAMPING],
             driving: vec![0],
@@ -101,27 +101,27 @@ impl PlantModel for Pendulum {
     }
 }
 
-fn plant() -> Model {
-    Model::of_plant(Arc::new(Compiled::new(Pendulum)))
+fn plant() -> SimulatedPlant {
+    SimulatedPlant::of_plant(Arc::new(Compiled::new(Pendulum)))
 }
 
 /// What it shows while a torque swings it from rest at 0.4 rad.
-fn recording(model: &Model, p: &[f64]) -> Run {
+fn recording(model: &SimulatedPlant, p: &[f64]) -> IdentificationRun {
     let t: Vec<f64> = (0..800).map(|k| f64::from(k) * 5e-3).collect();
     let u: Vec<f64> = t.iter().map(|t| 0.3 * (2.1 * t).sin() + 0.1 * (7.7 * t).cos()).collect();
-    let mut run = Run {
+    let mut run = IdentificationRun {
         name: "swinging".into(),
-        channels: vec![Channel {
+        channels: vec![OutputChannel {
             name: "angle".into(),
             t: t.clone(),
             y: vec![0.0; t.len()],
             sigma: 1e-4,
-            ..Channel::default()
+            ..OutputChannel::default()
         }],
-        drives: vec![Drive { t, u, between: Between::Linear, ..Drive::default() }],
-        ..Run::default()
+        drives: vec![InputDrive { t, u, between: InputInterpolation::Linear, ..InputDrive::default() }],
+        ..IdentificationRun::default()
     };
-    let plan = Plan::new(&run, 1);
+    let plan = PredictionPlan::new(&run, 1);
     run.channels[0].y = model.predict(&plan, p, &InputMap::default(), false).unwrap().y;
     run
 }
@@ -134,18 +134,18 @@ fn a_plant_of_nobodys_list_is_identified() {
     let runs = [recording(&model, &truth)];
     // It does swing, and past where a sine is a straight line.
     assert!(runs[0].channels[0].y.iter().fold(0.0, |m: f64, y| m.max(y.abs())) > 1.0);
-    let unknowns: Vec<Unknown> = (model.usual().iter().zip([1.3, 0.8, 0.6]))
+    let unknowns: Vec<FitUnknown> = (model.usual().iter().zip([1.3, 0.8, 0.6]))
         .map(|(name, wrong)| {
             let at = model.parameter(name).unwrap();
-            Unknown::positive(name, at, truth[at] * wrong)
+            FitUnknown::positive(name, at, truth[at] * wrong)
         })
         .collect();
     let problem = OutputError::new(&model, &truth, &runs, unknowns);
-    let found = solve(&problem, &problem.start(), Options::default()).unwrap();
+    let found = solve(&problem, &problem.start(), SolverOptions::default()).unwrap();
     for (value, truth) in problem.values(&found.x).iter().zip(&truth) {
         assert!((value / truth - 1.0).abs() < 1e-6, "{value} {truth}");
     }
-    assert_eq!(Named::outputs(&model)[1].rate_of, Some(0));
+    assert_eq!(NamedVariables::outputs(&model)[1].rate_of, Some(0));
 }
 
 #[test]

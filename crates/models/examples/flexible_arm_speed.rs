@@ -14,13 +14,13 @@ use std::time::Instant;
 
 use trueup_models::controller::{ManipulatorController, input, parameter};
 use trueup_models::flexible_arm::presets::{RAISED, delian, parameters, structure};
-use trueup_models::flexible_arm::{FlexibleArm, Structure};
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure};
 use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::Design;
+use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::{Outputs, States};
 use trueup_numerics::Scalar;
-use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, StiffPart, Update};
+use trueup_numerics::driver::{Driver, DriverMemory, DriverOptions, DriverState, Flow, Solver, StepInputs};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes, StiffPart};
 
 const JOINTS: usize = 6;
 
@@ -31,8 +31,8 @@ struct Kind {
     p: Vec<f64>,
 }
 
-fn kind(name: &'static str, design: &Design) -> Result<Kind, String> {
-    let arm = FlexibleArm::new(Structure { robot: design.structure(), ..structure(false) })?;
+fn kind(name: &'static str, design: &RobotDesign) -> Result<Kind, String> {
+    let arm = FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), ..structure(false) })?;
     let p = parameters(&arm, design);
     Ok(Kind { name, arm, p })
 }
@@ -47,7 +47,10 @@ fn kinds() -> Result<Vec<Kind>, String> {
         kind("rigid links", &delian().stiffened())?,
         kind("links with two modes", &with(2, 0, 0))?,
         kind("links of 2, 2, 1 shapes (the preset)", &delian())?,
-        kind("the preset without axial stiffening", &Design { axial_stiffening: Some(false), ..delian() })?,
+        kind(
+            "the preset without axial stiffening",
+            &RobotDesign { axial_stiffening: Some(false), ..delian() },
+        )?,
         kind("links of 5, 5, 1 shapes", &with(5, 5, 1))?,
     ])
 }
@@ -115,7 +118,7 @@ impl Counted<'_> {
 }
 
 impl Hybrid for Counted<'_> {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         self.arm.sizes()
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
@@ -135,7 +138,7 @@ impl Hybrid for Counted<'_> {
         self.count(INDICATORS);
         self.arm.indicators(at, z);
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         self.arm.update(t, x, u, p, modes)
     }
     fn stiff_part(&self) -> Option<&dyn StiffPart> {
@@ -152,7 +155,7 @@ struct Side<'a, M: Hybrid> {
     u: Vec<f64>,
     p: &'a [f64],
     modes: Vec<i32>,
-    memory: Memory,
+    memory: DriverMemory,
     y: Vec<f64>,
 }
 
@@ -162,14 +165,14 @@ impl<'a, M: Hybrid> Side<'a, M> {
         p: &'a [f64],
         u: Vec<f64>,
         nominal: &[f64],
-        options: Options,
+        options: DriverOptions,
     ) -> Result<Self, Box<dyn Error>> {
         let n = model.sizes();
         let driver = Driver::new(n, nominal, options);
         let (x, y, modes) = (vec![0.0; n.states], vec![0.0; n.outputs], vec![0; n.modes]);
-        let mut side = Self { model, driver, t: 0.0, x, u, p, modes, memory: Memory::default(), y };
+        let mut side = Self { model, driver, t: 0.0, x, u, p, modes, memory: DriverMemory::default(), y };
         let Self { driver, t, x, u, modes, memory, .. } = &mut side;
-        driver.initialise(model, &mut State { t, x, u, p, modes, memory })?;
+        driver.initialise(model, &mut DriverState { t, x, u, p, modes, memory })?;
         side.outputs();
         Ok(side)
     }
@@ -179,8 +182,8 @@ impl<'a, M: Hybrid> Side<'a, M> {
     }
     fn step(&mut self, end: f64, cost: &mut Cost) -> Result<(), Box<dyn Error>> {
         let Self { model, driver, t, x, u, p, modes, memory, .. } = self;
-        let mut s = State { t, x, u, p, modes, memory };
-        let done = driver.advance_to(*model, &mut s, end, Inputs::Hold, &mut |_| Flow::Continue)?;
+        let mut s = DriverState { t, x, u, p, modes, memory };
+        let done = driver.advance_to(*model, &mut s, end, StepInputs::Hold, &mut |_| Flow::Continue)?;
         cost.accepted += done.accepted;
         cost.rejected += done.rejected;
         cost.events += done.events;
@@ -213,7 +216,7 @@ fn gains(arm: &FlexibleArm, p: &[f64]) -> Vec<f64> {
 }
 
 /// All joints go their way and hold there.
-fn travel(kind: &Kind, options: Options) -> Result<Cost, Box<dyn Error>> {
+fn travel(kind: &Kind, options: DriverOptions) -> Result<Cost, Box<dyn Error>> {
     let (arm, s) = (&kind.arm, &kind.arm.structure().robot);
     let start = [0.0, RAISED, -RAISED, 0.0, 0.0, 0.0];
     let from = Outputs::new(s);
@@ -241,7 +244,7 @@ fn travel(kind: &Kind, options: Options) -> Result<Cost, Box<dyn Error>> {
     let mut u = vec![0.0; law.sizes().inputs];
     signals(0.0, &plant.y, &mut u);
     // Sampled: nothing moves between its samples.
-    let sampled = Options { solver: Solver::FixedEuler, max_step: PERIOD, ..Options::default() };
+    let sampled = DriverOptions { solver: Solver::FixedEuler, max_step: PERIOD, ..DriverOptions::default() };
     let mut control = Side::new(&law, &q, u, &[], sampled)?;
     let (steps, begin) = ((END / PERIOD).round() as usize, Instant::now());
     for k in 1..=steps {
@@ -299,8 +302,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         "\n| move of {END} s, 1 kHz | solver | times the clock | steps | rejected | rates | over duals | indicators | events | off goal, mrad | tip off, um, median, most |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    let adaptive = |solver, tolerance| Options { solver, tolerance, ..Options::default() };
-    let fixed = |max_step| Options { solver: Solver::FixedStiff, max_step, ..Options::default() };
+    let adaptive = |solver, tolerance| DriverOptions { solver, tolerance, ..DriverOptions::default() };
+    let fixed = |max_step| DriverOptions { solver: Solver::FixedStiff, max_step, ..DriverOptions::default() };
     let solvers = [
         ("explicit, 1e-6", adaptive(Solver::Explicit, 1e-6)),
         ("stiff, 1e-6", adaptive(Solver::Stiff, 1e-6)),

@@ -8,8 +8,8 @@
 use std::error::Error;
 use std::io::{Read, stdin};
 use trueup_models::space::layout::Outputs;
-use trueup_models::space::tree::{Joint, Tree};
-use trueup_models::space::{MAX_DOFS, SpatialFreeFlyer, Structure};
+use trueup_models::space::tree::{JointType, Tree};
+use trueup_models::space::{MAX_DOFS, RobotStructure, SpatialFreeFlyer};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 fn line(values: &[f64]) {
@@ -23,11 +23,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         text.lines().map(|l| l.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>());
     let mut next = || rows.next().unwrap_or(Ok(Vec::new()));
     let parent: Vec<usize> = next()?.iter().map(|v| *v as usize).collect();
-    let kind = |v: &f64| if *v == 0.0 { Joint::Revolute } else { Joint::Prismatic };
+    let kind = |v: &f64| if *v == 0.0 { JointType::Revolute } else { JointType::Prismatic };
     let joint = next()?.iter().map(kind).collect();
     let tips = next()?.iter().map(|v| *v as usize).collect();
     let flexible = vec![false; parent.len()];
-    let structure = Structure { tree: Tree { parent, joint }, flexible, tips, ..Structure::default() };
+    let structure =
+        RobotStructure { tree: Tree { parent, joint }, flexible, tips, ..RobotStructure::default() };
     let output = Outputs::new(&structure);
     let model = SpatialFreeFlyer::new(structure)?;
     let (p, sizes) = (next()?, model.sizes());

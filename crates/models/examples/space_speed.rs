@@ -8,17 +8,17 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-use trueup_models::space::design::{Design, Link};
+use trueup_models::space::design::{DesignLink, RobotDesign};
 use trueup_models::space::layout::{Inputs, States};
 use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_numerics::{Dual, Scalar};
 
 /// So many bodies in a row, alternately turned.
-fn row(n: usize) -> Design {
+fn row(n: usize) -> RobotDesign {
     let mut d = presets::chaser();
     let like = d.links[1].clone();
-    let link = |k: usize| Link {
+    let link = |k: usize| DesignLink {
         parent: k,
         position: [0.5, 0.0, 0.0],
         axis: if k.is_multiple_of(2) { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] },
@@ -29,19 +29,19 @@ fn row(n: usize) -> Design {
     d
 }
 
-fn robot(case: &str) -> Result<Design, String> {
+fn robot(case: &str) -> Result<RobotDesign, String> {
     Ok(match case {
         "chaser" | "dual" => presets::chaser(),
-        "rigid" => Design { appendages: Vec::new(), ..presets::table_1_with_panels() },
+        "rigid" => RobotDesign { appendages: Vec::new(), ..presets::table_1_with_panels() },
         "chaser-panels" => {
-            Design { appendages: presets::table_1_with_panels().appendages, ..presets::chaser() }
+            RobotDesign { appendages: presets::table_1_with_panels().appendages, ..presets::chaser() }
         }
         "panels" => presets::table_1_with_panels(),
         other => row(other.parse().map_err(|_| format!("there is no case {other}"))?),
     })
 }
 
-fn time<T: Scalar>(design: &Design) -> Result<f64, String> {
+fn time<T: Scalar>(design: &RobotDesign) -> Result<f64, String> {
     let s = design.structure();
     let model = SpatialFreeFlyer::new(s.clone())?;
     let (at, sizes) = (States::new(&s), model.sizes());

@@ -1,7 +1,7 @@
 //! Models as objects: every kernel compiled here, once per scalar.
 
-use crate::effect::{self, EffectSet, Role, Scope};
-use crate::layout::{Allowed, Entry, Parameter, Shows, Start, State};
+use crate::effect::{self, EffectSet, ParameterRole, Scope};
+use crate::layout::{AllowedValues, InputStart, LayoutEntry, LayoutState, Parameter, Shows};
 use std::any::Any;
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -9,8 +9,8 @@ use std::ops::Deref;
 use std::sync::OnceLock;
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
-use trueup_plant::{Coordinate, Lanes, Plant, PlantError, Quantity, VariableTable, elements};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
+use trueup_plant::{Coordinate, Lanes, Plant, PlantError, PlantQuantity, VariableTable, elements};
 
 /// What a model declares of itself beyond its equations, so that it is a [`Plant`].
 pub trait PlantModel: Hybrid + Debug + Send + Sync + 'static {
@@ -83,7 +83,7 @@ impl<M: PlantModel> Plant for Compiled<M> {
     fn coordinates(&self) -> &[Coordinate] {
         self.coordinates.get_or_init(|| self.model.coordinates())
     }
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         self.model.sizes()
     }
     fn affine(&self) -> bool {
@@ -134,7 +134,7 @@ impl<M: PlantModel> Plant for Compiled<M> {
     fn direction(&self, indicator: usize) -> Direction {
         self.model.direction(indicator)
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         self.model.update(t, x, u, p, modes)
     }
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
@@ -142,11 +142,15 @@ impl<M: PlantModel> Plant for Compiled<M> {
     }
 }
 
-fn quantities<K>(entries: &[Entry<K>], mut more: impl FnMut(&K, Quantity) -> Quantity) -> Vec<Quantity> {
+fn quantities<K>(
+    entries: &[LayoutEntry<K>],
+    mut more: impl FnMut(&K, PlantQuantity) -> PlantQuantity,
+) -> Vec<PlantQuantity> {
     let mut all = Vec::new();
     for e in entries {
         for name in elements(e.name, &e.dimensions) {
-            let own = Quantity { description: Cow::Borrowed(e.text), ..Quantity::new(name, e.unit) };
+            let own =
+                PlantQuantity { description: Cow::Borrowed(e.text), ..PlantQuantity::new(name, e.unit) };
             all.push(more(&e.kind, own));
         }
     }
@@ -154,30 +158,30 @@ fn quantities<K>(entries: &[Entry<K>], mut more: impl FnMut(&K, Quantity) -> Qua
 }
 
 /// Parameters of a list, with those start values.
-pub fn parameters(entries: &[Entry<Parameter>], start: &[f64]) -> Vec<Quantity> {
+pub fn parameters(entries: &[LayoutEntry<Parameter>], start: &[f64]) -> Vec<PlantQuantity> {
     let mut start = start.iter();
     quantities(entries, |kind, q| {
         let (min, above_min, max) = match kind.allowed {
-            Allowed::Any => (f64::NEG_INFINITY, false, f64::INFINITY),
-            Allowed::Positive => (0.0, true, f64::INFINITY),
-            Allowed::NotNegative => (0.0, false, f64::INFINITY),
-            Allowed::OneUp => (1.0, false, f64::INFINITY),
-            Allowed::Item(items) => (1.0, false, items.items.len() as f64),
+            AllowedValues::Any => (f64::NEG_INFINITY, false, f64::INFINITY),
+            AllowedValues::Positive => (0.0, true, f64::INFINITY),
+            AllowedValues::NotNegative => (0.0, false, f64::INFINITY),
+            AllowedValues::OneUp => (1.0, false, f64::INFINITY),
+            AllowedValues::Item(items) => (1.0, false, items.items.len() as f64),
         };
-        let items = if let Allowed::Item(items) = kind.allowed { items.items } else { &[] };
-        Quantity { min, above_min, max, items, start: start.next().copied().unwrap_or(0.0), ..q }
+        let items = if let AllowedValues::Item(items) = kind.allowed { items.items } else { &[] };
+        PlantQuantity { min, above_min, max, items, start: start.next().copied().unwrap_or(0.0), ..q }
     })
 }
 /// Inputs of a list.
-pub fn inputs(entries: &[Entry<Start>]) -> Vec<Quantity> {
+pub fn inputs(entries: &[LayoutEntry<InputStart>]) -> Vec<PlantQuantity> {
     quantities(entries, |_, q| q)
 }
 /// Outputs of a list.
-pub fn outputs(entries: &[Entry<Shows>]) -> Vec<Quantity> {
+pub fn outputs(entries: &[LayoutEntry<Shows>]) -> Vec<PlantQuantity> {
     quantities(entries, |_, q| q)
 }
 /// States of a list.
-pub fn states(entries: &[Entry<State>]) -> Vec<Quantity> {
+pub fn states(entries: &[LayoutEntry<LayoutState>]) -> Vec<PlantQuantity> {
     quantities(entries, |_, q| q)
 }
 
@@ -208,27 +212,27 @@ pub fn no_effects(model: &str, effects: &[&str]) -> Result<(), PlantError> {
 }
 
 /// Adds the variables of effects, which follow a plant's own: variable by variable, site by site.
-pub fn add_effects(set: &EffectSet, plant: effect::Plant, table: &mut VariableTable) {
+pub fn add_effects(set: &EffectSet, plant: effect::PlantKind, table: &mut VariableTable) {
     for e in set.iter() {
         let (spec, choice, dimensions) = (e.spec(), e.choice, e.dimensions(plant));
-        let put = |list: &mut Vec<Quantity>, name: &str, unit, description, more: Quantity| {
-            list.extend(elements(name, &dimensions).into_iter().map(|name| Quantity {
+        let put = |list: &mut Vec<PlantQuantity>, name: &str, unit, description, more: PlantQuantity| {
+            list.extend(elements(name, &dimensions).into_iter().map(|name| PlantQuantity {
                 name,
                 unit,
                 description: Cow::Borrowed(description),
                 ..more.clone()
             }));
         };
-        let none = Quantity::new("", "");
+        let none = PlantQuantity::new("", "");
         for p in choice.parameters() {
-            let start = if plant == effect::Plant::Joint { p.joint_start } else { p.arm_start };
-            let more = Quantity {
+            let start = if plant == effect::PlantKind::Joint { p.joint_start } else { p.arm_start };
+            let more = PlantQuantity {
                 min: p.min,
                 above_min: p.above_min,
                 max: p.max,
                 start,
-                neutral: (p.role == Role::Amplitude).then_some(p.neutral),
-                absolute_deviation: p.role == Role::Shape && p.unit == "rad" && !p.log,
+                neutral: (p.role == ParameterRole::Amplitude).then_some(p.neutral),
+                absolute_deviation: p.role == ParameterRole::Shape && p.unit == "rad" && !p.log,
                 ..none.clone()
             };
             put(&mut table.parameters, &choice.variable(p.name), choice.unit(p.unit), p.description, more);
@@ -252,11 +256,11 @@ pub fn followers(effects: &EffectSet) -> Vec<usize> {
     following.flat_map(|e| (0..e.spec().states.len() * e.sites).map(|k| e.begin.states + k)).collect()
 }
 
-impl effect::Placed {
+impl effect::PlacedEffect {
     /// Lengths of the dimensions of its variables; none: scalars.
-    pub fn dimensions(&self, plant: effect::Plant) -> Vec<usize> {
+    pub fn dimensions(&self, plant: effect::PlantKind) -> Vec<usize> {
         let vector = match self.choice.scope() {
-            Scope::Joint => plant == effect::Plant::Arm,
+            Scope::Joint => plant == effect::PlantKind::Arm,
             Scope::Channel => self.sites > 1,
             Scope::Once => false,
         };

@@ -6,7 +6,7 @@ use trueup_numerics::Scalar;
 /// One joint's drive train at one instant. Angles and torques on the plant's own side of the gear:
 /// referred to the motor for the two-mass joint, to the joint for the arm.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Drive<T> {
+pub struct DriveTrain<T> {
     /// Time in s.
     pub t: T,
     /// Torque that the controller commands of the motor, N.m.
@@ -39,7 +39,7 @@ pub struct Drive<T> {
     /// Its rate, rad/s.
     pub link_rate: T,
     /// The base (arm only).
-    pub base: Base<T>,
+    pub base: BaseMotion<T>,
 }
 
 /// The compliant element of one joint while its torque is being put together:
@@ -62,7 +62,7 @@ pub struct Spring<T> {
     pub engaged: bool,
 }
 
-impl<T: Scalar> Wrench<T> {
+impl<T: Scalar> BaseWrench<T> {
     /// Both at the same point.
     pub fn plus(self, o: Self) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl<T: Scalar> Wrench<T> {
 
 impl<T: Scalar> Spring<T> {
     /// The linear law of the drive: K epsilon + D d(epsilon)/dt.
-    pub fn linear(stiffness: T, damping: T, drive: &Drive<T>) -> Self {
+    pub fn linear(stiffness: T, damping: T, drive: &DriveTrain<T>) -> Self {
         Self {
             stiffness,
             damping,
@@ -97,7 +97,7 @@ impl<T: Scalar> Spring<T> {
 
 /// A body of the free-floating base as effects see it; inertial frame.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Base<T> {
+pub struct BaseMotion<T> {
     /// Time in s.
     pub t: T,
     /// Position of the centre of mass, m.
@@ -112,7 +112,7 @@ pub struct Base<T> {
 
 /// Force (inertial frame, N) at a point and torque about it (N.m).
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wrench<T> {
+pub struct BaseWrench<T> {
     /// N.
     pub force: [T; 2],
     /// N.m.

@@ -21,11 +21,11 @@ mod layout;
 
 pub use layout::{JointLayout, input, output, parameter, states};
 
-use crate::drive::{Base, Drive, Spring};
-use crate::effect::{EffectError, EffectSet, Plant};
+use crate::drive::{BaseMotion, DriveTrain, Spring};
+use crate::effect::{EffectError, EffectSet, PlantKind};
 use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// Most modes: friction, and every effect in every place.
 const MAX_MODES: usize = 32;
@@ -37,12 +37,12 @@ pub struct TwoMassJoint {
     declared_flexible: bool,
     flexible: bool,
     effects: EffectSet,
-    sizes: Sizes,
+    sizes: ModelSizes,
 }
 
 /// All torques and accelerations at one instant; motor side unless stated.
 #[derive(Clone, Copy, Debug)]
-struct Balance<T> {
+struct JointForces<T> {
     spring: Spring<T>,
     motor_torque: T,
     transmission_torque: T,
@@ -59,7 +59,7 @@ impl TwoMassJoint {
     pub fn new<S: AsRef<str>>(flexible: bool, effects: &[S]) -> Result<Self, EffectError> {
         let declared_flexible = flexible;
         let flexible = flexible || effects.iter().any(|id| id.as_ref() == "joint-flexibility");
-        let mut sizes = Sizes {
+        let mut sizes = ModelSizes {
             states: if flexible { 4 } else { 2 },
             inputs: input::COUNT,
             parameters: parameter::COUNT,
@@ -67,7 +67,7 @@ impl TwoMassJoint {
             modes: 1,
             indicators: 2,
         };
-        let effects = EffectSet::place(effects, Plant::Joint, 1, &mut sizes)?;
+        let effects = EffectSet::place(effects, PlantKind::Joint, 1, &mut sizes)?;
         Ok(Self { declared_flexible, flexible, effects, sizes })
     }
     /// Whether the joint has its spring.
@@ -79,12 +79,12 @@ impl TwoMassJoint {
         &self.effects
     }
 
-    fn drive<T: Scalar>(&self, at: &At<T>) -> Drive<T> {
+    fn drive<T: Scalar>(&self, at: &At<T>) -> DriveTrain<T> {
         let n = at.p[parameter::GEAR_RATIO];
         let (q_m, w_m) = (at.x[0], at.x[1]);
         let (epsilon, w_l) = if self.flexible { (at.x[2], at.x[3]) } else { (T::zero(), w_m / n) };
         let command = at.p[parameter::TORQUE_CONSTANT] * at.u[input::MOTOR_CURRENT];
-        let mut d = Drive {
+        let mut d = DriveTrain {
             t: at.t,
             command,
             torque: command,
@@ -97,8 +97,8 @@ impl TwoMassJoint {
             link_angle: (q_m - epsilon) / n,
             link_rate: w_l,
             joint_rate: w_l,
-            base: Base { t: at.t, ..Base::default() },
-            ..Drive::default()
+            base: BaseMotion { t: at.t, ..BaseMotion::default() },
+            ..DriveTrain::default()
         };
         self.effects.gear(at, 0, &mut d);
         if self.effects.needs_friction() {
@@ -109,12 +109,12 @@ impl TwoMassJoint {
         d
     }
 
-    fn spring<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> Spring<T> {
+    fn spring<T: Scalar>(&self, at: &At<T>, d: &DriveTrain<T>) -> Spring<T> {
         let linear = Spring::linear(at.p[parameter::STIFFNESS], at.p[parameter::DAMPING], d);
         self.effects.spring(at, 0, d, linear)
     }
 
-    fn levels<T: Scalar>(&self, at: &At<T>, d: &Drive<T>, direction: f64) -> Levels<T> {
+    fn levels<T: Scalar>(&self, at: &At<T>, d: &DriveTrain<T>, direction: f64) -> Levels<T> {
         let own = friction::paper(
             at.p[parameter::COULOMB_FRICTION],
             at.p[parameter::STATIC_FRICTION],
@@ -124,12 +124,12 @@ impl TwoMassJoint {
         self.effects.friction(at, 0, d, direction, own)
     }
 
-    fn balance<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> Balance<T> {
+    fn balance<T: Scalar>(&self, at: &At<T>, d: &DriveTrain<T>) -> JointForces<T> {
         self.balance_under(at, d, &[])
     }
 
     /// The same with forces on the coordinates, N.m: motor, and the load of a joint with a spring; empty: none.
-    fn balance_under<T: Scalar>(&self, at: &At<T>, d: &Drive<T>, force: &[T]) -> Balance<T> {
+    fn balance_under<T: Scalar>(&self, at: &At<T>, d: &DriveTrain<T>, force: &[T]) -> JointForces<T> {
         let p = at.p;
         let (n, j_l) = (p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
         let motor_torque = self.effects.actuator(at, 0, d);
@@ -156,7 +156,7 @@ impl TwoMassJoint {
             let applied = pushed(motor_torque - tau_lm * (-d.slope + 1.0));
             let (friction_torque, motor_acceleration) = slide(applied, self.inertia(p)); // (TMJ-1)
             let load_acceleration = (n * tau_lm + tau_load) / j_l; // (TMJ-3)
-            Balance {
+            JointForces {
                 spring,
                 motor_torque,
                 transmission_torque: tau_lm,
@@ -170,7 +170,7 @@ impl TwoMassJoint {
             let (friction_torque, motor_acceleration) = slide(applied, self.inertia(p)); // (TMJ-5)
             let load_acceleration = motor_acceleration / n;
             let transmission_torque = (j_l * load_acceleration - tau_load) / n;
-            Balance {
+            JointForces {
                 spring,
                 motor_torque,
                 transmission_torque,
@@ -183,7 +183,7 @@ impl TwoMassJoint {
     }
 
     /// The outputs before the sensors.
-    fn true_outputs<T: Scalar>(&self, at: &At<T>, b: &Balance<T>, d: &Drive<T>, y: &mut [T]) {
+    fn true_outputs<T: Scalar>(&self, at: &At<T>, b: &JointForces<T>, d: &DriveTrain<T>, y: &mut [T]) {
         y[output::MOTOR_ANGLE] = d.theta;
         y[output::MOTOR_VELOCITY] = d.omega;
         y[output::MOTOR_ACCELERATION] = b.motor_acceleration;
@@ -226,13 +226,13 @@ impl TwoMassJoint {
             || at.p[parameter::STATIC_FRICTION] > 0.0
             || self.effects.dry(at.p, 0)
     }
-    fn both_levels<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> [Levels<T>; 2] {
+    fn both_levels<T: Scalar>(&self, at: &At<T>, d: &DriveTrain<T>) -> [Levels<T>; 2] {
         [self.levels(at, d, 1.0), self.levels(at, d, -1.0)]
     }
 }
 
 impl Hybrid for TwoMassJoint {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         self.sizes
     }
 
@@ -287,7 +287,7 @@ impl Hybrid for TwoMassJoint {
         self.effects.indicators(&at, 0, &d, z);
     }
 
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let before = modes[0];
         let d = self.drive(&At { t, x, u, p, modes });
         let mut frozen = [0; MAX_MODES];
@@ -306,7 +306,7 @@ impl Hybrid for TwoMassJoint {
         if stopped {
             x[1] = 0.0;
         }
-        Update { modes: effects_changed || mode != before, states: stopped }
+        EventUpdate { modes: effects_changed || mode != before, states: stopped }
     }
 
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {

@@ -2,7 +2,7 @@
 
 /// A variable of a list.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry<K> {
+pub struct LayoutEntry<K> {
     /// Its name.
     pub name: &'static str,
     /// Lengths of its dimensions; empty for a scalar. Elements are row by row.
@@ -15,7 +15,7 @@ pub struct Entry<K> {
     pub text: &'static str,
 }
 
-impl<K> Entry<K> {
+impl<K> LayoutEntry<K> {
     /// Number of elements.
     pub fn len(&self) -> usize {
         self.dimensions.iter().product()
@@ -39,7 +39,7 @@ pub struct Items {
 
 /// Which values a parameter may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Allowed {
+pub enum AllowedValues {
     /// All.
     Any,
     /// Above 0.
@@ -56,7 +56,7 @@ pub enum Allowed {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// Its values.
-    pub allowed: Allowed,
+    pub allowed: AllowedValues,
     /// It may be changed between steps.
     pub tunable: bool,
     /// While it is not set, it has the value of this parameter.
@@ -65,16 +65,16 @@ pub struct Parameter {
 
 impl Parameter {
     /// May be changed between steps.
-    pub const fn tunable(allowed: Allowed) -> Self {
+    pub const fn tunable(allowed: AllowedValues) -> Self {
         Self { allowed, tunable: true, follows: None }
     }
     /// Fixed once the run has begun.
-    pub const fn fixed(allowed: Allowed) -> Self {
+    pub const fn fixed(allowed: AllowedValues) -> Self {
         Self { allowed, tunable: false, follows: None }
     }
     /// Fixed; while it is not set, it has the value of that parameter.
     pub const fn following(follows: &'static str) -> Self {
-        Self { follows: Some(follows), ..Self::fixed(Allowed::Any) }
+        Self { follows: Some(follows), ..Self::fixed(AllowedValues::Any) }
     }
 }
 
@@ -112,7 +112,7 @@ pub enum Shows {
 
 /// A state's kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct LayoutState {
     /// Unit of its rate.
     pub rate: &'static str,
     /// Typical magnitude.
@@ -121,7 +121,7 @@ pub struct State {
     pub depends: Shows,
 }
 
-impl State {
+impl LayoutState {
     /// With this unit of its rate, this magnitude and these dependencies.
     pub const fn new(rate: &'static str, nominal: f64, depends: Shows) -> Self {
         Self { rate, nominal, depends }
@@ -129,7 +129,7 @@ impl State {
 }
 
 /// An input's kind: its start values, one per element; none: 0.
-pub type Start = &'static [f64];
+pub type InputStart = &'static [f64];
 
 /// A list of variables, written once: `Parameters::list` is the table, the fields of `Parameters` give the places of values.
 macro_rules! layout {
@@ -165,13 +165,13 @@ macro_rules! layout {
                 self
             }
             /// The variables that a model with this structure has, in order.
-            pub fn list($s: &$structure) -> Vec<$crate::layout::Entry<$kind>> {
+            pub fn list($s: &$structure) -> Vec<$crate::layout::LayoutEntry<$kind>> {
                 let _ = $s;
-                let mut all: Vec<$crate::layout::Entry<$kind>> = Vec::new();
+                let mut all: Vec<$crate::layout::LayoutEntry<$kind>> = Vec::new();
                 $(
                     let dimensions: Vec<usize> = vec![$($d),*];
                     if dimensions.iter().all(|d| *d > 0) $(&& $there)? {
-                        all.push($crate::layout::Entry { name: $name, dimensions, unit: $unit, kind: $more, text: $text });
+                        all.push($crate::layout::LayoutEntry { name: $name, dimensions, unit: $unit, kind: $more, text: $text });
                     }
                 )*
                 all

@@ -153,6 +153,6 @@ pub fn effects(plant: &dyn Plant) -> &EffectSet {
 }
 
 /// Which tables of effects hold for a plant: those of an arm, unless it is a joint.
-pub fn effect_plant(plant: &dyn Plant) -> effect::Plant {
-    if joint(plant).is_some() { effect::Plant::Joint } else { effect::Plant::Arm }
+pub fn effect_plant(plant: &dyn Plant) -> effect::PlantKind {
+    if joint(plant).is_some() { effect::PlantKind::Joint } else { effect::PlantKind::Arm }
 }

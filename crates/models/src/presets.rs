@@ -5,7 +5,7 @@ use crate::joint::parameter as j;
 
 /// A named set of start values.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Preset {
+pub struct ValuePreset {
     /// Name as on the command line.
     pub name: &'static str,
     /// The model that it is for.
@@ -21,8 +21,8 @@ const SOURCE: &str = "K_eq, D_eq, tau_c, D_m, tau_s: Comi et al. (DELIAN), table
 const CBK_SOURCE: &str = "masses, inertias, lengths, centres of mass: CBK PAN paper, table 1 and section 3.1; k: its CAD value; I_m, b: averages of its table 2";
 
 /// All presets.
-pub const PRESETS: &[Preset] = &[
-    Preset {
+pub const PRESETS: &[ValuePreset] = &[
+    ValuePreset {
         name: "delian-joint-1",
         model: "TwoMassJoint",
         source: SOURCE,
@@ -36,7 +36,7 @@ pub const PRESETS: &[Preset] = &[
             ("staticFriction", 2.99e-4),
         ],
     },
-    Preset {
+    ValuePreset {
         name: "delian-joint-2",
         model: "TwoMassJoint",
         source: SOURCE,
@@ -50,7 +50,7 @@ pub const PRESETS: &[Preset] = &[
             ("staticFriction", 2.6e-4),
         ],
     },
-    Preset {
+    ValuePreset {
         name: "delian-joint-3",
         model: "TwoMassJoint",
         source: SOURCE,
@@ -64,7 +64,7 @@ pub const PRESETS: &[Preset] = &[
             ("staticFriction", 2.45e-4),
         ],
     },
-    Preset {
+    ValuePreset {
         name: CBK_PAN,
         model: "PlanarManipulator",
         source: CBK_SOURCE,

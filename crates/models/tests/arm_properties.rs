@@ -7,7 +7,7 @@
 use crate::arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::chain::Chain;
 use trueup_models::arm::{MAX_LINKS, PlanarManipulator, input, kinematics, output, parameter, rotor};
-use trueup_models::effect::Placed;
+use trueup_models::effect::PlacedEffect;
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_numerics::{Dual, Scalar};
 
@@ -52,7 +52,7 @@ fn lowered(p: &[f64], q: &[f64], n: usize) -> f64 {
 
 /// Energy of the unbalanced loads: each link's goes with its attitude against the inertial frame.
 fn hanging(model: &PlanarManipulator, p: &[f64], q: &[f64]) -> f64 {
-    let own = |e: &Placed| {
+    let own = |e: &PlacedEffect| {
         let at = e.begin.parameters;
         let attitude = |j: usize| q[2..=3 + j].iter().sum::<f64>();
         (0..e.sites).map(|j| -p[at + j] * (attitude(j) - p[at + e.sites + j]).cos()).sum::<f64>()

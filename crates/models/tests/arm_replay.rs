@@ -4,7 +4,7 @@
 use crate::arm_common::{NO_EFFECTS, Random};
 use trueup_models::arm::{PlanarManipulator, Replay, input, parameter};
 use trueup_models::presets;
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// Checks ARM-14: whatever motion a torque causes, leading the motor along it moves everything else alike.
@@ -76,7 +76,7 @@ fn the_reference_trajectory_ends_where_it_should() {
         }
     };
     let nominal = vec![1.0; replay.sizes().states];
-    let options = Options { tolerance: 1e-11, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-11, ..DriverOptions::default() };
     let run = simulate(&replay, &p, &nominal, options, &led, &[0.0, 10.0]).unwrap();
     let end = &run.x[1];
     for (have, want) in end.iter().zip([0.017366523188224965, -0.009182827014584753, -0.2572613502943539]) {

@@ -4,7 +4,7 @@
 use crate::arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::{PlanarManipulator, output, parameter};
 use trueup_models::friction::STUCK;
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 const FRICTION: &[&str] = &["motor-friction"];
@@ -120,7 +120,7 @@ fn the_projects_own_driver_finds_the_same_run() {
     let torque = |t: f64| inputs(&[0.3 * t.sin(), -0.1 * (2.0 * t).cos(), 0.05 * (3.0 * t).sin()]);
     let mut run = Run::new(&model, &p, torque);
     run.to(6.0, 0.02);
-    let options = Options { tolerance: 1e-11, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-11, ..DriverOptions::default() };
     let nominal = vec![1.0; model.sizes().states];
     let other =
         simulate(&model, &p, &nominal, options, &|t, u| u.copy_from_slice(&torque(t)), &[0.0, 6.0]).unwrap();

@@ -4,12 +4,12 @@
 
 use crate::arm_common::Random;
 use trueup_models::arm::{PlanarManipulator, output as arm_output};
-use trueup_models::effect::set::Placed;
-use trueup_models::effect::{Choice, EffectSet, Plant, Role};
+use trueup_models::effect::set::PlacedEffect;
+use trueup_models::effect::{EffectChoice, EffectSet, ParameterRole, PlantKind};
 use trueup_models::joint::{TwoMassJoint, output as joint_output, parameter};
 use trueup_models::presets::delian;
-use trueup_numerics::driver::{Options, Run, simulate};
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::driver::{DriverOptions, SimulationRecord, simulate};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 use trueup_numerics::{Dual, Scalar};
 
 const FLEXIBLE: [bool; 3] = [true, false, true];
@@ -28,7 +28,7 @@ fn arm(ids: &[String]) -> (PlanarManipulator, Vec<f64>) {
     arm_on(ids.iter().any(|id| grounded(id)), ids)
 }
 fn grounded(id: &str) -> bool {
-    !Choice::parse(id, Plant::Arm).unwrap().spec().acts_in(Plant::Arm, false)
+    !EffectChoice::parse(id, PlantKind::Arm).unwrap().spec().acts_in(PlantKind::Arm, false)
 }
 fn arm_on(fixed: bool, ids: &[String]) -> (PlanarManipulator, Vec<f64>) {
     let model = PlanarManipulator::on_base(fixed, &FLEXIBLE, ids).unwrap();
@@ -37,10 +37,10 @@ fn arm_on(fixed: bool, ids: &[String]) -> (PlanarManipulator, Vec<f64>) {
 }
 
 /// Sets the amplitudes of an effect to `f` of their specification, element by element.
-fn amplitudes(effects: &EffectSet, p: &mut [f64], f: impl Fn(&Placed, usize) -> f64) {
+fn amplitudes(effects: &EffectSet, p: &mut [f64], f: impl Fn(&PlacedEffect, usize) -> f64) {
     for e in effects.iter() {
         for (k, spec) in e.choice.parameters().iter().enumerate() {
-            if spec.role == Role::Amplitude {
+            if spec.role == ParameterRole::Amplitude {
                 p[e.begin.parameters + k * e.sites..][..e.sites].fill(f(e, k));
             }
         }
@@ -48,7 +48,7 @@ fn amplitudes(effects: &EffectSet, p: &mut [f64], f: impl Fn(&Placed, usize) -> 
 }
 
 /// Rates of the first `states` states and the first `outputs` outputs at a random instant.
-fn seen(model: &impl Hybrid, p: &[f64], x: &[f64], u: &[f64], own: Sizes) -> Vec<f64> {
+fn seen(model: &impl Hybrid, p: &[f64], x: &[f64], u: &[f64], own: ModelSizes) -> Vec<f64> {
     let s = model.sizes();
     let (mut dx, mut y) = (vec![0.0; s.states], vec![0.0; s.outputs]);
     let mut modes = vec![0; s.modes];
@@ -69,8 +69,14 @@ fn same(id: &str, with: &[f64], without: &[f64]) {
 }
 
 /// Runs a model for a while and gives the states at the end.
-fn run(id: &str, model: &impl Hybrid, p: &[f64], u: &dyn Fn(f64, &mut [f64]), times: &[f64]) -> Run {
-    let options = Options { tolerance: 1e-8, ..Options::default() };
+fn run(
+    id: &str,
+    model: &impl Hybrid,
+    p: &[f64],
+    u: &dyn Fn(f64, &mut [f64]),
+    times: &[f64],
+) -> SimulationRecord {
+    let options = DriverOptions { tolerance: 1e-8, ..DriverOptions::default() };
     let run = simulate(model, p, &vec![0.01; model.sizes().states], options, u, times);
     let run = run.unwrap_or_else(|e| panic!("{id}: {e}"));
     for v in run.x.iter().chain(&run.y).flatten() {
@@ -90,7 +96,7 @@ fn drive_arm(t: f64, u: &mut [f64]) {
 #[test]
 fn every_effect_vanishes_where_it_is_neutral() {
     let mut random = Random(3);
-    for choice in Choice::all(Plant::Joint) {
+    for choice in EffectChoice::all(PlantKind::Joint) {
         let id = choice.id();
         let ((with, mut p), (without, q)) = (joint(std::slice::from_ref(&id)), joint(&[]));
         amplitudes(with.effects(), &mut p, |e, k| e.choice.parameters()[k].neutral);
@@ -106,7 +112,7 @@ fn every_effect_vanishes_where_it_is_neutral() {
             same(&id, &seen(&with, &p, &x, &u, own), &seen(&without, &q, &x, &u, own));
         }
     }
-    for choice in Choice::all(Plant::Arm) {
+    for choice in EffectChoice::all(PlantKind::Arm) {
         let id = choice.id();
         let with = arm(std::slice::from_ref(&id));
         // What a plant with that structure is without the effect: with friction where the effect brings it along.
@@ -134,7 +140,7 @@ fn every_effect_vanishes_where_it_is_neutral() {
 #[test]
 fn every_effect_shows_at_its_start_values() {
     let times = [0.0, 0.055, 0.4];
-    let differs = |id: &str, a: &Run, b: &Run, outputs: usize| {
+    let differs = |id: &str, a: &SimulationRecord, b: &SimulationRecord, outputs: usize| {
         let (a, b) = (a.y.iter(), b.y.iter());
         let mut both = a.zip(b).flat_map(|(a, b)| a[..outputs].iter().zip(&b[..outputs]));
         let shows = both.any(|(a, b)| (a - b).abs() > (1e-5 * (a.abs() + b.abs())).min(1e-3));
@@ -142,7 +148,7 @@ fn every_effect_shows_at_its_start_values() {
     };
     let (plain, q) = joint(&[]);
     let without = run("", &plain, &q, &drive_joint, &times);
-    for id in Choice::all(Plant::Joint).map(|c| c.id()) {
+    for id in EffectChoice::all(PlantKind::Joint).map(|c| c.id()) {
         // The joint has these by itself.
         if ["motor-friction", "joint-flexibility"].contains(&id.as_str()) {
             continue;
@@ -155,7 +161,7 @@ fn every_effect_shows_at_its_start_values() {
         let (plain, q) = arm_on(fixed, &[]);
         (run("", &plain, &q, &drive_arm, &times), plain)
     });
-    for id in Choice::all(Plant::Arm).map(|c| c.id()) {
+    for id in EffectChoice::all(PlantKind::Arm).map(|c| c.id()) {
         let (without, plain) = &plain[usize::from(grounded(&id))];
         let (model, p) = arm(std::slice::from_ref(&id));
         differs(&id, &run(&id, &model, &p, &drive_arm, &times), without, plain.sizes().outputs);
@@ -167,7 +173,7 @@ fn every_effect_shows_at_its_start_values() {
 #[test]
 fn speeds_are_the_derivatives_of_angles_with_every_effect() {
     let mut rng = Random(5);
-    for id in ids(Plant::Joint).into_iter().filter(|id| !id.contains("sensor")) {
+    for id in ids(PlantKind::Joint).into_iter().filter(|id| !id.contains("sensor")) {
         let (model, p) = joint(std::slice::from_ref(&id));
         let s = model.sizes();
         let x: Vec<f64> = rng.vector(s.states, 0.5);
@@ -191,22 +197,23 @@ fn speeds_are_the_derivatives_of_angles_with_every_effect() {
     }
 }
 
-fn ids(plant: Plant) -> Vec<String> {
-    let one = |c: &Choice| c.component().strip_prefix("sensor:").is_none_or(|name| name == "motorAngle");
-    Choice::all(plant).filter(one).map(|c| c.id()).collect()
+fn ids(plant: PlantKind) -> Vec<String> {
+    let one =
+        |c: &EffectChoice| c.component().strip_prefix("sensor:").is_none_or(|name| name == "motorAngle");
+    EffectChoice::all(plant).filter(one).map(|c| c.id()).collect()
 }
 
 #[test]
 fn every_pair_runs() {
     let times = [0.0, 0.1];
     let mut count = 0;
-    for plant in [Plant::Joint, Plant::Arm] {
+    for plant in [PlantKind::Joint, PlantKind::Arm] {
         let all = ids(plant);
         for (i, a) in all.iter().enumerate() {
             for b in &all[i + 1..] {
                 let pair = [a.clone(), b.clone()];
                 let name = pair.join("+");
-                if plant == Plant::Joint {
+                if plant == PlantKind::Joint {
                     let (model, p) = joint(&pair);
                     run(&name, &model, &p, &drive_joint, &times);
                 } else {
@@ -217,7 +224,7 @@ fn every_pair_runs() {
             }
         }
         let name = "all together";
-        if plant == Plant::Joint {
+        if plant == PlantKind::Joint {
             let (model, p) = joint(&all);
             run(name, &model, &p, &drive_joint, &times);
         } else {
@@ -232,9 +239,9 @@ fn every_pair_runs() {
 struct Audited<M>(M, fn(&M, &At<f64>) -> f64);
 
 impl<M: Hybrid> Hybrid for Audited<M> {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         let s = self.0.sizes();
-        Sizes { states: s.states + 1, ..s }
+        ModelSizes { states: s.states + 1, ..s }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         let n = x.len() - 1;
@@ -256,16 +263,16 @@ impl<M: Hybrid> Hybrid for Audited<M> {
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         self.0.indicators(at, z);
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         self.0.update(t, x, u, p, modes)
     }
 }
 
 /// Passive effects whose energy is least in the plant at rest at 0: the inputs' work then is never less than the
 /// kinetic energy.
-fn passive(plant: Plant) -> Vec<String> {
-    let low = |c: &&Choice| c.spec().passive && c.spec().id != "table-tilt";
-    Choice::all(plant).collect::<Vec<_>>().iter().filter(low).map(|c| c.id()).collect()
+fn passive(plant: PlantKind) -> Vec<String> {
+    let low = |c: &&EffectChoice| c.spec().passive && c.spec().id != "table-tilt";
+    EffectChoice::all(plant).collect::<Vec<_>>().iter().filter(low).map(|c| c.id()).collect()
 }
 
 /// What hangs does so at the angle 0.
@@ -276,7 +283,7 @@ fn hang_at_rest(effects: &EffectSet, p: &mut [f64]) {
 }
 
 /// The largest excess of the kinetic energy over the work, as a share of the largest kinetic energy.
-fn made(run: &Run, kinetic: impl Fn(usize) -> f64) -> f64 {
+fn made(run: &SimulationRecord, kinetic: impl Fn(usize) -> f64) -> f64 {
     let energy: Vec<f64> = (0..run.t.len()).map(kinetic).collect();
     let excess = run.x.iter().zip(&energy).map(|(x, e)| e - x[x.len() - 1]).fold(0.0, f64::max);
     excess / energy.iter().copied().fold(0.0, f64::max)
@@ -286,14 +293,14 @@ fn made(run: &Run, kinetic: impl Fn(usize) -> f64) -> f64 {
 fn passive_effects_make_no_energy_alone_or_in_pairs() {
     let times: Vec<f64> = (0..=40).map(|k| 0.01 * f64::from(k)).collect();
     let mut worst = 0.0f64;
-    for plant in [Plant::Joint, Plant::Arm] {
+    for plant in [PlantKind::Joint, PlantKind::Arm] {
         let all = passive(plant);
         for (i, a) in all.iter().enumerate() {
             for b in &all[i..] {
                 let mut pair = vec![a.clone(), b.clone()];
                 pair.dedup();
                 let name = pair.join("+");
-                let share = if plant == Plant::Joint {
+                let share = if plant == PlantKind::Joint {
                     let (model, mut p) = joint(&pair);
                     hang_at_rest(model.effects(), &mut p);
                     let power = |_: &TwoMassJoint, at: &At<f64>| {
@@ -325,7 +332,7 @@ fn passive_effects_make_no_energy_alone_or_in_pairs() {
 /// A servo with k_P = K_v K_p / n^2, k_D = K_v / n^2, r = 1 / T_i is the controller's cascade of P and PI (CTL-1, CTL-7).
 #[test]
 fn ef33_is_a_cascade_of_p_and_pi() {
-    use trueup_models::controller::law::Joint;
+    use trueup_models::controller::law::ControlledJoint;
     use trueup_models::controller::{Strategy, input, parameter as c, state};
     use trueup_models::joint::output::MOTOR_TORQUE;
     let mut random = Random(33);
@@ -336,7 +343,7 @@ fn ef33_is_a_cascade_of_p_and_pi() {
     for _ in 0..20 {
         let x = random.vector(5, 2.0);
         let u = [0.0, 0.0, random.within(-1.0, 1.0)];
-        let mut law = Joint {
+        let mut law = ControlledJoint {
             strategy: Strategy::PPi,
             p: [0.0; c::COUNT],
             u: [0.0; input::COUNT],

@@ -4,19 +4,19 @@ use crate::arm_common::Run;
 use nalgebra::{DMatrix, DVector};
 use trueup_models::flexible_arm::layout::{Outputs, Parameters};
 use trueup_models::flexible_arm::presets::{RAISED, delian, parameters, structure};
-use trueup_models::flexible_arm::{FlexibleArm, Structure};
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure};
 use trueup_models::friction::STUCK;
 use trueup_models::joint::output::{LOAD_ANGLE, MOTOR_ANGLE};
 use trueup_models::joint::{TwoMassJoint, parameter as joint};
 use trueup_models::space::appendage::Beam;
 use trueup_models::space::composite::BASE;
-use trueup_models::space::design::{Design, Flexure};
-use trueup_models::space::flexible::{Appendages, Bent};
+use trueup_models::space::design::{Flexure, RobotDesign};
+use trueup_models::space::flexible::{Appendages, DeformedAppendages};
 use trueup_models::space::layout::{Inputs, Outputs as BodyOutputs, Parameters as BodyParameters, States};
 use trueup_models::space::ritz;
-use trueup_models::space::spatial::{Frame, Motion};
-use trueup_models::space::table::{LinkTable, Reach, Table, TabledMode};
-use trueup_models::space::tree::Placed;
+use trueup_models::space::spatial::{SpatialFrame, SpatialMotion};
+use trueup_models::space::table::{LinkTable, ModeReach, ModeTable, TabledMode};
+use trueup_models::space::tree::PlacedBody;
 use trueup_models::space::vector::identity;
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -32,9 +32,9 @@ struct Delian {
     output: Outputs,
 }
 
-fn of(design: &Design, by_current: bool) -> Delian {
+fn of(design: &RobotDesign, by_current: bool) -> Delian {
     let robot = design.structure();
-    let arm = FlexibleArm::new(Structure { robot: robot.clone(), by_current }).unwrap();
+    let arm = FlexibleArm::new(FlexibleArmStructure { robot: robot.clone(), by_current }).unwrap();
     let p = parameters(&arm, design);
     arm.check(&p).unwrap();
     let sizes = arm.bodies().sizes();
@@ -69,7 +69,7 @@ impl Delian {
 
 /// The table that a tool for structures would make of a beam by its shapes.
 fn tabled(f: &Flexure) -> LinkTable {
-    let here = Frame { rotation: identity(), origin: [0.0; 3] };
+    let here = SpatialFrame { rotation: identity(), origin: [0.0; 3] };
     let shear = f.youngs_modulus / (2.0 * (1.0 + f.poisson_ratio));
     let beam = Beam {
         frame: here,
@@ -80,10 +80,15 @@ fn tabled(f: &Flexure) -> LinkTable {
         polar_inertia_per_length: f.polar_inertia_per_length,
         damping_ratio: f.damping_ratio,
     };
-    let (mut own, mut bent) = (Appendages::<f64>::new(), Bent::new());
+    let (mut own, mut bent) = (Appendages::<f64>::new(), DeformedAppendages::new());
     own.add_link(1, f.shapes, &beam, false).unwrap();
     let count = f.shapes.modes();
-    own.bend(&[Placed::base(here, Motion::zero()); 2], &vec![0.0; count], &vec![0.0; count], &mut bent);
+    own.bend(
+        &[PlacedBody::base(here, SpatialMotion::zero()); 2],
+        &vec![0.0; count],
+        &vec![0.0; count],
+        &mut bent,
+    );
     let (mass, across) = (f.mass_per_length * f.length, f.mass_per_length * f.length.powi(3) / 12.0);
     let polar = f.polar_inertia_per_length * f.length;
     let per_root = |j: usize| 1.0 / own.modes()[j].mass.sqrt();
@@ -105,11 +110,11 @@ fn tabled(f: &Flexure) -> LinkTable {
         } else {
             ([0.0; 3], [0.0, 0.0, 1.0])
         };
-        Reach { shift: shift.map(|s| s * per_root(j)), turn: turn.map(|t| t * per_root(j)) }
+        ModeReach { shift: shift.map(|s| s * per_root(j)), turn: turn.map(|t| t * per_root(j)) }
     };
     LinkTable {
         body: f.body,
-        table: Table {
+        table: ModeTable {
             name: "link".into(),
             position: f.position,
             orientation: f.orientation,
@@ -124,7 +129,7 @@ fn tabled(f: &Flexure) -> LinkTable {
 }
 
 /// DELIAN with links by tables: both, or the second alone.
-fn by_tables(beams: usize) -> Design {
+fn by_tables(beams: usize) -> RobotDesign {
     let mut design = delian();
     let tables = design.flexures.split_off(beams);
     design.link_tables = tables.iter().map(tabled).collect();
@@ -143,7 +148,7 @@ fn lnk6_a_joint_of_the_arm_is_the_two_mass_joint() {
     design.links.truncate(1);
     design.tips.clear();
     design.links[0].inertia = [[8.0, 0.0, 0.0], [0.0, 8.0, 0.0], [0.0, 0.0, 8.0]];
-    let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: true }).unwrap();
+    let arm = FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current: true }).unwrap();
     let at = States::new(&arm.structure().robot);
     let own = Parameters::new(arm.structure()).behind(arm.bodies().sizes().parameters);
     let mut p = arm.defaults();
@@ -199,7 +204,7 @@ fn lnk3_a_falling_arm_keeps_its_energy() {
 }
 
 /// For this long, s; to more than this energy of motion, J.
-fn falls(design: &Design, duration: f64, least: f64) {
+fn falls(design: &RobotDesign, duration: f64, least: f64) {
     let mut d = of(design, true);
     d.smooth();
     // Motors that weigh little, so that it falls.
@@ -343,9 +348,9 @@ fn lnk6_an_impulse_of_the_motors_is_that_of_the_mass_matrix() {
 
 #[test]
 fn what_an_arm_cannot_be_is_refused() {
-    let refused = |s: Structure| FlexibleArm::new(s).unwrap_err();
+    let refused = |s: FlexibleArmStructure| FlexibleArm::new(s).unwrap_err();
     let own = structure(true);
-    let with = |change: fn(&mut trueup_models::space::Structure)| {
+    let with = |change: fn(&mut trueup_models::space::RobotStructure)| {
         let mut s = own.clone();
         change(&mut s.robot);
         refused(s)
@@ -362,7 +367,7 @@ fn what_an_arm_cannot_be_is_refused() {
         r.axial_stiffening = true;
     });
     assert!(stiffening.contains("link of body 1 is a table of modes") && stiffening.contains("leave axial"));
-    let d = of(&Design { links: delian().links, ..delian() }, true);
+    let d = of(&RobotDesign { links: delian().links, ..delian() }, true);
     let mut robot = d.arm.structure().clone();
     robot.robot.flexible[2] = false;
     let arm = FlexibleArm::new(robot).unwrap();

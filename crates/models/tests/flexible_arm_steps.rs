@@ -6,7 +6,9 @@ use trueup_models::flexible_arm::presets::{RAISED, delian, parameters, structure
 use trueup_models::friction::STUCK;
 use trueup_models::space::layout::{Inputs, Outputs, Parameters, States};
 use trueup_numerics::Dual;
-use trueup_numerics::driver::{Driver, Flow, Inputs as Signals, Memory, Options, Solver, State};
+use trueup_numerics::driver::{
+    Driver, DriverMemory, DriverOptions, DriverState, Flow, Solver, StepInputs as Signals,
+};
 use trueup_numerics::hybrid::{At, Hybrid, StiffPart};
 use trueup_numerics::linear::{lu_factor, lu_solve};
 
@@ -65,16 +67,17 @@ fn lnk10_the_stiff_part_of_an_arm_at_rest_is_its_jacobian() {
 }
 
 /// Where the tip is and how many events there were, after 0.3 s from rest with torques that break some motors away.
-fn moved(options: Options) -> ([f64; 3], usize) {
+fn moved(options: DriverOptions) -> ([f64; 3], usize) {
     let (arm, p) = arm();
     let (sizes, robot) = (arm.sizes(), &arm.structure().robot);
     let nominal: Vec<f64> = States::list(robot).iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect();
     let mut driver = Driver::new(sizes, &nominal, options);
     let (mut t, mut x, mut u) = (0.0, vec![0.0; sizes.states], vec![0.0; sizes.inputs]);
-    let (mut modes, mut memory) = (vec![0; sizes.modes], Memory::default());
+    let (mut modes, mut memory) = (vec![0; sizes.modes], DriverMemory::default());
     let torques = [20.0, -45.0, 30.0, 9.0, 0.0, 6.0];
     u[Inputs::new(robot).joint_torque..][..6].copy_from_slice(&torques);
-    let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut modes, memory: &mut memory };
+    let mut s =
+        DriverState { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut modes, memory: &mut memory };
     driver.initialise(&arm, &mut s).unwrap();
     let mut events = 0;
     for k in 1..=3 {
@@ -96,11 +99,12 @@ fn moved(options: Options) -> ([f64; 3], usize) {
 /// Checks LNK-10: steps far longer than the arm's fastest decay are of second order, stick-slip included.
 #[test]
 fn lnk10_fixed_implicit_steps_are_of_second_order() {
-    let (exact, events) = moved(Options { tolerance: 1e-9, solver: Solver::Stiff, ..Options::default() });
+    let (exact, events) =
+        moved(DriverOptions { tolerance: 1e-9, solver: Solver::Stiff, ..DriverOptions::default() });
     assert!(events > 3, "{events}");
     let off = |step: f64| {
         let (tip, count) =
-            moved(Options { solver: Solver::FixedStiff, max_step: step, ..Options::default() });
+            moved(DriverOptions { solver: Solver::FixedStiff, max_step: step, ..DriverOptions::default() });
         assert_eq!(count, events);
         tip.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
     };

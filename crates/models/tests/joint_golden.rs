@@ -8,8 +8,8 @@ use trueup_models::gearbox::{Stage, series};
 use trueup_models::joint::{TwoMassJoint, output, parameter as p};
 use trueup_models::presets::delian;
 use trueup_numerics::Scalar;
-use trueup_numerics::driver::{Options, Run, simulate};
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::driver::{DriverOptions, SimulationRecord, simulate};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 const NO_EFFECTS: &[&str] = &[];
 
@@ -17,10 +17,10 @@ fn joint() -> TwoMassJoint {
     TwoMassJoint::new(true, NO_EFFECTS).unwrap()
 }
 
-fn run(model: &impl Hybrid, q: &[f64], current: impl Fn(f64) -> f64, times: &[f64]) -> Run {
+fn run(model: &impl Hybrid, q: &[f64], current: impl Fn(f64) -> f64, times: &[f64]) -> SimulationRecord {
     // The load turns n times slower than the motor.
     let n = q[p::GEAR_RATIO];
-    let options = Options { tolerance: 1e-11, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-11, ..DriverOptions::default() };
     simulate(model, q, &[1.0, 100.0, 1.0, 100.0 / n], options, &|t, u| u[0] = current(t), times).unwrap()
 }
 
@@ -148,9 +148,9 @@ fn d12_coast_down() {
 struct Audited(TwoMassJoint);
 
 impl Hybrid for Audited {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         let s = self.0.sizes();
-        Sizes { states: s.states + 1, ..s }
+        ModelSizes { states: s.states + 1, ..s }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         let n = x.len() - 1;
@@ -176,7 +176,7 @@ impl Hybrid for Audited {
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         self.0.indicators(at, z);
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         self.0.update(t, x, u, p, modes)
     }
 }

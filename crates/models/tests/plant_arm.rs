@@ -153,7 +153,7 @@ fn forces_of_parameters_have_their_effect() {
 /// Every effect with bristles, on either plant: its states are those that follow. A step that does not know it takes them as slow.
 #[test]
 fn strained_bristles_follow() {
-    use trueup_models::effect::{Choice, EffectSet, Plant as Kind};
+    use trueup_models::effect::{EffectChoice, EffectSet, PlantKind as Kind};
     use trueup_models::joint::TwoMassJoint;
     let states = |effects: &EffectSet| -> Vec<usize> {
         let own = effects.iter().filter(|e| e.spec().bristles);
@@ -161,7 +161,7 @@ fn strained_bristles_follow() {
     };
     let mut met = 0;
     for kind in [Kind::Joint, Kind::Arm] {
-        for choice in Choice::all(kind).filter(|c| c.spec().bristles) {
+        for choice in EffectChoice::all(kind).filter(|c| c.spec().bristles) {
             let ids = [choice.id()];
             let (found, wanted) = if kind == Kind::Joint {
                 let joint = TwoMassJoint::new(true, &ids).unwrap();

@@ -49,8 +49,9 @@ fn forces_are_what_inputs_do() {
 fn lanes_have_the_values() {
     use trueup_numerics::{Dual, Scalar};
     let mut draws = Draws::new(0x77);
-    let all: Vec<String> =
-        trueup_models::effect::Choice::all(trueup_models::effect::Plant::Joint).map(|c| c.id()).collect();
+    let all: Vec<String> = trueup_models::effect::EffectChoice::all(trueup_models::effect::PlantKind::Joint)
+        .map(|c| c.id())
+        .collect();
     let names: Vec<&str> = all.iter().map(String::as_str).collect();
     for effects in [&[][..], &names] {
         let plant = plant(true, effects);

@@ -5,7 +5,7 @@ use crate::draws::Draws;
 use trueup_models::flexible_arm::{self, FlexibleArm};
 use trueup_models::plants;
 use trueup_models::space::layout::{Inputs, Parameters, States};
-use trueup_models::space::{SpatialFreeFlyer, Structure, presets};
+use trueup_models::space::{RobotStructure, SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::At;
 use trueup_plant::{CoordinateKind, Plant, force_sensitivity};
 
@@ -22,7 +22,7 @@ fn drawn(plant: &dyn Plant, draws: &mut Draws) -> (Vec<f64>, Vec<f64>, Vec<f64>,
 }
 
 /// A unit quaternion where the base has one.
-fn normalize(s: &Structure, x: &mut [f64]) {
+fn normalize(s: &RobotStructure, x: &mut [f64]) {
     if s.held {
         return;
     }
@@ -45,7 +45,12 @@ fn close(a: &[f64], b: &[f64], tolerance: f64, draws: &Draws) {
 }
 
 /// On motors and on the base they are what the inputs there do.
-fn forces_are_inputs(plant: &dyn Plant, s: &Structure, per_force: impl Fn(usize) -> f64, draws: &mut Draws) {
+fn forces_are_inputs(
+    plant: &dyn Plant,
+    s: &RobotStructure,
+    per_force: impl Fn(usize) -> f64,
+    draws: &mut Draws,
+) {
     let (p, mut x, u, modes) = drawn(plant, draws);
     normalize(s, &mut x);
     let (input, row) = (Inputs::new(s), States::new(s));
@@ -87,7 +92,7 @@ fn forces_are_inputs(plant: &dyn Plant, s: &Structure, per_force: impl Fn(usize)
 }
 
 /// A stiffer spring, a more damped one: forces on joint and motor.
-fn parameters_are_forces(plant: &dyn Plant, s: &Structure, draws: &mut Draws) {
+fn parameters_are_forces(plant: &dyn Plant, s: &RobotStructure, draws: &mut Draws) {
     let (p, mut x, u, modes) = drawn(plant, draws);
     normalize(s, &mut x);
     let at = At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes };
@@ -139,7 +144,7 @@ fn the_arm_on_the_ground_is_a_plant() {
     let mut draws = Draws::new(0xde11a);
     let design = flexible_arm::presets::delian();
     for by_current in [false, true] {
-        let structure = flexible_arm::Structure { robot: design.structure(), by_current };
+        let structure = flexible_arm::FlexibleArmStructure { robot: design.structure(), by_current };
         let arm = FlexibleArm::new(structure.clone()).unwrap();
         let plant = plants::flexible_arm(arm);
         let start: Vec<f64> = plant.table().parameters.iter().map(|q| q.start).collect();

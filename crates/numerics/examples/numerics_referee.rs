@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Bell, Block, Robertson, VanDerPol};
-use trueup_numerics::driver::{DriveError, Options, Solver, simulate};
+use trueup_numerics::driver::{DriveError, DriverOptions, Solver, simulate};
 use trueup_numerics::hybrid::Hybrid;
 
 fn print<M: Hybrid>(
@@ -18,7 +18,7 @@ fn print<M: Hybrid>(
     times: &[f64],
 ) -> Result<(), DriveError> {
     for &tolerance in tolerances {
-        let options = Options { solver, tolerance, ..Options::default() };
+        let options = DriverOptions { solver, tolerance, ..DriverOptions::default() };
         let run = simulate(model, p, nominal, options, &|_, _| {}, times)?;
         for (t, x) in run.t.iter().zip(&run.x) {
             let x: Vec<String> = x.iter().map(f64::to_string).collect();

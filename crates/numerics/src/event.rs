@@ -177,10 +177,10 @@ impl Locator {
     }
 }
 
-type Point = (f64, f64);
+type EventPoint = (f64, f64);
 
 /// Between samples of one domain that are of a parabola: where |z| is least, if the middle one does not show it and it comes near 0.
-fn near_an_end(a: Point, m: Point, b: Point) -> Option<f64> {
+fn near_an_end(a: EventPoint, m: EventPoint, b: EventPoint) -> Option<f64> {
     let (za, zm, zb) = (a.1.abs(), m.1.abs(), b.1.abs());
     if [m.1, b.1].iter().any(|z| (*z > 0.0) != (a.1 > 0.0)) || zm <= za.min(zb) {
         return None;
@@ -201,7 +201,7 @@ struct Parabola {
 }
 
 impl Parabola {
-    fn of(a: Point, m: Point, b: Point) -> Self {
+    fn of(a: EventPoint, m: EventPoint, b: EventPoint) -> Self {
         let (za, zm, zb) = (a.1.abs(), m.1.abs(), b.1.abs());
         let (l, r) = (a.0 - m.0, b.0 - m.0);
         let (dl, dr) = ((za - zm) / l, (zb - zm) / r);
@@ -216,7 +216,12 @@ impl Parabola {
 ///
 /// Parabolic and golden section in turn; given up as soon as |z| is larger than its variation within the
 /// bracket and the parabola stays clear of 0 too: a smooth function then does so.
-fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) -> Option<Point> {
+fn dip(
+    mut a: EventPoint,
+    mut m: EventPoint,
+    mut b: EventPoint,
+    mut z: impl FnMut(f64) -> f64,
+) -> Option<EventPoint> {
     let up = a.1 > 0.0;
     if (m.1 > 0.0) != up || (b.1 > 0.0) != up {
         return None;
@@ -256,7 +261,7 @@ fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) 
 /// The crossing between `a` and `b`, which are in different domains, to a few units in the last place of t;
 /// returns the end of the bracket that is in b's domain. Illinois variant of regula falsi, kept from
 /// stalling by bisection.
-fn cross(a: Point, b: Point, mut z: impl FnMut(f64) -> f64) -> f64 {
+fn cross(a: EventPoint, b: EventPoint, mut z: impl FnMut(f64) -> f64) -> f64 {
     // On the way down to negative values 0 is passed too, for updates that require z < 0.
     let crossed = |z: f64| if b.1 < 0.0 { z < 0.0 } else { (z > 0.0) == (b.1 > 0.0) };
     let ((mut ta, mut za), (mut tb, mut zb)) = (a, b);

@@ -12,9 +12,9 @@ use core::fmt::{Display, Formatter, Result};
 /// assert_eq!(Figure(4.300000000000001e-10).to_string(), "4.3e-10");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figure(pub f64);
+pub struct ShortNumber(pub f64);
 
-impl Display for Figure {
+impl Display for ShortNumber {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let x: f64 = format!("{:.8e}", self.0).parse().unwrap_or(self.0);
         match x.abs() {
@@ -53,7 +53,7 @@ mod tests {
             (f64::NAN, "NaN"),
             (f64::NEG_INFINITY, "-inf"),
         ] {
-            assert_eq!(Figure(x).to_string(), shown);
+            assert_eq!(ShortNumber(x).to_string(), shown);
         }
     }
 
@@ -61,7 +61,7 @@ mod tests {
     fn what_is_shown_is_right_to_nine_digits() {
         let mut x = 1.234_567_890_123e-12_f64;
         while x < 1e12 {
-            let shown: f64 = Figure(x).to_string().parse().unwrap();
+            let shown: f64 = ShortNumber(x).to_string().parse().unwrap();
             assert!((shown / x - 1.0).abs() <= 5e-9, "{x}: {shown}");
             x *= 1.7;
         }

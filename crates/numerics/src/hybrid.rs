@@ -10,7 +10,7 @@ use crate::event::Direction;
 
 /// How many values of each kind a model has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sizes {
+pub struct ModelSizes {
     /// Continuous states. A sampled quantity is a state whose rate is 0 and that jumps at events.
     pub states: usize,
     /// Inputs.
@@ -42,14 +42,14 @@ pub struct At<'a, T> {
 
 /// What one pass of event iteration did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Update {
+pub struct EventUpdate {
     /// A mode changed: another pass is due.
     pub modes: bool,
     /// A continuous state was given a new value: the integrator has to restart from it.
     pub states: bool,
 }
 
-impl Update {
+impl EventUpdate {
     /// Nothing changed: the iteration has ended.
     pub fn settled(self) -> bool {
         !(self.modes || self.states)
@@ -59,7 +59,7 @@ impl Update {
 /// A hybrid model. `&self` is its structure (numbers of links, which joints are flexible, which effects).
 pub trait Hybrid {
     /// How many values of each kind.
-    fn sizes(&self) -> Sizes;
+    fn sizes(&self) -> ModelSizes;
     /// Initial continuous states from the parameters (length `states`).
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]);
     /// Modes that fit the initial states; called once, before the first event iteration, `at.modes` all 0.
@@ -77,7 +77,7 @@ pub trait Hybrid {
         Direction::Both
     }
     /// One pass of event iteration at time `t`; may change states and modes.
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update;
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate;
     /// The time of the next event that is known beforehand (later than the last update), in s.
     fn next_event(&self, _p: &[f64], _modes: &[i32]) -> Option<f64> {
         None
@@ -107,7 +107,7 @@ pub trait StiffPart {
 macro_rules! delegate_hybrid {
     ($type:ty { $($variant:pat => $model:expr),+ $(,)? }) => {
         impl $crate::hybrid::Hybrid for $type {
-            fn sizes(&self) -> $crate::hybrid::Sizes {
+            fn sizes(&self) -> $crate::hybrid::ModelSizes {
                 match self { $($variant => $model.sizes()),+ }
             }
             fn start<T: $crate::Scalar>(&self, p: &[T], x: &mut [T]) {
@@ -135,7 +135,7 @@ macro_rules! delegate_hybrid {
                 u: &[f64],
                 p: &[f64],
                 modes: &mut [i32],
-            ) -> $crate::hybrid::Update {
+            ) -> $crate::hybrid::EventUpdate {
                 match self { $($variant => $model.update(t, x, u, p, modes)),+ }
             }
             fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {

@@ -5,7 +5,7 @@ use crate::Scalar;
 /// A matrix that cannot be factored (for [`ldl_factor`]: one that is not positive definite).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("singular matrix: pivot {pivot:e} in row {index}")]
-pub struct Singular {
+pub struct SingularMatrix {
     /// Row of the pivot, from 0.
     pub index: usize,
     /// Its value.
@@ -16,13 +16,13 @@ pub struct Singular {
 ///
 /// # Errors
 /// A pivot that is zero or not finite.
-pub fn lu_factor<T: Scalar>(a: &mut [T], n: usize, pivots: &mut [usize]) -> Result<(), Singular> {
+pub fn lu_factor<T: Scalar>(a: &mut [T], n: usize, pivots: &mut [usize]) -> Result<(), SingularMatrix> {
     for k in 0..n {
         let size = |i: usize| a[i * n + k].value().abs();
         let row = (k + 1..n).fold(k, |best, i| if size(i) > size(best) { i } else { best });
         let pivot = a[row * n + k];
         if pivot.value() == 0.0 || !pivot.value().is_finite() {
-            return Err(Singular { index: k, pivot: pivot.value() });
+            return Err(SingularMatrix { index: k, pivot: pivot.value() });
         }
         pivots[k] = row;
         if row != k {
@@ -64,7 +64,7 @@ pub fn lu_solve<T: Scalar>(lu: &[T], n: usize, pivots: &[usize], b: &mut [T]) {
 ///
 /// # Errors
 /// A pivot that is not positive beyond rounding, relative to the diagonal element it came from.
-pub fn ldl_factor<T: Scalar>(a: &mut [T], n: usize) -> Result<(), Singular> {
+pub fn ldl_factor<T: Scalar>(a: &mut [T], n: usize) -> Result<(), SingularMatrix> {
     let a = &mut a[..n * n];
     for j in 0..n {
         let diagonal = a[j * n + j].value();
@@ -75,7 +75,7 @@ pub fn ldl_factor<T: Scalar>(a: &mut [T], n: usize) -> Result<(), Singular> {
         let d = a[j * n + j];
         // Written such that NaN fails too.
         if !(d.value() > n as f64 * f64::EPSILON * diagonal && d.value().is_finite()) {
-            return Err(Singular { index: j, pivot: d.value() });
+            return Err(SingularMatrix { index: j, pivot: d.value() });
         }
         let (above, below) = a.split_at_mut((j + 1) * n);
         let row = &mut above[j * n..][j + 1..];

@@ -6,7 +6,7 @@ use crate::common::{Block, VanDerPol};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use trueup_numerics::Driver;
-use trueup_numerics::driver::{Flow, Inputs, Memory, Options, Solver, State};
+use trueup_numerics::driver::{DriverMemory, DriverOptions, DriverState, Flow, Solver, StepInputs};
 use trueup_numerics::hybrid::Hybrid;
 
 thread_local!(static COUNT: Cell<usize> = const { Cell::new(0) });
@@ -32,16 +32,19 @@ static ALLOCATOR: Counting = Counting;
 fn allocations<M: Hybrid>(model: &M, p: &[f64], solver: Solver) -> usize {
     let n = model.sizes();
     let (mut t, mut x, mut u, mut modes) = (0.0, vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]);
-    let mut memory = Memory::default();
-    let mut driver = Driver::new(n, &[], Options { solver, max_step: 1e-3, ..Options::default() });
-    let mut s = State { t: &mut t, x: &mut x, u: &mut u, p, modes: &mut modes, memory: &mut memory };
+    let mut memory = DriverMemory::default();
+    let mut driver =
+        Driver::new(n, &[], DriverOptions { solver, max_step: 1e-3, ..DriverOptions::default() });
+    let mut s = DriverState { t: &mut t, x: &mut x, u: &mut u, p, modes: &mut modes, memory: &mut memory };
     let before = COUNT.get();
     driver.initialise(model, &mut s).unwrap();
     let mut steps = 0;
     for k in 1..=20 {
         let end = 0.1 * f64::from(k);
-        steps +=
-            driver.advance_to(model, &mut s, end, Inputs::Hold, &mut |_| Flow::Continue).unwrap().accepted;
+        steps += driver
+            .advance_to(model, &mut s, end, StepInputs::Hold, &mut |_| Flow::Continue)
+            .unwrap()
+            .accepted;
     }
     assert!(steps > 1000);
     COUNT.get() - before

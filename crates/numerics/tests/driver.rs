@@ -7,8 +7,8 @@ use trueup_numerics::driver::*;
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::Hybrid;
 
-fn options(solver: Solver, tolerance: f64) -> Options {
-    Options { solver, tolerance, ..Options::default() }
+fn options(solver: Solver, tolerance: f64) -> DriverOptions {
+    DriverOptions { solver, tolerance, ..DriverOptions::default() }
 }
 
 /// Holder of a state, as an FMU instance is.
@@ -19,17 +19,17 @@ struct Owner {
     u: Vec<f64>,
     p: Vec<f64>,
     modes: Vec<i32>,
-    memory: Memory,
+    memory: DriverMemory,
 }
 
 impl Owner {
     fn new<M: Hybrid>(model: &M, p: &[f64]) -> Self {
         let n = model.sizes();
         let (x, u) = (vec![0.0; n.states], vec![0.0; n.inputs]);
-        Self { t: 0.0, x, u, p: p.to_vec(), modes: vec![0; n.modes], memory: Memory::default() }
+        Self { t: 0.0, x, u, p: p.to_vec(), modes: vec![0; n.modes], memory: DriverMemory::default() }
     }
-    fn lend(&mut self) -> State<'_> {
-        State {
+    fn lend(&mut self) -> DriverState<'_> {
+        DriverState {
             t: &mut self.t,
             x: &mut self.x,
             u: &mut self.u,
@@ -43,7 +43,7 @@ impl Owner {
     }
 }
 
-fn go_on(_: View) -> Flow {
+fn go_on(_: DriverView) -> Flow {
     Flow::Continue
 }
 
@@ -83,21 +83,24 @@ fn ball_at_rest_is_an_error_not_an_endless_loop() {
     let error =
         simulate(&model, &[0.5], &[], options(Solver::Explicit, 1e-8), &|_, _| {}, &[0.0, 3.0]).unwrap_err();
     let DriveError::Chattering { t, cause } = error else { panic!("{error}") };
-    assert!((t - sum).abs() < 1e-6 && cause == Cause::Indicator(0), "{error}, should come to rest at {sum}");
+    assert!(
+        (t - sum).abs() < 1e-6 && cause == EventCause::Indicator(0),
+        "{error}, should come to rest at {sum}"
+    );
 }
 
 #[test]
 fn events_at_one_time_are_one_for_whoever_handles_them() {
     let model = Ball(Direction::Both);
-    let o = Options { stop_at_event: true, ..options(Solver::Explicit, 1e-8) };
+    let o = DriverOptions { stop_at_event: true, ..options(Solver::Explicit, 1e-8) };
     let mut driver = Driver::new(model.sizes(), &[], o);
     let mut ball = Owner::new(&model, &[0.5]);
     driver.initialise(&model, &mut ball.lend()).unwrap();
     let mut told = vec![0.0];
     let error = loop {
-        match driver.advance_to(&model, &mut ball.lend(), 3.0, Inputs::Hold, &mut go_on) {
+        match driver.advance_to(&model, &mut ball.lend(), 3.0, StepInputs::Hold, &mut go_on) {
             Ok(reached) => {
-                assert_eq!(reached.pending, Some(Cause::Indicator(0)), "{reached:?}");
+                assert_eq!(reached.pending, Some(EventCause::Indicator(0)), "{reached:?}");
                 told.push(reached.t);
                 driver.handle_event(&model, &mut ball.lend()).unwrap();
             }
@@ -130,29 +133,29 @@ fn stick_slip_has_the_period_of_the_closed_form() {
 #[test]
 fn stopping_at_events_gives_the_same_and_restoring_continues_bit_equal() {
     for solver in [Solver::Explicit, Solver::Stiff, Solver::FixedExplicit, Solver::FixedStiff] {
-        let o = Options { max_step: 0.01, ..options(solver, 1e-8) };
+        let o = DriverOptions { max_step: 0.01, ..options(solver, 1e-8) };
         let mut owner = Owner::new(&Block, &Block::P);
         let mut driver = Driver::new(Block.sizes(), &[], o);
         driver.initialise(&Block, &mut owner.lend()).unwrap();
-        driver.advance_to(&Block, &mut owner.lend(), 1.3, Inputs::Hold, &mut go_on).unwrap();
+        driver.advance_to(&Block, &mut owner.lend(), 1.3, StepInputs::Hold, &mut go_on).unwrap();
 
         // Restored elsewhere.
         let mut twin = owner.clone();
-        twin.memory = Memory::from_array(owner.memory.to_array());
+        twin.memory = DriverMemory::from_array(owner.memory.to_array());
         let mut other = Driver::new(Block.sizes(), &[], o);
-        let a = driver.advance_to(&Block, &mut owner.lend(), 4.0, Inputs::Hold, &mut go_on).unwrap();
-        let b = other.advance_to(&Block, &mut twin.lend(), 4.0, Inputs::Hold, &mut go_on).unwrap();
+        let a = driver.advance_to(&Block, &mut owner.lend(), 4.0, StepInputs::Hold, &mut go_on).unwrap();
+        let b = other.advance_to(&Block, &mut twin.lend(), 4.0, StepInputs::Hold, &mut go_on).unwrap();
         assert_eq!((owner.bits(), a), (twin.bits(), b));
         assert_eq!(owner.t, 4.0);
 
         // Event by event.
-        let mut halting = Driver::new(Block.sizes(), &[], Options { stop_at_event: true, ..o });
+        let mut halting = Driver::new(Block.sizes(), &[], DriverOptions { stop_at_event: true, ..o });
         let mut halted = Owner::new(&Block, &Block::P);
         halting.initialise(&Block, &mut halted.lend()).unwrap();
         let mut events = 0;
         while halted.t < 4.0 {
             let reached =
-                halting.advance_to(&Block, &mut halted.lend(), 4.0, Inputs::Hold, &mut go_on).unwrap();
+                halting.advance_to(&Block, &mut halted.lend(), 4.0, StepInputs::Hold, &mut go_on).unwrap();
             if reached.pending.is_some() {
                 let before = halted.modes[0];
                 assert!(halting.handle_event(&Block, &mut halted.lend()).unwrap());
@@ -167,8 +170,8 @@ fn stopping_at_events_gives_the_same_and_restoring_continues_bit_equal() {
 
 #[test]
 fn a_state_that_leaves_the_domain_of_the_rates_is_named() {
-    let error = simulate(&Falls, &[], &[], Options::default(), &|_, _| {}, &[0.0, 2.0]).unwrap_err();
-    let DriveError::NotFinite { t, what: Quantity::Rate(0) } = error else { panic!("{error}") };
+    let error = simulate(&Falls, &[], &[], DriverOptions::default(), &|_, _| {}, &[0.0, 2.0]).unwrap_err();
+    let DriveError::NotFinite { t, what: DriverQuantity::Rate(0) } = error else { panic!("{error}") };
     assert!((t - 1.0).abs() < 1e-9);
 }
 
@@ -182,7 +185,7 @@ fn ends_exactly_and_never_beyond_with_ragged_calls() {
         t += [1e-3, 1e-15, 0.017, 1e-17, 0.4][k % 5];
         let mut last = owner.t;
         driver
-            .advance_to(&Circle, &mut owner.lend(), t, Inputs::Hold, &mut |view| {
+            .advance_to(&Circle, &mut owner.lend(), t, StepInputs::Hold, &mut |view| {
                 assert!(view.t <= t && view.t >= last);
                 last = view.t;
                 Flow::Continue

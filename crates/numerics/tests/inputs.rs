@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 use trueup_numerics::driver::*;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 use trueup_numerics::{Driver, Scalar};
 
 /// States: integral of the input; integral of the sampled input; the sampled input itself, sampled every
@@ -10,8 +10,8 @@ use trueup_numerics::{Driver, Scalar};
 struct Sampler;
 
 impl Hybrid for Sampler {
-    fn sizes(&self) -> Sizes {
-        Sizes { states: 3, inputs: 1, parameters: 1, modes: 2, indicators: 1, ..Sizes::default() }
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes { states: 3, inputs: 1, parameters: 1, modes: 2, indicators: 1, ..ModelSizes::default() }
     }
     fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
         x.fill(T::zero());
@@ -26,7 +26,7 @@ impl Hybrid for Sampler {
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         z[0] = at.u[0];
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let sign = i32::from(u[0] > 0.0);
         let due = t >= f64::from(modes[0]) * p[0];
         let changed = due || sign != modes[1];
@@ -35,7 +35,7 @@ impl Hybrid for Sampler {
             x[2] = u[0];
             modes[0] += 1;
         }
-        Update { modes: changed, states: due }
+        EventUpdate { modes: changed, states: due }
     }
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
         Some(f64::from(modes[0]) * p[0])
@@ -50,25 +50,29 @@ struct Owner {
     u: [f64; 1],
     p: [f64; 1],
     modes: [i32; 2],
-    memory: Memory,
+    memory: DriverMemory,
 }
 
 impl Owner {
     /// Initialised at 0 with the given input and sample period.
     fn new(driver: &mut Driver, u: f64, period: f64) -> Self {
         let mut o =
-            Self { t: 0.0, x: [0.0; 3], u: [u], p: [period], modes: [0; 2], memory: Memory::default() };
+            Self { t: 0.0, x: [0.0; 3], u: [u], p: [period], modes: [0; 2], memory: DriverMemory::default() };
         driver.initialise(&Sampler, &mut o.lend()).unwrap();
         o
     }
-    fn lend(&mut self) -> State<'_> {
+    fn lend(&mut self) -> DriverState<'_> {
         let Self { t, x, u, p, modes, memory } = self;
-        State { t, x, u, p, modes, memory }
+        DriverState { t, x, u, p, modes, memory }
     }
 }
 
 fn driver(solver: Solver, stop_at_event: bool) -> Driver {
-    Driver::new(Sampler.sizes(), &[], Options { solver, stop_at_event, max_step: 0.05, ..Options::default() })
+    Driver::new(
+        Sampler.sizes(),
+        &[],
+        DriverOptions { solver, stop_at_event, max_step: 0.05, ..DriverOptions::default() },
+    )
 }
 
 #[test]
@@ -77,8 +81,8 @@ fn time_events_are_hit_exactly() {
         let mut d = driver(solver, false);
         let mut o = Owner::new(&mut d, 1.0, 0.1);
         let mut times = vec![];
-        d.advance_to(&Sampler, &mut o.lend(), 100.05, Inputs::Ramp(&[2.0]), &mut |view| {
-            if view.moment == Moment::Event {
+        d.advance_to(&Sampler, &mut o.lend(), 100.05, StepInputs::Ramp(&[2.0]), &mut |view| {
+            if view.moment == DriverMoment::Event {
                 times.push(view.t);
             }
             Flow::Continue
@@ -101,7 +105,7 @@ fn a_time_event_at_the_end_sees_the_next_inputs() {
         let mut t = 0.0;
         for k in 1..=50 {
             t += 0.1; // differs from k 0.1 by rounding
-            d.advance_to(&Sampler, &mut o.lend(), t, Inputs::Hold, &mut |_| Flow::Continue).unwrap();
+            d.advance_to(&Sampler, &mut o.lend(), t, StepInputs::Hold, &mut |_| Flow::Continue).unwrap();
             assert_eq!(o.x[2], f64::from(k), "held up to here");
             o.u[0] = f64::from(k + 1);
         }
@@ -118,7 +122,7 @@ fn event_mode_gets_every_event_before_it_is_handled() {
             let base = o.u[0];
             let end = 0.9;
             let r = d
-                .advance_to(&Sampler, &mut o.lend(), end, Inputs::Ramp(&[-2.0]), &mut |_| Flow::Continue)
+                .advance_to(&Sampler, &mut o.lend(), end, StepInputs::Ramp(&[-2.0]), &mut |_| Flow::Continue)
                 .unwrap();
             assert!(base >= o.u[0] && r.t == o.t);
             if let Some(cause) = r.pending {
@@ -128,9 +132,9 @@ fn event_mode_gets_every_event_before_it_is_handled() {
                 assert_ne!(modes, o.modes);
             }
         }
-        let causes: Vec<Cause> = seen.iter().map(|s| s.0).collect();
+        let causes: Vec<EventCause> = seen.iter().map(|s| s.0).collect();
         // The input 1 - 2 t falls through 0 at 0.5.
-        assert_eq!(causes, [Cause::Time, Cause::Indicator(0), Cause::Time, Cause::Time]);
+        assert_eq!(causes, [EventCause::Time, EventCause::Indicator(0), EventCause::Time, EventCause::Time]);
         assert!(seen[1].1 >= 0.5 && seen[1].1 - 0.5 < 1e-14);
         assert_eq!([seen[0].1, seen[2].1, seen[3].1], [0.3, 0.6, 0.9]);
     }
@@ -142,7 +146,7 @@ fn observer_may_change_inputs_and_return_early() {
         let mut d = driver(solver, false);
         let mut o = Owner::new(&mut d, 1.0, 1e9);
         let mut from = f64::INFINITY;
-        let mut observer = |view: View| {
+        let mut observer = |view: DriverView| {
             if view.t > 0.5 && from.is_infinite() {
                 from = view.t;
                 view.u[0] = -3.0;
@@ -153,7 +157,7 @@ fn observer_may_change_inputs_and_return_early() {
                 Flow::Continue
             }
         };
-        let r = d.advance_to(&Sampler, &mut o.lend(), 10.0, Inputs::Hold, &mut observer).unwrap();
+        let r = d.advance_to(&Sampler, &mut o.lend(), 10.0, StepInputs::Hold, &mut observer).unwrap();
         assert!(r.t >= 1.0 && r.t < 1.2 && r.t == o.t);
         assert_eq!(o.modes[1], 0, "the jump of the input was noticed");
         assert!((o.x[0] - (from - 3.0 * (r.t - from))).abs() < 1e-12);
@@ -165,10 +169,13 @@ fn bad_values_and_calls_are_errors() {
     let mut d = driver(Solver::Explicit, false);
     let mut o = Owner::new(&mut d, 1.0, 0.1);
     let go = |d: &mut Driver, o: &mut Owner, t: f64| {
-        d.advance_to(&Sampler, &mut o.lend(), t, Inputs::Hold, &mut |_| Flow::Continue).map(|r| r.t)
+        d.advance_to(&Sampler, &mut o.lend(), t, StepInputs::Hold, &mut |_| Flow::Continue).map(|r| r.t)
     };
     o.u[0] = f64::NAN;
-    assert_eq!(go(&mut d, &mut o, 1.0), Err(DriveError::NotFinite { t: 0.0, what: Quantity::Input(0) }));
+    assert_eq!(
+        go(&mut d, &mut o, 1.0),
+        Err(DriveError::NotFinite { t: 0.0, what: DriverQuantity::Input(0) })
+    );
     o.u[0] = 1.0;
     assert!(matches!(go(&mut d, &mut o, -1.0), Err(DriveError::Backwards { .. })));
     assert!(matches!(go(&mut d, &mut o, f64::NAN), Err(DriveError::Backwards { .. })));

@@ -2,8 +2,8 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use crate::common::{Prothero, Robertson, VanDerPol};
-use trueup_numerics::driver::{Options, Solver, simulate};
-use trueup_numerics::integrate::{Dopri5, Euler, Fault, Method, Ode, Rk4, Rodas4, Ros2, Tolerance};
+use trueup_numerics::driver::{DriverOptions, Solver, simulate};
+use trueup_numerics::integrate::{Dopri5, Euler, Ode, Rk4, Rodas4, Ros2, StepFault, StepMethod, Tolerance};
 
 /// x1' = -2 t x1^2, x2' = cos(t) x2: x1 = 1/(1 + t^2), x2 = exp(sin t).
 struct Pair;
@@ -37,7 +37,7 @@ impl Ode for Partly {
     fn jacobian(&mut self, _t: f64, _x: &[f64], _dfdx: &mut [f64], _dfdt: &mut [f64]) {
         panic!("it has a stiff part");
     }
-    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64, dx: &mut [f64]) -> Option<Result<(), Fault>> {
+    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64, dx: &mut [f64]) -> Option<Result<(), StepFault>> {
         self.rates(t, x, dx);
         self.factor = 1.0 + 3.0 * g;
         Some(Ok(()))
@@ -66,7 +66,7 @@ fn ros2_keeps_its_order_whatever_the_stiff_part_is() {
 const TOL: Tolerance = Tolerance { relative: 1.0, nominal: &[1.0, 1.0] };
 
 /// Error at t = 2 after `steps` equal steps.
-fn global(method: &mut dyn Method, steps: usize) -> f64 {
+fn global(method: &mut dyn StepMethod, steps: usize) -> f64 {
     let (mut x, h) = (exact(0.0), 2.0 / steps as f64);
     for k in 0..steps {
         method.attempt(&mut Pair, k as f64 * h, &x, h, TOL).unwrap();
@@ -77,7 +77,7 @@ fn global(method: &mut dyn Method, steps: usize) -> f64 {
 }
 
 /// Of one step from the exact solution at t = 0.3: largest error within it, and the estimate.
-fn local(method: &mut dyn Method, h: f64) -> (f64, f64) {
+fn local(method: &mut dyn StepMethod, h: f64) -> (f64, f64) {
     let (t, x) = (0.3, exact(0.3));
     method.restart();
     let estimate = method.attempt(&mut Pair, t, &x, h, TOL).unwrap();
@@ -94,7 +94,7 @@ fn local(method: &mut dyn Method, h: f64) -> (f64, f64) {
 #[test]
 fn orders_are_what_the_tableaus_promise() {
     // Method, steps, global order, order of the largest error within a step.
-    let methods: [(Box<dyn Method>, usize, f64, f64); 5] = [
+    let methods: [(Box<dyn StepMethod>, usize, f64, f64); 5] = [
         (Box::new(Dopri5::new(2)), 128, 5.0, 5.0),
         (Box::new(Rodas4::new(2)), 128, 4.0, 4.0),
         (Box::new(Rk4::new(2)), 128, 4.0, 4.0),
@@ -133,14 +133,14 @@ impl Ode for Decay {
 
 #[test]
 fn stiff_methods_are_l_stable() {
-    for method in [&mut Rodas4::new(1) as &mut dyn Method, &mut Ros2::new(1)] {
+    for method in [&mut Rodas4::new(1) as &mut dyn StepMethod, &mut Ros2::new(1)] {
         method.attempt(&mut Decay, 0.0, &[1.0], 1.0, TOL).unwrap();
         assert!(method.end()[0].abs() < 1e-9, "{}", method.end()[0]);
     }
 }
 
-fn stiff(tolerance: f64) -> Options {
-    Options { solver: Solver::Stiff, tolerance, ..Options::default() }
+fn stiff(tolerance: f64) -> DriverOptions {
+    DriverOptions { solver: Solver::Stiff, tolerance, ..DriverOptions::default() }
 }
 
 #[test]

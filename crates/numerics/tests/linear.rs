@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use trueup_numerics::Dual;
-use trueup_numerics::linear::{Singular, ldl_factor, ldl_solve, lu_factor, lu_solve};
+use trueup_numerics::linear::{SingularMatrix, ldl_factor, ldl_solve, lu_factor, lu_solve};
 
 fn times(a: &[f64], x: &[f64]) -> Vec<f64> {
     a.chunks(x.len()).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
@@ -62,9 +62,9 @@ fn derivative_of_a_solution() {
 #[test]
 fn singular_matrices_are_named() {
     let singular = lu_factor(&mut [1.0, 2.0, 2.0, 4.0], 2, &mut [0; 2]);
-    assert_eq!(singular, Err(Singular { index: 1, pivot: 0.0 }));
+    assert_eq!(singular, Err(SingularMatrix { index: 1, pivot: 0.0 }));
     assert!(lu_factor(&mut [f64::NAN], 1, &mut [0]).is_err());
-    assert_eq!(ldl_factor(&mut [1.0, 0.0, 2.0, 4.0], 2), Err(Singular { index: 1, pivot: 0.0 }));
-    assert_eq!(ldl_factor(&mut [1.0, 0.0, 3.0, 4.0], 2), Err(Singular { index: 1, pivot: -5.0 }));
+    assert_eq!(ldl_factor(&mut [1.0, 0.0, 2.0, 4.0], 2), Err(SingularMatrix { index: 1, pivot: 0.0 }));
+    assert_eq!(ldl_factor(&mut [1.0, 0.0, 3.0, 4.0], 2), Err(SingularMatrix { index: 1, pivot: -5.0 }));
     assert!(ldl_factor(&mut [-1.0], 1).is_err());
 }

@@ -16,7 +16,7 @@ use trueup_numerics::{Dual, Scalar};
 
 /// The tangent of a plant at one instant; rows are states.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tangent {
+pub struct PlantTangent {
     /// F, states x states, row by row.
     pub by_state: Vec<f64>,
     /// B, states x coordinates, row by row.
@@ -28,7 +28,7 @@ fn lanes(values: &[f64]) -> Vec<Lanes> {
 }
 
 /// Where lanes are sown: which of the plant's values moves, one to one.
-enum Along {
+enum AlongTrajectory {
     State(usize),
     Force(usize),
     /// One to one with the logarithm of its magnitude.
@@ -36,7 +36,7 @@ enum Along {
 }
 
 /// Derivatives of all rates along these values: one column of rates each.
-fn columns(plant: &dyn Plant, at: At<f64>, force: &[f64], along: &[Along]) -> Vec<Vec<f64>> {
+fn columns(plant: &dyn Plant, at: At<f64>, force: &[f64], along: &[AlongTrajectory]) -> Vec<Vec<f64>> {
     let coordinates = plant.coordinates().len();
     let mut all = Vec::with_capacity(along.len());
     for group in along.chunks(LANES) {
@@ -45,9 +45,9 @@ fn columns(plant: &dyn Plant, at: At<f64>, force: &[f64], along: &[Along]) -> Ve
         f.resize(coordinates, Dual::constant(0.0));
         for (lane, value) in group.iter().enumerate() {
             match value {
-                Along::State(i) => x[*i].eps[lane] = 1.0,
-                Along::Force(i) => f[*i].eps[lane] = 1.0,
-                Along::Parameter(i) => p[*i].eps[lane] = p[*i].re,
+                AlongTrajectory::State(i) => x[*i].eps[lane] = 1.0,
+                AlongTrajectory::Force(i) => f[*i].eps[lane] = 1.0,
+                AlongTrajectory::Parameter(i) => p[*i].eps[lane] = p[*i].re,
             }
         }
         let mut dx = vec![Lanes::default(); at.x.len()];
@@ -85,12 +85,18 @@ fn forces_for(
 ///
 /// # Errors
 /// Coordinates that no forces hold apart from each other.
-pub fn tangent(plant: &dyn Plant, at: At<f64>, force: &[f64], stuck: &[bool]) -> Result<Tangent, PlantError> {
+pub fn tangent(
+    plant: &dyn Plant,
+    at: At<f64>,
+    force: &[f64],
+    stuck: &[bool],
+) -> Result<PlantTangent, PlantError> {
     let (n, c) = (at.x.len(), plant.coordinates().len());
     let rows = |columns: &[Vec<f64>]| -> Vec<f64> {
         (0..n).flat_map(|row| columns.iter().map(move |column| column[row])).collect()
     };
-    let mut by_force = rows(&columns(plant, at, force, &(0..c).map(Along::Force).collect::<Vec<_>>()));
+    let mut by_force =
+        rows(&columns(plant, at, force, &(0..c).map(AlongTrajectory::Force).collect::<Vec<_>>()));
     let all = plant.coordinates();
     let moves = |k: &usize| by_force[all[*k].rate * c + k] != 0.0;
     let held: Vec<usize> = (0..c).filter(|k| stuck.get(*k) == Some(&true)).collect();
@@ -105,7 +111,8 @@ pub fn tangent(plant: &dyn Plant, at: At<f64>, force: &[f64], stuck: &[bool]) ->
         forces_for(plant, &by_force, &reacting, &mut [&mut reaction])?;
         reacting.iter().zip(reaction).for_each(|(k, r)| force[*k] += r);
     }
-    let mut by_state = rows(&columns(plant, at, &force, &(0..n).map(Along::State).collect::<Vec<_>>()));
+    let mut by_state =
+        rows(&columns(plant, at, &force, &(0..n).map(AlongTrajectory::State).collect::<Vec<_>>()));
     for k in reacting {
         let own = all[k].rate;
         let pivot = by_force[own * c + k];
@@ -124,7 +131,7 @@ pub fn tangent(plant: &dyn Plant, at: At<f64>, force: &[f64], stuck: &[bool]) ->
         }
         (0..n).for_each(|row| by_state[row * n + all[k].rate] = 0.0);
     }
-    Ok(Tangent { by_state, by_force })
+    Ok(PlantTangent { by_state, by_force })
 }
 
 /// Force on each coordinate that has the effect of a relative change of each of these parameters, at the model's own
@@ -141,7 +148,8 @@ pub fn force_sensitivity(
     parameters: &[usize],
 ) -> Result<Vec<f64>, PlantError> {
     let (n, c) = (at.x.len(), plant.coordinates().len());
-    let along = (0..c).map(Along::Force).chain(parameters.iter().map(|p| Along::Parameter(*p)));
+    let along =
+        (0..c).map(AlongTrajectory::Force).chain(parameters.iter().map(|p| AlongTrajectory::Parameter(*p)));
     let columns = columns(plant, at, force, &along.collect::<Vec<_>>());
     let by_force: Vec<f64> = (0..n).flat_map(|row| columns[..c].iter().map(move |b| b[row])).collect();
     let rates = plant.coordinates().iter().map(|c| c.rate);

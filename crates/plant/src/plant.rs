@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use crate::lanes::Lanes;
 use crate::{Coordinate, VariableTable};
 use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, ModelSizes};
 
 /// A plant that cannot be had.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub trait Plant: Debug + Send + Sync {
     /// Its coordinates.
     fn coordinates(&self) -> &[Coordinate];
     /// How many values of each kind.
-    fn sizes(&self) -> Sizes;
+    fn sizes(&self) -> ModelSizes;
     /// Rates and outputs are affine in states and inputs while the modes are frozen, and do not depend on time: steps are then
     /// exact, by the matrix exponential. Wrongly claimed, predictions are wrong.
     fn affine(&self) -> bool {
@@ -81,7 +81,7 @@ pub trait Plant: Debug + Send + Sync {
     /// Which domain changes of an indicator matter.
     fn direction(&self, indicator: usize) -> Direction;
     /// One pass of event iteration at time `t`; may change states and modes.
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update;
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate;
     /// The time of the next event that is known beforehand, in s.
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64>;
 }

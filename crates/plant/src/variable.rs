@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// A scalar variable, an array's element under its indexed name (`stiffness`, `jointStiffness[1]`).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
+pub struct PlantQuantity {
     /// FMU variable.
     pub name: String,
     /// Unit; empty: none.
@@ -31,7 +31,7 @@ pub struct Quantity {
     pub rate_of: Option<usize>,
 }
 
-impl Quantity {
+impl PlantQuantity {
     /// A variable that may take any value.
     pub fn new(name: impl Into<String>, unit: &'static str) -> Self {
         Self {
@@ -80,13 +80,13 @@ pub enum ChosenAs {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VariableTable {
     /// Parameters.
-    pub parameters: Vec<Quantity>,
+    pub parameters: Vec<PlantQuantity>,
     /// Inputs.
-    pub inputs: Vec<Quantity>,
+    pub inputs: Vec<PlantQuantity>,
     /// Outputs.
-    pub outputs: Vec<Quantity>,
+    pub outputs: Vec<PlantQuantity>,
     /// Continuous states.
-    pub states: Vec<Quantity>,
+    pub states: Vec<PlantQuantity>,
     /// What was chosen when it was built.
     pub choices: Vec<StructureChoice>,
     /// Inputs that drive the motors, one each.
@@ -105,7 +105,7 @@ impl VariableTable {
         self.inputs.iter().position(|q| q.name == name)
     }
     /// Declares that variable `rate` of a list is the rate of `of`.
-    pub fn rate(list: &mut [Quantity], rate: usize, of: usize) {
+    pub fn rate(list: &mut [PlantQuantity], rate: usize, of: usize) {
         if let Some(q) = list.get_mut(rate) {
             q.rate_of = Some(of);
         }

@@ -5,21 +5,21 @@ use std::path::PathBuf;
 
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use trueup_diagnosis::diagnose::{Options, diagnose};
+use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
 use trueup_diagnosis::inputs;
-use trueup_identification::identify::{METHODS, Method, Settings, identify, json};
-use trueup_identification::intake::{Intake, Purpose, variables};
+use trueup_identification::identify::{IdentifyMethod, IdentifySettings, METHODS, identify, json};
+use trueup_identification::intake::{CaseIntake, Purpose, variables};
 use trueup_signals::{Case as Described, Finding};
 
-use crate::error::Failure;
+use crate::error::PyFailure;
 use crate::interrupt::watched;
-use crate::problem::Problem;
+use crate::problem::PyProblem;
 
 /// A recording: its name and its columns.
-type Recorded<'py> = (String, Vec<(String, PyReadonlyArray1<'py, f64>)>);
+type RecordedColumns<'py> = (String, Vec<(String, PyReadonlyArray1<'py, f64>)>);
 
 #[derive(Clone)]
-enum Source {
+enum CaseSource {
     /// A folder with a `case.toml`, or that file.
     Path(PathBuf),
     /// What a `case.toml` would say, and its recordings by name.
@@ -27,38 +27,38 @@ enum Source {
 }
 
 /// Recordings with a model, read again for each use, as the program does.
-#[pyclass(frozen, module = "trueup._native")]
-pub(crate) struct Case {
-    source: Source,
+#[pyclass(name = "Case", frozen, module = "trueup._native")]
+pub(crate) struct PyCase {
+    source: CaseSource,
 }
 
 /// What was noticed, as text.
 type Notes = Vec<String>;
 
 #[pymethods]
-impl Case {
+impl PyCase {
     /// Of a folder.
     #[staticmethod]
     fn read(path: PathBuf) -> Self {
-        Self { source: Source::Path(path) }
+        Self { source: CaseSource::Path(path) }
     }
 
     /// From memory: `said` is `case.toml` as JSON.
     #[staticmethod]
-    fn of(said: &str, recordings: Vec<Recorded<'_>>) -> PyResult<Self> {
-        let said: serde_json::Value = serde_json::from_str(said).map_err(|e| Failure::of(e.to_string()))?;
-        let text = toml::to_string(&said).map_err(|e| Failure::of(e.to_string()))?;
+    fn of(said: &str, recordings: Vec<RecordedColumns<'_>>) -> PyResult<Self> {
+        let said: serde_json::Value = serde_json::from_str(said).map_err(|e| PyFailure::of(e.to_string()))?;
+        let text = toml::to_string(&said).map_err(|e| PyFailure::of(e.to_string()))?;
         let column = |(name, values): (String, PyReadonlyArray1<'_, f64>)| (name, values.as_array().to_vec());
-        let table = |(name, columns): Recorded<'_>| (name, columns.into_iter().map(column).collect());
-        Ok(Self { source: Source::Memory { text, tables: recordings.into_iter().map(table).collect() } })
+        let table = |(name, columns): RecordedColumns<'_>| (name, columns.into_iter().map(column).collect());
+        Ok(Self { source: CaseSource::Memory { text, tables: recordings.into_iter().map(table).collect() } })
     }
 
     /// The content of its `case.toml`; none of a folder.
     #[getter]
     fn text(&self) -> Option<&str> {
         match &self.source {
-            Source::Path(_) => None,
-            Source::Memory { text, .. } => Some(text),
+            CaseSource::Path(_) => None,
+            CaseSource::Memory { text, .. } => Some(text),
         }
     }
 
@@ -73,15 +73,16 @@ impl Case {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(String, Notes)> {
         let method = self::method(method)?;
-        let purpose = if method == Method::BreakAway { Purpose::BreakAway } else { Purpose::Identify };
+        let purpose =
+            if method == IdentifyMethod::BreakAway { Purpose::BreakAway } else { Purpose::Identify };
         let source = self.source.clone();
         let found = watched(py, progress.as_ref(), move |tell| {
             let (intake, notes) = source.taken_in(purpose, &with_effects)?;
             let progress = |what: &str| tell(f64::NAN, what);
-            let settings = Settings { method, profile, design: None, progress: &progress };
+            let settings = IdentifySettings { method, profile, design: None, progress: &progress };
             let found = identify(&intake.loaded, &settings);
-            let found = found.map_err(|e| Failure::of(e.to_string()).file(&intake.loaded.case.file))?;
-            Ok::<_, Failure>((format!("{:#}\n", json(&found)), notes))
+            let found = found.map_err(|e| PyFailure::of(e.to_string()).file(&intake.loaded.case.file))?;
+            Ok::<_, PyFailure>((format!("{:#}\n", json(&found)), notes))
         });
         Ok(found??)
     }
@@ -100,49 +101,56 @@ impl Case {
     ) -> PyResult<(String, Notes)> {
         let source = self.source.clone();
         let found = watched(py, progress.as_ref(), move |tell| {
-            let (Intake { loaded, findings, .. }, notes) = source.taken_in(Purpose::Diagnose, &[])?;
+            let (CaseIntake { loaded, findings, .. }, notes) = source.taken_in(Purpose::Diagnose, &[])?;
             let capped = !force && findings.iter().any(Finding::is_grave);
-            let options =
-                Options { seed, capped, force, watch, all_readings, verdict_only, ..Options::default() };
+            let options = DiagnoseOptions {
+                seed,
+                capped,
+                force,
+                watch,
+                all_readings,
+                verdict_only,
+                ..DiagnoseOptions::default()
+            };
             let file = &loaded.case.file;
-            let of_case = |e: String| Failure::of(e).file(file);
+            let of_case = |e: String| PyFailure::of(e).file(file);
             let found = diagnose(&loaded, &options, &mut |part, what| tell(part, what));
             let mut found = found.map_err(|e| of_case(e.to_string()))?;
             let read = match &source {
-                Source::Path(_) => Some(inputs::read(&loaded.case).map_err(|e| of_case(e.to_string()))?),
-                Source::Memory { .. } => None,
+                CaseSource::Path(_) => Some(inputs::read(&loaded.case).map_err(|e| of_case(e.to_string()))?),
+                CaseSource::Memory { .. } => None,
             };
             let complete = found.complete(&findings, &loaded.case.folder, read);
             complete.map_err(|e| of_case(format!("{e}; look at the sizes of readings and parameters")))?;
             let text = serde_json::to_string_pretty(&found.diagnosis);
-            Ok::<_, Failure>((text.map_err(|e| of_case(e.to_string()))?, notes))
+            Ok::<_, PyFailure>((text.map_err(|e| of_case(e.to_string()))?, notes))
         });
         Ok(found??)
     }
 
     /// The model along the recordings as a function of these parameters.
-    fn problem(&self, py: Python<'_>, parameters: Vec<String>) -> PyResult<Problem> {
+    fn problem(&self, py: Python<'_>, parameters: Vec<String>) -> PyResult<PyProblem> {
         let source = &self.source;
         let built = py.detach(|| {
             let (intake, _) = source.taken_in(Purpose::Identify, &[])?;
-            Problem::of(&intake.loaded, &parameters)
+            PyProblem::of(&intake.loaded, &parameters)
         });
         Ok(built?)
     }
 }
 
-impl Source {
+impl CaseSource {
     /// The case, fit for use, and what was noticed on the way.
-    fn taken_in(&self, purpose: Purpose, with: &[String]) -> Result<(Intake, Notes), Failure> {
+    fn taken_in(&self, purpose: Purpose, with: &[String]) -> Result<(CaseIntake, Notes), PyFailure> {
         let intake = match self {
-            Self::Path(path) => Intake::read(path, purpose, with),
+            Self::Path(path) => CaseIntake::read(path, purpose, with),
             Self::Memory { text, tables } => {
                 let (loaded, findings) = Described::of_tables(text, tables, |case| variables(case, with))?;
-                Intake::of(loaded, findings, purpose, with)
+                CaseIntake::of(loaded, findings, purpose, with)
             }
         }?;
         if intake.findings.iter().any(Finding::is_error) {
-            return Err(trueup_signals::Error::Wrong(intake.findings).into());
+            return Err(trueup_signals::SignalsError::Wrong(intake.findings).into());
         }
         let findings = intake.findings.iter().map(|f| format!("{}: {f}", f.severity.id()));
         let notes = intake.preset.iter().cloned().chain(findings).collect();
@@ -150,10 +158,10 @@ impl Source {
     }
 }
 
-fn method(name: &str) -> Result<Method, Failure> {
+fn method(name: &str) -> Result<IdentifyMethod, PyFailure> {
     let known = METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method);
     known.ok_or_else(|| {
         let names = METHODS.iter().map(|(name, _)| *name);
-        Failure::of(format!("there is no method `{name}`{}", trueup_cosim::suggestion(name, names)))
+        PyFailure::of(format!("there is no method `{name}`{}", trueup_cosim::suggestion(name, names)))
     })
 }

@@ -1,23 +1,23 @@
-//! Failures as `trueup.Error`: the message, and what of it a program can use.
+//! Failures as `trueup.CosimError`: the message, and what of it a program can use.
 
 use std::path::Path;
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
-use trueup_cosim::Mistake;
+use trueup_cosim::InputMistake;
 use trueup_signals::Finding;
 
 /// A message with its variable, file and remedy, as far as they are known.
 #[derive(Debug, Default)]
-pub(crate) struct Failure {
+pub(crate) struct PyFailure {
     message: String,
     variable: Option<String>,
     file: Option<String>,
     mend: Option<String>,
 }
 
-impl Failure {
+impl PyFailure {
     /// Of a message in the form that all of ours have: the first name in backticks is its subject, what follows the last
     /// semicolon is the remedy.
     pub(crate) fn of(message: impl Into<String>) -> Self {
@@ -48,52 +48,52 @@ impl Failure {
     }
 }
 
-impl From<trueup_cosim::Error> for Failure {
-    fn from(e: trueup_cosim::Error) -> Self {
-        use trueup_cosim::Error;
+impl From<trueup_cosim::CosimError> for PyFailure {
+    fn from(e: trueup_cosim::CosimError) -> Self {
+        use trueup_cosim::CosimError;
         let whole = Self::of(e.to_string());
         match &e {
-            Error::System(list) => {
-                let Some(Mistake { place, message }) = list.first() else { return whole };
+            CosimError::System(list) => {
+                let Some(InputMistake { place, message }) = list.first() else { return whole };
                 Self { message: whole.message, ..Self::of(message.clone()) }.file(&place.file)
             }
-            Error::NotFinite { variable, .. } => Self { variable: Some(variable.clone()), ..whole },
-            Error::Inputs { file, .. } | Error::Results { file, .. } => whole.file(file),
+            CosimError::NotFinite { variable, .. } => Self { variable: Some(variable.clone()), ..whole },
+            CosimError::Inputs { file, .. } | CosimError::Results { file, .. } => whole.file(file),
             _ => whole,
         }
     }
 }
 
-impl From<trueup_signals::Error> for Failure {
-    fn from(e: trueup_signals::Error) -> Self {
+impl From<trueup_signals::SignalsError> for PyFailure {
+    fn from(e: trueup_signals::SignalsError) -> Self {
         Self::of_findings(e.to_string(), e.findings())
     }
 }
 
-impl From<trueup_identification::intake::IntakeError> for Failure {
-    fn from(e: trueup_identification::intake::IntakeError) -> Self {
-        use trueup_identification::intake::IntakeError;
+impl From<trueup_identification::intake::CaseIntakeError> for PyFailure {
+    fn from(e: trueup_identification::intake::CaseIntakeError) -> Self {
+        use trueup_identification::intake::CaseIntakeError;
         match e {
-            IntakeError::Files(e) => e.into(),
-            IntakeError::Model { file, source } => Self::of(source.to_string()).file(&file),
+            CaseIntakeError::Files(e) => e.into(),
+            CaseIntakeError::Model { file, source } => Self::of(source.to_string()).file(&file),
         }
     }
 }
 
-impl From<trueup_sweep::Error> for Failure {
-    fn from(e: trueup_sweep::Error) -> Self {
-        use trueup_sweep::Error;
+impl From<trueup_sweep::SweepError> for PyFailure {
+    fn from(e: trueup_sweep::SweepError) -> Self {
+        use trueup_sweep::SweepError;
         match e {
-            Error::Mistakes(list) => trueup_cosim::Error::System(list).into(),
-            Error::System(e) => e.into(),
-            Error::File { file, why } => Self::of(format!("{}: {why}", file.display())).file(&file),
-            Error::NoRun { .. } => Self::of(e.to_string()),
+            CosimError::Mistakes(list) => trueup_cosim::CosimError::System(list).into(),
+            CosimError::System(e) => e.into(),
+            CosimError::File { file, why } => Self::of(format!("{}: {why}", file.display())).file(&file),
+            CosimError::NoRun { .. } => Self::of(e.to_string()),
         }
     }
 }
 
-impl From<Failure> for PyErr {
-    fn from(f: Failure) -> Self {
+impl From<PyFailure> for PyErr {
+    fn from(f: PyFailure) -> Self {
         static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
         Python::attach(|py| {
             let class = match CLASS.import(py, "trueup._errors", "Error") {

@@ -5,13 +5,13 @@ use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use trueup_cosim::{Column, Error, Row, Sink};
+use trueup_cosim::{CosimError, ResultColumn, ResultRow, ResultSink};
 
 /// Between two looks: well below the 0.2 s after which a run that was interrupted has ended.
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
 
 /// Hands rows on, and ends the run at the first one after Python was requested to stop.
-pub(crate) struct Watched<S> {
+pub(crate) struct WatchedWork<S> {
     /// What takes the rows.
     pub(crate) sink: S,
     looked: Instant,
@@ -19,23 +19,23 @@ pub(crate) struct Watched<S> {
     pub(crate) raised: Option<PyErr>,
 }
 
-impl<S> Watched<S> {
+impl<S> WatchedWork<S> {
     pub(crate) fn new(sink: S) -> Self {
         Self { sink, looked: Instant::now(), raised: None }
     }
 }
 
-impl<S: Sink> Sink for Watched<S> {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+impl<S: ResultSink> ResultSink for WatchedWork<S> {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError> {
         self.sink.begin(columns)
     }
 
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         if self.looked.elapsed() >= LOOK {
             self.looked = Instant::now();
             if let Err(raised) = Python::attach(|py| py.check_signals()) {
                 self.raised = Some(raised);
-                return Err(Error::Interrupted { time: row.time });
+                return Err(CosimError::Interrupted { time: row.time });
             }
         }
         self.sink.row(row)
@@ -43,14 +43,14 @@ impl<S: Sink> Sink for Watched<S> {
 }
 
 /// What long work reports to the thread that waits for it.
-enum Said<R> {
+enum WorkMessage<R> {
     /// How far it is (0 to 1; `nan`: not known), and what is being done.
     Reached(f64, String),
     Done(R),
 }
 
 /// Reports the progress of long work, and ends it where no one waits any more.
-pub(crate) type Tell<'a> = &'a (dyn Fn(f64, &str) + Sync);
+pub(crate) type ProgressSender<'a> = &'a (dyn Fn(f64, &str) + Sync);
 
 /// The stack of the thread that works, bytes: as much as a program's main thread has.
 const STACK: usize = 8 << 20;
@@ -60,25 +60,25 @@ const STACK: usize = 8 << 20;
 pub(crate) fn watched<R: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
-    work: impl FnOnce(Tell<'_>) -> R + Send + 'static,
+    work: impl FnOnce(ProgressSender<'_>) -> R + Send + 'static,
 ) -> PyResult<R> {
     let (say, mut heard) = mpsc::channel();
     let works = move || {
         let tell = |part: f64, what: &str| {
-            if say.send(Said::Reached(part, what.to_owned())).is_err() {
+            if say.send(WorkMessage::Reached(part, what.to_owned())).is_err() {
                 // The one way out of the middle of it; no one waits for a report.
                 std::panic::resume_unwind(Box::new("no one waits"));
             }
         };
         let done = work(&tell);
-        let _ = say.send(Said::Done(done)); // no one may wait any more
+        let _ = say.send(WorkMessage::Done(done)); // no one may wait any more
     };
     std::thread::Builder::new().stack_size(STACK).spawn(works)?;
     loop {
         let listening = &mut heard;
         match py.detach(move || listening.recv_timeout(LOOK)) {
-            Ok(Said::Done(done)) => return Ok(done),
-            Ok(Said::Reached(part, what)) => {
+            Ok(WorkMessage::Done(done)) => return Ok(done),
+            Ok(WorkMessage::Reached(part, what)) => {
                 if let Some(progress) = progress {
                     progress.call1(py, (part, what))?;
                 }

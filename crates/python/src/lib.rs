@@ -12,11 +12,11 @@ mod system;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use super::case::Case;
+    use super::case::PyCase;
     #[pymodule_export]
-    use super::problem::Problem;
+    use super::problem::PyProblem;
     #[pymodule_export]
-    use super::sweep::Sweep;
+    use super::sweep::PySweep;
     #[pymodule_export]
-    use super::system::System;
+    use super::system::PySystem;
 }

@@ -2,35 +2,35 @@
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
-use trueup_identification::model::Model;
+use trueup_identification::model::SimulatedPlant;
 use trueup_identification::output_error::OutputError;
 use trueup_identification::parallel;
 use trueup_identification::recorded::{led, runs};
-use trueup_identification::run::Run;
-use trueup_identification::unknown::{Scale, Target, Unknown};
+use trueup_identification::run::IdentificationRun;
+use trueup_identification::unknown::{FitTarget, FitUnknown, Scale};
 use trueup_signals::Loaded;
 
-use crate::error::Failure;
+use crate::error::PyFailure;
 
 /// Free runs over the recordings for fitting. Everything is in SI; predictions of all channels of all recordings are one
-/// behind the other, as [`Problem::channels`] lists them.
-#[pyclass(frozen, module = "trueup._native")]
-pub(crate) struct Problem {
-    model: Model,
+/// behind the other, as [`PyProblem::channels`] lists them.
+#[pyclass(name = "Problem", frozen, module = "trueup._native")]
+pub(crate) struct PyProblem {
+    model: SimulatedPlant,
     nominal: Vec<f64>,
-    runs: Vec<Run>,
-    unknowns: Vec<Unknown>,
+    runs: Vec<IdentificationRun>,
+    unknowns: Vec<FitUnknown>,
 }
 
 /// Recording, channel, times in s, readings, standard deviation of one reading.
-type Channel<'py> =
+type ChannelColumns<'py> =
     (String, String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
 /// Predictions, and their derivatives.
-type Along<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+type PredictionWithTangents<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
 #[pymethods]
-impl Problem {
+impl PyProblem {
     /// Names of the parameters.
     #[getter]
     fn names(&self) -> Vec<String> {
@@ -51,10 +51,10 @@ impl Problem {
 
     /// What is predicted.
     #[getter]
-    fn channels<'py>(&self, py: Python<'py>) -> Vec<Channel<'py>> {
-        let of_run = |run: &Run| {
+    fn channels<'py>(&self, py: Python<'py>) -> Vec<ChannelColumns<'py>> {
+        let of_run = |run: &IdentificationRun| {
             let run_name = run.name.clone();
-            let one = move |c: &trueup_identification::run::Channel| {
+            let one = move |c: &trueup_identification::run::OutputChannel| {
                 let deviations = (0..c.y.len()).map(|k| c.deviation(k));
                 (
                     run_name.clone(),
@@ -88,7 +88,7 @@ impl Problem {
         &self,
         py: Python<'py>,
         theta: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Along<'py>> {
+    ) -> PyResult<PredictionWithTangents<'py>> {
         let theta = self.theta(&theta)?;
         let n = self.unknowns.len();
         let (readings, rows) = py.detach(|| {
@@ -99,7 +99,7 @@ impl Problem {
                 rows.extend((0..y.len()).flat_map(|at| columns.iter().map(move |c| c[at])));
                 readings.extend(y);
             }
-            Ok::<_, Failure>((readings, rows))
+            Ok::<_, PyFailure>((readings, rows))
         })?;
         let m = readings.len();
         let rows = PyArray1::from_vec(py, rows);
@@ -108,12 +108,12 @@ impl Problem {
     }
 }
 
-impl Problem {
-    pub(crate) fn of(loaded: &Loaded, parameters: &[String]) -> Result<Self, Failure> {
+impl PyProblem {
+    pub(crate) fn of(loaded: &Loaded, parameters: &[String]) -> Result<Self, PyFailure> {
         let file = &loaded.case.file;
-        let of_case = |e: String| Failure::of(e).file(file);
+        let of_case = |e: String| PyFailure::of(e).file(file);
         let with: Vec<&str> = loaded.case.with.iter().map(String::as_str).collect();
-        let plain = Model::of_case(&loaded.case, &with).map_err(|e| of_case(e.to_string()))?;
+        let plain = SimulatedPlant::of_case(&loaded.case, &with).map_err(|e| of_case(e.to_string()))?;
         let led = led(&plain, &[loaded.train(), loaded.holdout()].concat());
         let model = plain.with_led(&led).map_err(|e| of_case(e.to_string()))?;
         let nominal = model.set(&model.defaults(), &loaded.case.parameters);
@@ -122,16 +122,22 @@ impl Problem {
         let unknown = |name: &String| {
             let i = model.parameter(name).ok_or_else(|| {
                 let known = model.parameters().iter().map(|q| q.name.as_str());
-                Failure::of(format!(
+                PyFailure::of(format!(
                     "the model has no parameter `{name}`{}",
                     trueup_cosim::suggestion(name, known)
                 ))
             })?;
             let q = &model.parameters()[i];
-            let free = Unknown::free(name, Target::Parameter(i), None, 1.0);
-            Ok(Unknown { start: nominal[i], scale: Scale::Linear(1.0), lower: q.min, upper: q.max, ..free })
+            let free = FitUnknown::free(name, FitTarget::Parameter(i), None, 1.0);
+            Ok(FitUnknown {
+                start: nominal[i],
+                scale: Scale::Linear(1.0),
+                lower: q.min,
+                upper: q.max,
+                ..free
+            })
         };
-        let unknowns = parameters.iter().map(unknown).collect::<Result<Vec<_>, Failure>>()?;
+        let unknowns = parameters.iter().map(unknown).collect::<Result<Vec<_>, PyFailure>>()?;
         Ok(Self { model, nominal, runs, unknowns })
     }
 
@@ -139,17 +145,17 @@ impl Problem {
         OutputError::new(&self.model, &self.nominal, &self.runs, self.unknowns.clone())
     }
 
-    fn theta(&self, theta: &PyReadonlyArray1<'_, f64>) -> Result<Vec<f64>, Failure> {
+    fn theta(&self, theta: &PyReadonlyArray1<'_, f64>) -> Result<Vec<f64>, PyFailure> {
         let theta = theta.as_array().to_vec();
         let (n, names) = (self.unknowns.len(), self.names().join(", "));
         if theta.len() != n {
             let given = theta.len();
-            return Err(Failure::of(format!(
+            return Err(PyFailure::of(format!(
                 "{given} values are given for {n} parameters; give one for each of {names}"
             )));
         }
         match theta.iter().zip(&self.unknowns).find(|(x, _)| !x.is_finite()) {
-            Some((x, u)) => Err(Failure::of(format!("`{}` is {x}; give a finite value", u.name))),
+            Some((x, u)) => Err(PyFailure::of(format!("`{}` is {x}; give a finite value", u.name))),
             None => Ok(theta),
         }
     }
@@ -158,9 +164,9 @@ impl Problem {
     fn each<R: Send>(
         &self,
         one: impl Fn(usize) -> Result<R, trueup_identification::predict::PredictError> + Sync,
-    ) -> Result<Vec<R>, Failure> {
+    ) -> Result<Vec<R>, PyFailure> {
         let found = parallel::map(0..self.runs.len(), |run| {
-            one(run).map_err(|e| Failure::of(format!("{}: {e}", self.runs[run].name)))
+            one(run).map_err(|e| PyFailure::of(format!("{}: {e}", self.runs[run].name)))
         });
         found.into_iter().collect()
     }

@@ -7,14 +7,14 @@ use std::time::Instant;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use trueup_sweep::{Runner, Value};
+use trueup_sweep::{FactorValue, Runner};
 
-use crate::error::Failure;
+use crate::error::PyFailure;
 use crate::interrupt::LOOK;
 
 /// A sweep that was read and checked. One thread runs it at a time.
-#[pyclass(frozen, module = "trueup._native")]
-pub(crate) struct Sweep {
+#[pyclass(name = "Sweep", frozen, module = "trueup._native")]
+pub(crate) struct PySweep {
     runner: Mutex<Runner>,
     /// Number of its runs.
     #[pyo3(get)]
@@ -31,13 +31,13 @@ pub(crate) struct Sweep {
 }
 
 /// Values of the outputs, a row for each run, and why a run failed.
-type Ran<'py> = (Bound<'py, PyArray2<f64>>, Vec<Option<String>>);
+type SweepRunResult<'py> = (Bound<'py, PyArray2<f64>>, Vec<Option<String>>);
 
 #[pymethods]
-impl Sweep {
+impl PySweep {
     #[new]
     fn new(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
-        let runner = py.detach(|| Runner::open(&file)).map_err(Failure::from)?;
+        let runner = py.detach(|| Runner::open(&file)).map_err(PyFailure::from)?;
         crate::system::keep_loaded(runner.plan());
         let sweep = runner.sweep();
         Ok(Self {
@@ -53,17 +53,17 @@ impl Sweep {
     fn values<'py>(&self, py: Python<'py>, first: u64, count: u64) -> PyResult<Vec<Vec<Bound<'py, PyAny>>>> {
         let runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
         let value = |factor: usize, run: u64| match runner.design().value(factor, run) {
-            Value::Number(x) => x.into_bound_py_any(py),
-            Value::Integer(n) => n.into_bound_py_any(py),
-            Value::Boolean(b) => b.into_bound_py_any(py),
-            Value::Text(text) => text.into_bound_py_any(py),
+            FactorValue::Number(x) => x.into_bound_py_any(py),
+            FactorValue::Integer(n) => n.into_bound_py_any(py),
+            FactorValue::Boolean(b) => b.into_bound_py_any(py),
+            FactorValue::Text(text) => text.into_bound_py_any(py),
         };
         let runs = self.share(first, count)?;
         (0..self.factors.len()).map(|factor| runs.clone().map(|run| value(factor, run)).collect()).collect()
     }
 
     /// Does these runs, from 1.
-    fn run<'py>(&self, py: Python<'py>, first: u64, count: u64) -> PyResult<Ran<'py>> {
+    fn run<'py>(&self, py: Python<'py>, first: u64, count: u64) -> PyResult<SweepRunResult<'py>> {
         let runs = self.share(first, count)?;
         let (values, reasons) = py.detach(|| {
             let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
@@ -92,12 +92,12 @@ impl Sweep {
     }
 }
 
-impl Sweep {
-    fn share(&self, first: u64, count: u64) -> Result<std::ops::Range<u64>, Failure> {
+impl PySweep {
+    fn share(&self, first: u64, count: u64) -> Result<std::ops::Range<u64>, PyFailure> {
         let end = first.saturating_add(count);
         if first >= 1 && end <= self.runs + 1 {
             return Ok(first..end);
         }
-        Err(Failure::of(format!("there are no runs {first} to {}; there are 1 to {}", end - 1, self.runs)))
+        Err(PyFailure::of(format!("there are no runs {first} to {}; there are 1 to {}", end - 1, self.runs)))
     }
 }

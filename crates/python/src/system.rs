@@ -6,41 +6,44 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trueup_cosim::model_exchange::{Linear, Point};
-use trueup_cosim::plan::Plan;
-use trueup_cosim::system::{InputFile, Interface as Chosen, Place, Record, System as Described};
-use trueup_cosim::{Files, Inputs, Kind, Master, Memory, check_with, names};
-use trueup_fmi_description::description::Values;
-use trueup_fmi_import::{Fmu, Interface};
+use trueup_cosim::model_exchange::{Linear, OperatingPoint};
+use trueup_cosim::plan::MasterPlan;
+use trueup_cosim::system::{
+    ComponentInterface as Chosen, CosimSystem as Described, InputFile, RecordedVariable, SourceSpan,
+};
+use trueup_cosim::{ColumnKind, Files, InputFileTable, Master, SeriesMemory, check_with, names};
+use trueup_fmi_description::description::StartValues;
+use trueup_fmi_import::{UnpackedFmu, UsedInterface};
 
-use crate::error::Failure;
-use crate::interrupt::Watched;
+use crate::error::PyFailure;
+use crate::interrupt::WatchedWork;
 
 /// What messages call inputs that are arrays.
 const INPUTS: &str = "inputs";
 
 /// Name, kind and unit of a column.
-type Head = (String, &'static str, String);
+type SystemHead = (String, &'static str, String);
 
 /// An input: its name, times in s, values.
-type Signal<'py> = (String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+type InputColumns<'py> = (String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
 
 /// A system of FMUs, or one FMU alone, whose files stay open. Runs share nothing else: threads may run it at once.
-#[pyclass(frozen, module = "trueup._native")]
-pub(crate) struct System {
+#[pyclass(name = "System", frozen, module = "trueup._native")]
+pub(crate) struct PySystem {
     described: Described,
-    fmus: Vec<(PathBuf, Arc<Fmu>)>,
+    fmus: Vec<(PathBuf, Arc<UnpackedFmu>)>,
     notes: Vec<String>,
 }
 
 /// Names and values.
-type Named<'py> = (Vec<String>, Bound<'py, PyArray1<f64>>);
+type NamedValues<'py> = (Vec<String>, Bound<'py, PyArray1<f64>>);
 
 /// What a run gave: columns, times in s, values of each column, notes.
-type Ran<'py> = (Vec<Head>, Bound<'py, PyArray1<f64>>, Vec<Bound<'py, PyArray1<f64>>>, Vec<String>);
+type SystemRunResult<'py> =
+    (Vec<SystemHead>, Bound<'py, PyArray1<f64>>, Vec<Bound<'py, PyArray1<f64>>>, Vec<String>);
 
 #[pymethods]
-impl System {
+impl PySystem {
     /// Reads a system (TOML, SSP) or an FMU, and checks all of it.
     #[new]
     fn new(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
@@ -70,10 +73,10 @@ impl System {
         algorithm: Option<&str>,
         interface: Option<&str>,
         values: Vec<(String, String)>,
-        inputs: Option<Vec<Signal<'py>>>,
+        inputs: Option<Vec<InputColumns<'py>>>,
         outputs: Vec<String>,
         events: Option<bool>,
-    ) -> PyResult<Ran<'py>> {
+    ) -> PyResult<SystemRunResult<'py>> {
         let mut system = self.with(&values)?;
         let run = &mut system.run;
         for (asked, slot) in [
@@ -86,14 +89,14 @@ impl System {
         }
         run.event_rows = events.or(run.event_rows);
         if let Some(name) = algorithm {
-            run.algorithm = Some(name.parse().map_err(Failure::of)?);
+            run.algorithm = Some(name.parse().map_err(PyFailure::of)?);
         }
         if let Some(name) = interface {
-            let interface = Some(name.parse().map_err(Failure::of)?);
+            let interface = Some(name.parse().map_err(PyFailure::of)?);
             system.components.iter_mut().for_each(|c| c.interface = interface);
         }
         if !outputs.is_empty() {
-            let record = |name| Record { name, ..Record::default() };
+            let record = |name| RecordedVariable { name, ..RecordedVariable::default() };
             system.record = outputs.into_iter().map(record).collect();
         }
         let mut files = self.files();
@@ -103,15 +106,15 @@ impl System {
                 .into_iter()
                 .map(|(name, t, x)| Ok((name, t.as_array().to_vec(), x.as_array().to_vec())));
             let columns = columns.collect::<PyResult<Vec<_>>>()?;
-            files.hold_inputs(Inputs::of(&file, columns).map_err(Failure::from)?);
+            files.hold_inputs(InputFileTable::of(&file, columns).map_err(PyFailure::from)?);
             // Columns that the system gives a meaning keep it.
             let columns = system.inputs.take().map(|i| i.columns).unwrap_or_default();
-            system.inputs = Some(InputFile { file, columns, place: Place::default() });
+            system.inputs = Some(InputFile { file, columns, place: SourceSpan::default() });
         }
         let (memory, notes) = py.detach(|| {
             simulated(&system, &mut files).map_err(|e| match e {
-                Stopped::Failed(failure) => failure.or_file(&self.described.file).into(),
-                Stopped::Raised(raised) => raised,
+                RunFailure::Failed(failure) => failure.or_file(&self.described.file).into(),
+                RunFailure::Raised(raised) => raised,
             })
         })?;
         let heads = memory.columns().iter().map(|c| (c.name.clone(), kind(c.kind), c.unit.clone()));
@@ -127,46 +130,46 @@ impl System {
         time: f64,
         values: Vec<(String, String)>,
         states: Vec<(String, f64)>,
-    ) -> PyResult<(Vec<Named<'py>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<(Vec<NamedValues<'py>>, Bound<'py, PyArray1<f64>>)> {
         let mut system = self.with(&values)?;
         (system.run.start, system.run.stop) = (Some(time), Some(time + 1.0));
         system.run.step = Some(1.0);
         system.components.iter_mut().for_each(|c| c.interface = Some(Chosen::ModelExchange));
         let mut files = self.files();
         let found = py.detach(|| check_with(&system, &mut files).and_then(|plan| Linear::of(plan, &states)));
-        let found = found.map_err(|e| Failure::from(e).or_file(&self.described.file))?;
-        let named = |p: &Point| (p.names.clone(), PyArray1::from_slice(py, &p.values));
+        let found = found.map_err(|e| PyFailure::from(e).or_file(&self.described.file))?;
+        let named = |p: &OperatingPoint| (p.names.clone(), PyArray1::from_slice(py, &p.values));
         let points = [&found.states, &found.inputs, &found.rates, &found.outputs].map(named);
         Ok((points.into(), PyArray1::from_slice(py, &found.jacobian)))
     }
 }
 
 /// Why a run did not end well.
-enum Stopped {
-    Failed(Failure),
+enum RunFailure {
+    Failed(PyFailure),
     /// Python was requested to stop.
     Raised(PyErr),
 }
 
-impl From<Failure> for Stopped {
-    fn from(failure: Failure) -> Self {
+impl From<PyFailure> for RunFailure {
+    fn from(failure: PyFailure) -> Self {
         Self::Failed(failure)
     }
 }
 
-fn simulated(system: &Described, files: &mut Files) -> Result<(Memory, Vec<String>), Stopped> {
-    let plan = check_with(system, files).map_err(Failure::from)?;
-    let mut master = Master::new(plan).map_err(Failure::from)?;
-    let mut sink = Watched::new(Memory::default());
+fn simulated(system: &Described, files: &mut Files) -> Result<(SeriesMemory, Vec<String>), RunFailure> {
+    let plan = check_with(system, files).map_err(PyFailure::from)?;
+    let mut master = Master::new(plan).map_err(PyFailure::from)?;
+    let mut sink = WatchedWork::new(SeriesMemory::default());
     match master.run(&mut sink) {
         Ok(log) => Ok((sink.sink, log.notes)),
-        Err(e) => Err(sink.raised.map_or_else(|| Failure::from(e).into(), Stopped::Raised)),
+        Err(e) => Err(sink.raised.map_or_else(|| PyFailure::from(e).into(), RunFailure::Raised)),
     }
 }
 
-impl System {
-    fn read(file: &Path) -> Result<Self, Failure> {
-        let of_file = |e: trueup_cosim::Error| Failure::from(e).or_file(file);
+impl PySystem {
+    fn read(file: &Path) -> Result<Self, PyFailure> {
+        let of_file = |e: trueup_cosim::CosimError| PyFailure::from(e).or_file(file);
         let described = Described::read(file).map_err(of_file)?;
         let plan = check_with(&described, &mut Files::default()).map_err(of_file)?;
         keep_loaded(&plan);
@@ -183,11 +186,11 @@ impl System {
     }
 
     /// The same system with these start values, texts as on the command line of the program.
-    fn with(&self, values: &[(String, String)]) -> Result<Described, Failure> {
+    fn with(&self, values: &[(String, String)]) -> Result<Described, PyFailure> {
         let mut system = self.described.clone();
         for (name, value) in values {
-            let set = system.set(name, value, &Place::default());
-            set.map_err(|mistake| Failure::from(trueup_cosim::Error::System(vec![mistake])))?;
+            let set = system.set(name, value, &SourceSpan::default());
+            set.map_err(|mistake| PyFailure::from(trueup_cosim::CosimError::System(vec![mistake])))?;
         }
         Ok(system)
     }
@@ -214,7 +217,7 @@ impl System {
             let columns = found.as_ref().map(|f| f.elements.iter().map(element).collect::<Vec<_>>());
             about.set_item("shape", found.as_ref().map(|f| f.shape.clone()))?;
             about.set_item("columns", columns)?;
-            about.set_item("start", v.start.as_ref().and_then(Values::as_f64))?;
+            about.set_item("start", v.start.as_ref().and_then(StartValues::as_f64))?;
             about.set_item("description", &v.description)?;
             Ok(about)
         });
@@ -224,11 +227,11 @@ impl System {
 }
 
 /// Lets libraries stay between runs: to load one takes longer than a short run.
-pub(crate) fn keep_loaded(plan: &Plan) {
+pub(crate) fn keep_loaded(plan: &MasterPlan) {
     for planned in &plan.components {
         planned.fmu.keep_loaded(match planned.interface {
-            Chosen::CoSimulation => Interface::CoSimulation,
-            Chosen::ModelExchange => Interface::ModelExchange,
+            Chosen::CoSimulation => UsedInterface::CoSimulation,
+            Chosen::ModelExchange => UsedInterface::ModelExchange,
         });
     }
 }
@@ -239,13 +242,13 @@ fn lower(name: &str) -> String {
     letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
 }
 
-fn kind(kind: Kind) -> &'static str {
+fn kind(kind: ColumnKind) -> &'static str {
     match kind {
-        Kind::Real => "float64",
-        Kind::Single => "float32",
-        Kind::Integer => "int64",
-        Kind::Unsigned => "uint64",
-        Kind::Boolean => "bool",
-        Kind::Text => "str",
+        ColumnKind::Real => "float64",
+        ColumnKind::Single => "float32",
+        ColumnKind::Integer => "int64",
+        ColumnKind::Unsigned => "uint64",
+        ColumnKind::Boolean => "bool",
+        ColumnKind::Text => "str",
     }
 }

@@ -20,7 +20,7 @@ use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
 use crate::page::Page;
 
-pub use evidence::{Evidence, Intake, Map, Recorded, Trace};
+pub use evidence::{Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence};
 pub use words::{effect_name, sentence};
 
 /// `report.html` of a diagnosis: one file that needs no network, and no script to be read.
@@ -58,7 +58,7 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
 }
 
 /// The gaps of a diagnosis and a channel of it, for a page that shows more than one.
-pub fn diagnosis_pictures(page: &mut Page, diagnosis: &Diagnosis, trace: Option<&Trace<'_>>) {
+pub fn diagnosis_pictures(page: &mut Page, diagnosis: &Diagnosis, trace: Option<&EvidenceTrace<'_>>) {
     far::overall(page, diagnosis);
     if let Some(trace) = trace {
         series::trace(page, diagnosis, trace);

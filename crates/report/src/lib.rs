@@ -27,10 +27,11 @@ mod tiles;
 
 pub use chart::{Axis, Chart, Style};
 pub use diagnosis::{
-    Evidence, Intake, Map, Recorded, Trace, diagnosis_page, diagnosis_pictures, effect_name, sentence,
+    Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence, diagnosis_page,
+    diagnosis_pictures, effect_name, sentence,
 };
 pub use heat::Heat;
 pub use number::number;
 pub use page::{Page, escape};
-pub use surface::Surface;
+pub use surface::GridSurface;
 pub use tiles::{Tile, Tiles};

@@ -13,7 +13,7 @@ const CELLS: usize = 48;
 
 /// Values over a grid.
 #[derive(Clone, Copy, Debug)]
-pub struct Surface<'a> {
+pub struct GridSurface<'a> {
     /// Title of the picture.
     pub title: &'a str,
     /// Quantity and unit along x.
@@ -38,8 +38,8 @@ fn drawn(x: f64, y: f64, z: f64) -> (f64, f64) {
 
 impl Page {
     /// A surface in space.
-    pub fn surface(&mut self, s: &Surface<'_>) {
-        let Surface { title, x, y, unit, at, values } = *s;
+    pub fn surface(&mut self, s: &GridSurface<'_>) {
+        let GridSurface { title, x, y, unit, at, values } = *s;
         let (nx, ny) = (at[0].len(), at[1].len());
         if nx < 2 || ny < 2 || values.len() != ny || values.iter().any(|row| row.len() != nx) {
             return;

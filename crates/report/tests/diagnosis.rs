@@ -7,16 +7,18 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use trueup_diagnosis::locate::map::{curve, surface};
-use trueup_diagnosis::locate::{Order, Residual, bands};
+use trueup_diagnosis::locate::{ResidualOrder, ResidualSeries, bands};
 use trueup_diagnosis::outcome::*;
-use trueup_report::{Evidence, Intake, Map, Recorded, Trace, diagnosis_page, sentence};
+use trueup_report::{
+    Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence, diagnosis_page, sentence,
+};
 
-fn amount(value: f64, unit: &str, ci95: [Option<f64>; 2]) -> Amount {
-    Amount { value, unit: unit.into(), ci95, reason: None }
+fn amount(value: f64, unit: &str, ci95: [Option<f64>; 2]) -> ClaimedAmount {
+    ClaimedAmount { value, unit: unit.into(), ci95, reason: None }
 }
 
-fn gap() -> Gap {
-    Gap {
+fn gap() -> HeldOutGap {
+    HeldOutGap {
         before: 0.21,
         tuned: 0.12,
         after: 0.013,
@@ -40,7 +42,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
         .into(),
         closed_alone: Some(0.95),
     };
-    let candidate = |id: &str, component: &str, probability, evidence, holdout_gap| Candidate {
+    let candidate = |id: &str, component: &str, probability, evidence, holdout_gap| CandidateCause {
         id: id.into(),
         component: component.into(),
         joint: Some(1),
@@ -62,14 +64,14 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
             channels: BTreeMap::from([("motorAngle".to_owned(), gap()), ("loadAngle".to_owned(), gap())]),
             left_out: vec!["tipAngle".into()],
         },
-        sensors: Sensors {
+        sensors: SensorFindings {
             classes: vec![
                 vec!["actuator".into(), "motor-friction".into(), "sensor:motorCurrent".into()],
                 vec!["transmission".into()],
             ],
             hidden: vec![],
         },
-        location: Where {
+        location: GapLocation {
             components: vec![
                 ComponentShare { id: "motor-friction".into(), share: 0.94, joint: Some(1) },
                 ComponentShare { id: "load".into(), share: 0.04, joint: None },
@@ -106,7 +108,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
         )]),
         indistinguishable: vec![vec!["stribeck-friction".into(), "presliding-friction".into()]],
         watch: None,
-        unknown: Unknown { present: verdict == Verdict::Unknown, probability: 0.02, place: None },
+        unknown: UnknownShare { present: verdict == Verdict::Unknown, probability: 0.02, place: None },
         next_experiment: Some(NextExperiment {
             why: "Slow reversals of small amplitude show the spring before sliding.".into(),
             separates: vec!["stribeck-friction".into(), "presliding-friction".into()],
@@ -115,15 +117,15 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
         }),
         augmented: Some(vec!["TwoMassJoint.augmented.fmi3.fmu".into()]),
         capped: false,
-        findings: vec![Noticed {
-            severity: Severity::Warning,
+        findings: vec![NoticedMistake {
+            severity: OutcomeSeverity::Warning,
             kind: "stuck".into(),
             file: "train-1.csv".into(),
             line: Some(7),
             channel: Some("loadAngle".into()),
             text: "it sticks".into(),
         }],
-        inputs: Some(Inputs {
+        inputs: Some(DiagnosisInputs {
             sha256: "abc".into(),
             files: [("train-1.csv".to_owned(), "0123456789abcdef".to_owned())].into(),
         }),
@@ -149,15 +151,15 @@ fn page(verdict: Verdict) -> String {
     let cells = surface(&truth, &speed, &torque, 14).unwrap();
     let residual: Vec<f64> = before.iter().zip(&measured).map(|(b, m)| b - m).collect();
     let spectrum =
-        bands(&[Residual { recording: "a", time: &t, value: &residual, floor: 0.0023 }], None).unwrap();
-    let orders: Vec<Order> = (1..40)
+        bands(&[ResidualSeries { recording: "a", time: &t, value: &residual, floor: 0.0023 }], None).unwrap();
+    let orders: Vec<ResidualOrder> = (1..40)
         .map(|k| 0.5 * f64::from(k))
         .map(|order| {
             let cosine = if order == 2.0 { 0.08 } else { 0.004 / order };
-            Order { order, cosine, sine: 0.0, share: 0.0 }
+            ResidualOrder { order, cosine, sine: 0.0, share: 0.0 }
         })
         .collect();
-    let trace = |channel| Trace {
+    let trace = |channel| EvidenceTrace {
         recording: "holdout-1.csv",
         channel,
         unit: "rad",
@@ -172,23 +174,23 @@ fn page(verdict: Verdict) -> String {
         case: "a <case>",
         traces: vec![trace("motorAngle"), trace("loadAngle")],
         maps: vec![
-            Map::Curve {
+            EvidenceMap::Curve {
                 title: "Braking torque against speed",
                 x: ["speed", "rad/s"],
                 unit: "N.m",
                 before: &law,
                 after: Some(&rest),
             },
-            Map::Surface {
+            EvidenceMap::Surface {
                 title: "Transmission torque over twist and rate",
                 x: ["twist", "rad"],
                 y: ["rate", "rad/s"],
                 unit: "N.m",
                 surface: &cells,
             },
-            Map::Spectrum { title: "Residual of motorAngle", unit: "rad", bands: &spectrum },
-            Map::Orders { title: "Orders of the motor angle", unit: "rad", orders: &orders },
-            Map::Course {
+            EvidenceMap::Spectrum { title: "Residual of motorAngle", unit: "rad", bands: &spectrum },
+            EvidenceMap::Orders { title: "Orders of the motor angle", unit: "rad", orders: &orders },
+            EvidenceMap::Course {
                 title: "Unknown torque at the motor",
                 recording: "train-1.csv",
                 unit: "N.m",
@@ -198,8 +200,8 @@ fn page(verdict: Verdict) -> String {
         ],
         floors: vec![["motorAngle".into(), "0.0023 rad".into(), "declared noise and resolution".into()]],
         next: vec![("motorCurrent", "A", &t, &speed)],
-        intake: Intake {
-            recordings: vec![Recorded {
+        intake: IntakeEvidence {
+            recordings: vec![RecordingEvidence {
                 name: "train-1.csv".into(),
                 role: "fitting".into(),
                 duration: "20 s".into(),
@@ -291,11 +293,11 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
 fn a_diagnosis_with_nothing_in_it_is_a_page() {
     let mut d = diagnosis(Verdict::NoGap);
     d.gap = GapReport::default();
-    d.location = Where::default();
+    d.location = GapLocation::default();
     (d.candidates, d.indistinguishable, d.next_experiment, d.augmented) = (vec![], vec![], None, None);
     let html = diagnosis_page(&d, &Evidence::default());
     assert!(html.contains("agrees with the recordings") && html.contains("trueup.diagnosis/1"));
-    d.gap.overall = Some(Gap {
+    d.gap.overall = Some(HeldOutGap {
         before: f64::NAN,
         tuned: 0.0,
         after: 0.0,
@@ -373,7 +375,7 @@ fn what_is_unknown_says_why_and_what_drifts_away_has_no_share() {
         assert!(html.contains(part) || part.starts_with("none of these"), "{part} is missing");
     }
     let mut d = diagnosis(Verdict::Effects);
-    let away = Gap { before: 77.3, closed: None, ci95: None, ..gap() };
+    let away = HeldOutGap { before: 77.3, closed: None, ci95: None, ..gap() };
     d.gap.overall = Some(away);
     let html = diagnosis_page(&d, &Evidence::default()).replace('\u{a0}', " ");
     assert!(html.contains("falls from 77 times the signal to 1.30 %"));

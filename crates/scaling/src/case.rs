@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use toml_edit::{Item, Table, TableLike};
-use trueup_cosim::Mistake;
-use trueup_signals::{Variable, base_name};
+use trueup_cosim::InputMistake;
+use trueup_signals::{SignalVariable, base_name};
 
-use crate::error::Error;
-use crate::law::{Dimension, Law, Scale};
+use crate::error::ScalingError;
+use crate::law::{AffineScale, ScalingLaw, UnitDimension};
 use crate::toml::{Parsed, of, scale};
 
 /// Keys of a case that hold no quantity.
@@ -17,16 +17,16 @@ const PLAIN: [&str; 7] = ["model", "train", "holdout", "repeats", "rest", "uncer
 /// that the case leaves to the model, by element, which are written out.
 ///
 /// # Errors
-/// [`Error::Mistakes`]: what has no law, with line, variable and remedy.
+/// [`ScalingError::Mistakes`]: what has no law, with line, variable and remedy.
 pub fn scaled(
     text: &str,
     file: &Path,
-    law: &Law,
-    variables: &[Variable],
+    law: &ScalingLaw,
+    variables: &[SignalVariable],
     left_out: &[(String, f64)],
-) -> Result<String, Error> {
+) -> Result<String, ScalingError> {
     let parsed = Parsed::of(text, file)?;
-    let mut work = Work { parsed: &parsed, law, variables, mistakes: Vec::new(), found: Vec::new() };
+    let mut work = CaseScaling { parsed: &parsed, law, variables, mistakes: Vec::new(), found: Vec::new() };
     for (key, item) in parsed.document.as_table().iter() {
         match (key, item.as_table_like()) {
             ("parameters", Some(table)) => work.parameters(table),
@@ -46,13 +46,13 @@ pub fn scaled(
             Err(why) => {
                 let place = parsed.place(None);
                 let message = format!("`{name}`: {why}; the value is the model's own");
-                work.mistakes.push(Mistake { place, message });
+                work.mistakes.push(InputMistake { place, message });
             }
         }
     }
-    let Work { mistakes, found, .. } = work;
+    let CaseScaling { mistakes, found, .. } = work;
     if !mistakes.is_empty() {
-        return Err(Error::Mistakes(mistakes));
+        return Err(ScalingError::Mistakes(mistakes));
     }
     let mut document = parsed.document.clone().into_mut();
     for (path, by) in found {
@@ -77,27 +77,27 @@ pub fn scaled(
 ///
 /// # Errors
 /// There is none, or it has no law; in words.
-pub fn column(law: &Law, variables: &[Variable], name: &str) -> Result<Scale, String> {
+pub fn column(law: &ScalingLaw, variables: &[SignalVariable], name: &str) -> Result<AffineScale, String> {
     let known = variables.iter().find(|v| v.name == name);
     let known = known.or_else(|| variables.iter().find(|v| base_name(&v.name) == name));
     let known = known.ok_or_else(|| "the model has no such variable; take it out".to_owned())?;
     let refused = |why| crate::recording::refused(&known.unit, &why).replace("NAME", name);
-    law.of(name, Dimension::named(&known.unit)).map_err(refused)
+    law.of(name, UnitDimension::named(&known.unit)).map_err(refused)
 }
 
-struct Work<'a> {
+struct CaseScaling<'a> {
     parsed: &'a Parsed<'a>,
-    law: &'a Law,
-    variables: &'a [Variable],
-    mistakes: Vec<Mistake>,
+    law: &'a ScalingLaw,
+    variables: &'a [SignalVariable],
+    mistakes: Vec<InputMistake>,
     /// Where quantities are.
-    found: Vec<(Vec<String>, Scale)>,
+    found: Vec<(Vec<String>, AffineScale)>,
 }
 
-impl Work<'_> {
+impl CaseScaling<'_> {
     fn wrong(&mut self, item: &Item, message: String) {
         let place = self.parsed.place(item.span());
-        self.mistakes.push(Mistake { place, message });
+        self.mistakes.push(InputMistake { place, message });
     }
 
     fn parameters(&mut self, table: &dyn TableLike) {

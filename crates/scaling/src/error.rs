@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use trueup_cosim::Mistake;
+use trueup_cosim::InputMistake;
 
 /// Any failure of this crate.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum ScalingError {
     /// What is wrong in a file, all of it, with lines.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Mistakes(Vec<Mistake>),
+    Mistakes(Vec<InputMistake>),
     /// A system that cannot be read or does not fit its FMUs.
     #[error(transparent)]
-    System(#[from] trueup_cosim::Error),
+    System(#[from] trueup_cosim::CosimError),
     /// A file cannot be read or used.
     #[error("{}: {why}", .file.display())]
     File {
@@ -23,7 +23,7 @@ pub enum Error {
     },
 }
 
-impl Error {
+impl ScalingError {
     pub(crate) fn at(file: &Path, why: impl ToString) -> Self {
         Self::File { file: file.into(), why: why.to_string() }
     }

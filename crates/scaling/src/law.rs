@@ -1,8 +1,8 @@
 //! The law: from a unit to the exponent, from the exponent to the value.
 
-use trueup_fmi_description::description::Unit;
+use trueup_fmi_description::description::DescriptionUnit;
 
-/// Names of the base units, in the order of [`Dimension`].
+/// Names of the base units, in the order of [`UnitDimension`].
 const BASES: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 /// Exponents of lambda that the paper's Table 1 gives them (mass, distance, time). An angle is a number. Amperes, kelvins, moles
 /// and candelas have no law.
@@ -10,7 +10,7 @@ const LAWS: [Option<f64>; 8] = [Some(3.0), Some(1.0), Some(1.0), None, None, Non
 
 /// What a unit measures: exponents of kg, m, s, A, K, mol, cd, rad; and where its zero is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Dimension {
+pub struct UnitDimension {
     /// Exponents of kg, m, s, A, K, mol, cd, rad.
     pub exponents: [i32; 8],
     /// Value in SI where the number is 0, in the number's own unit: 273.15 for degC, else 0.
@@ -19,7 +19,7 @@ pub struct Dimension {
 
 /// An exponent that the user gives: of a base unit (`A`), or of a variable (`plant.torqueConstant`, an array for its elements).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given {
+pub struct GivenExponent {
     /// Base unit or variable.
     pub name: String,
     /// Exponent of lambda.
@@ -28,13 +28,13 @@ pub struct Given {
 
 /// lambda, which way, and what the user adds to the law.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Law {
+pub struct ScalingLaw {
     /// Size of the scaled system by that of the full one, above 0.
     pub lambda: f64,
     /// From the scaled size to the full one.
     pub back: bool,
     /// Exponents that the user gives.
-    pub given: Vec<Given>,
+    pub given: Vec<GivenExponent>,
 }
 
 /// A quantity without an exponent.
@@ -46,7 +46,7 @@ pub struct Lawless {
 
 /// What becomes of a value, `lambda^w (x + zero) - zero`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub struct AffineScale {
     /// lambda to the size of w.
     power: f64,
     /// Divide by it: w is below 0, or the way is back.
@@ -54,28 +54,28 @@ pub struct Scale {
     zero: f64,
 }
 
-impl Dimension {
+impl UnitDimension {
     /// Of a unit of an FMU; of one that it does not define, by its name.
-    pub fn of(unit: &Unit) -> Option<Self> {
+    pub fn of(unit: &DescriptionUnit) -> Option<Self> {
         let Some(base) = unit.base else { return Self::named(&unit.name) };
         Some(Self { exponents: base.exponents, zero: base.offset / base.factor })
     }
 
     /// Of a unit by its name, `N.m/rad`. `None`: it is not known.
     pub fn named(name: &str) -> Option<Self> {
-        let unit = trueup_signals::Unit::parse(name)?;
+        let unit = trueup_signals::SignalUnit::parse(name)?;
         // Cycles are a number, as an angle is.
         let [kg, m, s, ampere, kelvin, rad, _cycles] = unit.exponents.map(i32::from);
         Some(Self { exponents: [kg, m, s, ampere, kelvin, 0, 0, rad], zero: unit.offset / unit.factor })
     }
 }
 
-impl Law {
+impl ScalingLaw {
     /// The exponent w of a quantity: that which was given for its name, else 3 kg + m + s.
     ///
     /// # Errors
     /// [`Lawless`]: its unit has a base without a law, and none was given; or its unit is not known.
-    pub fn exponent(&self, name: &str, dimension: Option<Dimension>) -> Result<f64, Lawless> {
+    pub fn exponent(&self, name: &str, dimension: Option<UnitDimension>) -> Result<f64, Lawless> {
         let array = name.split_once('[').map_or(name, |(array, _)| array);
         if let Some(w) = self.given_for(name).or_else(|| self.given_for(array)) {
             return Ok(w);
@@ -92,21 +92,21 @@ impl Law {
     }
 
     /// What becomes of values with that exponent.
-    pub fn scale(&self, exponent: f64, dimension: Option<Dimension>) -> Scale {
+    pub fn scale(&self, exponent: f64, dimension: Option<UnitDimension>) -> AffineScale {
         let zero = dimension.map_or(0.0, |d| d.zero);
-        Scale { power: power(self.lambda, exponent.abs()), divide: self.back != (exponent < 0.0), zero }
+        AffineScale { power: power(self.lambda, exponent.abs()), divide: self.back != (exponent < 0.0), zero }
     }
 
     /// [`exponent`](Self::exponent), then [`scale`](Self::scale).
     ///
     /// # Errors
     /// Those of [`exponent`](Self::exponent).
-    pub fn of(&self, name: &str, dimension: Option<Dimension>) -> Result<Scale, Lawless> {
+    pub fn of(&self, name: &str, dimension: Option<UnitDimension>) -> Result<AffineScale, Lawless> {
         Ok(self.scale(self.exponent(name, dimension)?, dimension))
     }
 
     /// Of times in s.
-    pub fn time(&self) -> Scale {
+    pub fn time(&self) -> AffineScale {
         let w = self.given_for("s").or(LAWS[2]).unwrap_or(1.0);
         self.scale(w, None)
     }
@@ -116,7 +116,7 @@ impl Law {
     }
 }
 
-impl Scale {
+impl AffineScale {
     /// Leaves every value as it is.
     pub fn is_one(&self) -> bool {
         self.power == 1.0

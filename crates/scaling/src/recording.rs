@@ -3,29 +3,29 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use crate::error::Error;
-use crate::law::{Law, Lawless, Scale};
+use crate::error::ScalingError;
+use crate::law::{AffineScale, Lawless, ScalingLaw};
 
 /// Writes the table again, `time` and the columns scaled; empty cells and `nan` stay as they are.
 /// `scale_of` gives the scale of a column.
 ///
 /// # Errors
-/// [`Error::File`] with line or column and the remedy.
+/// [`ScalingError::File`] with line or column and the remedy.
 pub fn scale(
     file: &Path,
     from: impl Read,
     to: impl Write,
-    law: &Law,
-    mut scale_of: impl FnMut(&str) -> Result<Scale, String>,
-) -> Result<(), Error> {
+    law: &ScalingLaw,
+    mut scale_of: impl FnMut(&str) -> Result<AffineScale, String>,
+) -> Result<(), ScalingError> {
     let fail = |e: csv::Error| {
         let line = e.position().map_or_else(String::new, |p| format!("line {}: ", p.line()));
-        Error::at(file, format!("{line}{e}"))
+        ScalingError::at(file, format!("{line}{e}"))
     };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(from);
     let names = reader.headers().map_err(fail)?.clone();
     if names.get(0) != Some("time") {
-        return Err(Error::at(file, "line 1: the first column is `time`, in s; name it so"));
+        return Err(ScalingError::at(file, "line 1: the first column is `time`, in s; name it so"));
     }
     let mut scales = vec![law.time()];
     let mut wrong = Vec::new();
@@ -38,7 +38,7 @@ pub fn scale(
     if !wrong.is_empty() {
         let all = wrong.iter().map(|why| format!("{}: {why}", file.display())).collect::<Vec<_>>().join("\n");
         let bare = all.strip_prefix(&format!("{}: ", file.display())).unwrap_or(&all).to_owned();
-        return Err(Error::at(file, bare));
+        return Err(ScalingError::at(file, bare));
     }
     let mut writer = csv::Writer::from_writer(to);
     writer.write_record(&names).map_err(fail)?;
@@ -53,7 +53,7 @@ pub fn scale(
                 Err(_) => {
                     let line = record.position().map_or(0, csv::Position::line);
                     let mend = "write one number, or nothing";
-                    return Err(Error::at(
+                    return Err(ScalingError::at(
                         file,
                         format!("line {line}: column `{name}`: {cell:?} is no number; {mend}"),
                     ));
@@ -62,7 +62,7 @@ pub fn scale(
         }
         writer.write_record(cells).map_err(fail)?;
     }
-    writer.flush().map_err(|e| Error::at(file, e))
+    writer.flush().map_err(|e| ScalingError::at(file, e))
 }
 
 /// A refusal with the column's unit.

@@ -5,23 +5,24 @@ mod emit;
 use std::collections::HashSet;
 
 use trueup_cosim::names;
-use trueup_cosim::plan::Plan;
-use trueup_cosim::system::{Component, Port, System};
-use trueup_cosim::{Mistake, check};
+use trueup_cosim::plan::MasterPlan;
+use trueup_cosim::system::{CosimSystem, SystemComponent, VariablePort};
+use trueup_cosim::{InputMistake, check};
 use trueup_fmi_description::description::{
-    Causality, Description, Initial, Type, Unit, Values, Variability, Variable,
+    Description, DescriptionCausality, DescriptionUnit, DescriptionVariability, DescriptionVariable, Initial,
+    StartValues, VariableType,
 };
 
 pub use emit::toml;
 
-use crate::error::Error;
-use crate::law::{Dimension, Law, Scale};
+use crate::error::ScalingError;
+use crate::law::{AffineScale, ScalingLaw, UnitDimension};
 
 /// A system at the other size.
 #[derive(Clone, Debug)]
-pub struct Scaled {
+pub struct ScaledSystem {
     /// With its new values, to be written as SSP.
-    pub system: System,
+    pub system: CosimSystem,
     /// The places of values in the old one.
     pub(crate) changes: Changes,
     /// What was left as it is, and should be looked at.
@@ -32,7 +33,7 @@ pub struct Scaled {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Changes {
     /// Per component, per start value.
-    pub(crate) starts: Vec<Vec<Option<Scale>>>,
+    pub(crate) starts: Vec<Vec<Option<AffineScale>>>,
     /// Per component: values that the FMU itself has, by name, with their new values.
     pub(crate) added: Vec<Vec<(String, Vec<f64>)>>,
     /// Per connection: new factor and offset, where they change.
@@ -43,10 +44,10 @@ pub(crate) struct Changes {
 /// what connections add.
 ///
 /// # Errors
-/// [`Error::System`] if it does not fit its FMUs; [`Error::Mistakes`] with every quantity that has no law.
-pub fn scale(system: &System, law: &Law) -> Result<Scaled, Error> {
+/// [`ScalingError::System`] if it does not fit its FMUs; [`ScalingError::Mistakes`] with every quantity that has no law.
+pub fn scale(system: &CosimSystem, law: &ScalingLaw) -> Result<ScaledSystem, ScalingError> {
     let plan = check(system)?;
-    let mut work = Work {
+    let mut work = SystemScaling {
         system,
         plan: &plan,
         law,
@@ -60,11 +61,11 @@ pub fn scale(system: &System, law: &Law) -> Result<Scaled, Error> {
     for at in 0..system.connections.len() {
         work.connection(at);
     }
-    let Work { mistakes, notes, changes, .. } = work;
+    let SystemScaling { mistakes, notes, changes, .. } = work;
     if !mistakes.is_empty() {
-        return Err(Error::Mistakes(mistakes));
+        return Err(ScalingError::Mistakes(mistakes));
     }
-    let mut scaled = Scaled { system: system.clone(), changes, notes };
+    let mut scaled = ScaledSystem { system: system.clone(), changes, notes };
     scaled.apply(&plan, law);
     Ok(scaled)
 }
@@ -74,7 +75,12 @@ pub fn scale(system: &System, law: &Law) -> Result<Scaled, Error> {
 ///
 /// # Errors
 /// There is no such variable, or it has no law; in words.
-pub fn column(system: &System, plan: &Plan, law: &Law, name: &str) -> Result<Scale, String> {
+pub fn column(
+    system: &CosimSystem,
+    plan: &MasterPlan,
+    law: &ScalingLaw,
+    name: &str,
+) -> Result<AffineScale, String> {
     let given = system.inputs.iter().flat_map(|i| &i.columns).find(|(column, _)| column == name);
     let connector =
         system.connectors.iter().find(|(own, _)| own == name).and_then(|(_, ports)| ports.first());
@@ -89,22 +95,22 @@ pub fn column(system: &System, plan: &Plan, law: &Law, name: &str) -> Result<Sca
 }
 
 /// Unit as it is called, and what it measures.
-fn unit(d: &Description, v: &Variable) -> (String, Option<Dimension>) {
+fn unit(d: &Description, v: &DescriptionVariable) -> (String, Option<UnitDimension>) {
     let Some(name) = d.attributes(v).unit else { return (String::new(), None) };
     let known = d.unit(&name).cloned();
-    let unit = known.unwrap_or(Unit { name, base: None, display: Vec::new(), line: 0 });
-    let mut dimension = Dimension::of(&unit);
+    let unit = known.unwrap_or(DescriptionUnit { name, base: None, display: Vec::new(), line: 0 });
+    let mut dimension = UnitDimension::of(&unit);
     if d.attributes(v).relative_quantity {
-        dimension = dimension.map(|it| Dimension { zero: 0.0, ..it });
+        dimension = dimension.map(|it| UnitDimension { zero: 0.0, ..it });
     }
     (unit.name, dimension)
 }
 
 fn variable<'p>(
-    system: &System,
-    plan: &'p Plan,
-    port: &Port,
-) -> Result<(&'p Description, &'p Variable), String> {
+    system: &CosimSystem,
+    plan: &'p MasterPlan,
+    port: &VariablePort,
+) -> Result<(&'p Description, &'p DescriptionVariable), String> {
     let at = system.components.iter().position(|c| c.name == port.component);
     let planned = at.and_then(|at| plan.components.get(at));
     let planned = planned.ok_or_else(|| format!("there is no component `{}`", port.component))?;
@@ -114,17 +120,17 @@ fn variable<'p>(
     Ok((d, &d.variables[*variable]))
 }
 
-struct Work<'a> {
-    system: &'a System,
-    plan: &'a Plan,
-    law: &'a Law,
-    mistakes: Vec<Mistake>,
+struct SystemScaling<'a> {
+    system: &'a CosimSystem,
+    plan: &'a MasterPlan,
+    law: &'a ScalingLaw,
+    mistakes: Vec<InputMistake>,
     notes: Vec<String>,
     changes: Changes,
 }
 
-impl Work<'_> {
-    fn component(&mut self, at: usize, component: &Component) {
+impl SystemScaling<'_> {
+    fn component(&mut self, at: usize, component: &SystemComponent) {
         let d = self.plan.components[at].description();
         let mut said: HashSet<(usize, usize)> = HashSet::new();
         let mut starts = Vec::new();
@@ -139,7 +145,7 @@ impl Work<'_> {
             starts.push(match self.scale(component, d, v, zero) {
                 Ok(by) => by,
                 Err(message) => {
-                    self.mistakes.push(Mistake { place: start.place.clone(), message });
+                    self.mistakes.push(InputMistake { place: start.place.clone(), message });
                     None
                 }
             });
@@ -151,7 +157,7 @@ impl Work<'_> {
         };
         let mut added = Vec::new();
         for (variable, v) in d.variables.iter().enumerate() {
-            let Some(Values::Real(values)) = &v.start else { continue };
+            let Some(StartValues::Real(values)) = &v.start else { continue };
             let zero = values.iter().all(|x| *x == 0.0 || x.is_infinite());
             if !settable(v) {
                 self.constant(component, d, v, zero);
@@ -170,7 +176,7 @@ impl Work<'_> {
                 Ok(None) => continue,
                 Err(message) => {
                     let message = format!("{message}; the value is the FMU's own");
-                    self.mistakes.push(Mistake { place: component.place.clone(), message });
+                    self.mistakes.push(InputMistake { place: component.place.clone(), message });
                     continue;
                 }
             };
@@ -189,13 +195,19 @@ impl Work<'_> {
     /// How a variable scales; `None`: it stays. `zero`: all its values are 0 or without bound, at any size.
     fn scale(
         &self,
-        component: &Component,
+        component: &SystemComponent,
         d: &Description,
-        v: &Variable,
+        v: &DescriptionVariable,
         zero: bool,
-    ) -> Result<Option<Scale>, String> {
-        let number =
-            !matches!(v.kind, Type::Boolean | Type::String | Type::Binary | Type::Clock | Type::Enumeration);
+    ) -> Result<Option<AffineScale>, String> {
+        let number = !matches!(
+            v.kind,
+            VariableType::Boolean
+                | VariableType::String
+                | VariableType::Binary
+                | VariableType::Clock
+                | VariableType::Enumeration
+        );
         if !number {
             return Ok(None);
         }
@@ -222,8 +234,14 @@ impl Work<'_> {
     }
 
     /// What no one can set, and what therefore stays.
-    fn constant(&mut self, component: &Component, d: &Description, v: &Variable, zero: bool) {
-        if v.variability != Variability::Constant || zero {
+    fn constant(
+        &mut self,
+        component: &SystemComponent,
+        d: &Description,
+        v: &DescriptionVariable,
+        zero: bool,
+    ) {
+        if v.variability != DescriptionVariability::Constant || zero {
             return;
         }
         if let Ok(Some(_)) | Err(_) = self.scale(component, d, v, zero) {
@@ -237,7 +255,7 @@ impl Work<'_> {
     /// input = factor output + offset: the offset scales as the input, the factor as the ratio of both.
     fn connection(&mut self, at: usize) {
         let connection = &self.system.connections[at];
-        let scale = |port: &Port| {
+        let scale = |port: &VariablePort| {
             let (d, v) = variable(self.system, self.plan, port)?;
             let (_, dimension) = unit(d, v);
             Ok::<_, String>((dimension, self.law.of(&port.to_string(), dimension)))
@@ -260,14 +278,14 @@ impl Work<'_> {
                     connection.to,
                     why.to_string().replace("NAME", &connection.to.to_string())
                 );
-                self.mistakes.push(Mistake { place: connection.place.clone(), message });
+                self.mistakes.push(InputMistake { place: connection.place.clone(), message });
                 None
             }
             (from, to) => {
                 if let (Err(why), false) = (from.and(to), alike) {
                     let message =
                         format!("`{}` to `{}` are not of one unit: {why}", connection.from, connection.to);
-                    self.mistakes.push(Mistake { place: connection.place.clone(), message });
+                    self.mistakes.push(InputMistake { place: connection.place.clone(), message });
                 }
                 None
             }
@@ -276,8 +294,8 @@ impl Work<'_> {
     }
 }
 
-impl Scaled {
-    fn apply(&mut self, plan: &Plan, law: &Law) {
+impl ScaledSystem {
+    fn apply(&mut self, plan: &MasterPlan, law: &ScalingLaw) {
         let time = law.time();
         let (system, changes) = (&mut self.system, &self.changes);
         for (component, (starts, added)) in
@@ -292,7 +310,7 @@ impl Scaled {
             for (name, values) in added {
                 let place = component.place.clone();
                 let values = values.iter().map(|x| format!("{x:?}")).collect();
-                component.start.push(trueup_cosim::system::Start {
+                component.start.push(trueup_cosim::system::StartValue {
                     variable: name.clone(),
                     values,
                     place,
@@ -313,7 +331,7 @@ impl Scaled {
 }
 
 /// Numbers of a start value, which may be several with commas between.
-fn texts(text: &str, by: Scale) -> String {
+fn texts(text: &str, by: AffineScale) -> String {
     let one = |part: &str| match part.trim().parse::<f64>() {
         Ok(x) => format!("{:?}", by.apply(x)),
         Err(_) => part.to_owned(),
@@ -326,14 +344,14 @@ fn neither(text: &str) -> bool {
     text.split(',').all(|part| part.trim().parse::<f64>().is_ok_and(|x| x == 0.0 || x.is_infinite()))
 }
 
-fn called(component: &Component, v: &Variable) -> String {
+fn called(component: &SystemComponent, v: &DescriptionVariable) -> String {
     if component.name.is_empty() { v.name.clone() } else { format!("{}.{}", component.name, v.name) }
 }
 
 /// Its start value is the user's: of parameters, inputs, and of what a run begins with.
-fn settable(v: &Variable) -> bool {
-    let free = matches!(v.causality, Causality::Parameter | Causality::Input);
-    let begins = matches!(v.causality, Causality::Output | Causality::Local)
+fn settable(v: &DescriptionVariable) -> bool {
+    let free = matches!(v.causality, DescriptionCausality::Parameter | DescriptionCausality::Input);
+    let begins = matches!(v.causality, DescriptionCausality::Output | DescriptionCausality::Local)
         && matches!(v.initial, Some(Initial::Exact | Initial::Approx));
-    v.variability != Variability::Constant && (free || begins)
+    v.variability != DescriptionVariability::Constant && (free || begins)
 }

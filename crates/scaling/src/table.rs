@@ -3,23 +3,23 @@
 use std::path::Path;
 
 use toml_edit::{Item, TableLike, Value};
-use trueup_cosim::Mistake;
+use trueup_cosim::InputMistake;
 
-use crate::error::Error;
-use crate::law::{Dimension, Law};
+use crate::error::ScalingError;
+use crate::law::{ScalingLaw, UnitDimension};
 use crate::toml::{Parsed, is_numbers, number, scale, value_mut};
 
 /// The same text with all quantities scaled.
 ///
 /// # Errors
-/// [`Error::Mistakes`]: a number without a unit, a unit that is not known or has no law; each with its line and the remedy.
-pub fn scaled(text: &str, file: &Path, law: &Law) -> Result<String, Error> {
+/// [`ScalingError::Mistakes`]: a number without a unit, a unit that is not known or has no law; each with its line and the remedy.
+pub fn scaled(text: &str, file: &Path, law: &ScalingLaw) -> Result<String, ScalingError> {
     let parsed = Parsed::of(text, file)?;
-    let mut found = Found { parsed: &parsed, law, mistakes: Vec::new(), paths: Vec::new() };
+    let mut found = ScaledTable { parsed: &parsed, law, mistakes: Vec::new(), paths: Vec::new() };
     found.table(parsed.document.as_table(), &mut Vec::new());
-    let Found { mistakes, paths, .. } = found;
+    let ScaledTable { mistakes, paths, .. } = found;
     if !mistakes.is_empty() {
-        return Err(Error::Mistakes(mistakes));
+        return Err(ScalingError::Mistakes(mistakes));
     }
     let mut document = parsed.document.clone().into_mut();
     for (path, by) in paths {
@@ -34,18 +34,18 @@ pub fn scaled(text: &str, file: &Path, law: &Law) -> Result<String, Error> {
     Ok(document.to_string())
 }
 
-struct Found<'a> {
+struct ScaledTable<'a> {
     parsed: &'a Parsed<'a>,
-    law: &'a Law,
-    mistakes: Vec<Mistake>,
+    law: &'a ScalingLaw,
+    mistakes: Vec<InputMistake>,
     /// Where quantities are.
-    paths: Vec<(Vec<String>, crate::law::Scale)>,
+    paths: Vec<(Vec<String>, crate::law::AffineScale)>,
 }
 
-impl Found<'_> {
+impl ScaledTable<'_> {
     fn wrong(&mut self, item: &Item, message: String) {
         let place = self.parsed.place(item.span());
-        self.mistakes.push(Mistake { place, message });
+        self.mistakes.push(InputMistake { place, message });
     }
 
     fn table(&mut self, table: &dyn TableLike, path: &mut Vec<String>) {
@@ -75,7 +75,7 @@ impl Found<'_> {
             let mend = "write { value = 7900, unit = \"kg\" }";
             return self.wrong(item, format!("`{name}` is no quantity; {mend}"));
         };
-        let dimension = Dimension::named(unit);
+        let dimension = UnitDimension::named(unit);
         match self.law.of(&name, dimension) {
             Ok(by) => self.paths.push((path.to_vec(), by)),
             Err(why) => self.wrong(item, format!("`{name}` in {unit}: {why}")),

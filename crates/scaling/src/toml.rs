@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use toml_edit::{Document, Item, TableLike, Value};
-use trueup_cosim::Mistake;
-use trueup_cosim::system::Place;
+use trueup_cosim::InputMistake;
+use trueup_cosim::system::SourceSpan;
 
-use crate::error::Error;
-use crate::law::Scale;
+use crate::error::ScalingError;
+use crate::law::AffineScale;
 
 /// A parsed text with its lines.
 pub(crate) struct Parsed<'a> {
@@ -18,23 +18,26 @@ pub(crate) struct Parsed<'a> {
 }
 
 impl<'a> Parsed<'a> {
-    pub(crate) fn of(text: &'a str, file: &'a Path) -> Result<Self, Error> {
+    pub(crate) fn of(text: &'a str, file: &'a Path) -> Result<Self, ScalingError> {
         match Document::parse(text.to_owned()) {
             Ok(document) => Ok(Self { file, text, document }),
             Err(e) => {
                 let place = place(file, text, e.span());
-                Err(Error::Mistakes(vec![Mistake { place, message: e.message().replace('\n', "; ") }]))
+                Err(ScalingError::Mistakes(vec![InputMistake {
+                    place,
+                    message: e.message().replace('\n', "; "),
+                }]))
             }
         }
     }
 
-    pub(crate) fn place(&self, span: Option<Range<usize>>) -> Place {
+    pub(crate) fn place(&self, span: Option<Range<usize>>) -> SourceSpan {
         place(self.file, self.text, span)
     }
 }
 
-fn place(file: &Path, text: &str, span: Option<Range<usize>>) -> Place {
-    Place::of(file, text, span.map_or(0, |s| s.start))
+fn place(file: &Path, text: &str, span: Option<Range<usize>>) -> SourceSpan {
+    SourceSpan::of(file, text, span.map_or(0, |s| s.start))
 }
 
 /// A number, whole or not.
@@ -59,7 +62,7 @@ pub(crate) fn is_zero(value: &Value) -> bool {
 }
 
 /// Scales a number or all numbers of a list; what surrounds them stays. Returns whether all of it was numbers.
-pub(crate) fn scale(value: &mut Value, by: Scale) -> bool {
+pub(crate) fn scale(value: &mut Value, by: AffineScale) -> bool {
     if let Some(list) = value.as_array_mut() {
         return list.iter_mut().all(|v| scale(v, by));
     }

@@ -1,7 +1,7 @@
 //! Cases.
 
-use trueup_scaling::{Given, Law, case};
-use trueup_signals::{Role, Variable};
+use trueup_scaling::{GivenExponent, ScalingLaw, case};
+use trueup_signals::{SignalVariable, VariableRole};
 
 const CASE: &str = r#"model = "TwoMassJoint" # DELIAN
 train = ["r.csv"]
@@ -21,8 +21,8 @@ delay = 0.002
 offset = "estimate"
 "#;
 
-fn variables() -> Vec<Variable> {
-    let of = |name: &str, unit: &str| Variable::new(name, unit, Role::Parameter);
+fn variables() -> Vec<SignalVariable> {
+    let of = |name: &str, unit: &str| SignalVariable::new(name, unit, VariableRole::Parameter);
     vec![
         of("stiffness", "N.m/rad"),
         of("torqueConstant", "N.m/A"),
@@ -35,8 +35,9 @@ fn variables() -> Vec<Variable> {
 }
 
 fn scaled(text: &str, given: &[(&str, f64)]) -> Result<String, String> {
-    let given = given.iter().map(|(name, exponent)| Given { name: (*name).into(), exponent: *exponent });
-    let law = Law { lambda: 0.5, back: false, given: given.collect() };
+    let given =
+        given.iter().map(|(name, exponent)| GivenExponent { name: (*name).into(), exponent: *exponent });
+    let law = ScalingLaw { lambda: 0.5, back: false, given: given.collect() };
     let left_out = [("damping".to_owned(), 16.0), ("gearRatio".to_owned(), 3.0)];
     case::scaled(text, "case.toml".as_ref(), &law, &variables(), &left_out).map_err(|e| e.to_string())
 }

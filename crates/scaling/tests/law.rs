@@ -1,11 +1,12 @@
 //! The law, against the paper's tables.
 
 use proptest::prelude::*;
-use trueup_scaling::{Dimension, Given, Law, Lawless};
+use trueup_scaling::{GivenExponent, Lawless, ScalingLaw, UnitDimension};
 
-fn law(lambda: f64, back: bool, given: &[(&str, f64)]) -> Law {
-    let given = given.iter().map(|(name, exponent)| Given { name: (*name).into(), exponent: *exponent });
-    Law { lambda, back, given: given.collect() }
+fn law(lambda: f64, back: bool, given: &[(&str, f64)]) -> ScalingLaw {
+    let given =
+        given.iter().map(|(name, exponent)| GivenExponent { name: (*name).into(), exponent: *exponent });
+    ScalingLaw { lambda, back, given: given.collect() }
 }
 
 /// Paper 002, Table 1: the twelve exponents of golden fact C43. Checks CON-7.
@@ -25,7 +26,7 @@ fn units_give_the_twelve_exponents_of_table_1() {
         ("W", 2.0),
         ("N.s/m", 2.0),
     ] {
-        assert_eq!(law(0.3, false, &[]).exponent("x", Dimension::named(unit)), Ok(printed), "{unit}");
+        assert_eq!(law(0.3, false, &[]).exponent("x", UnitDimension::named(unit)), Ok(printed), "{unit}");
     }
 }
 
@@ -35,7 +36,7 @@ fn an_angle_is_a_number() {
     for (unit, w) in
         [("rad", 0.0), ("rad/s", -1.0), ("N.m", 3.0), ("N.m/rad", 3.0), ("N.m.s/rad", 4.0), ("1", 0.0)]
     {
-        assert_eq!(law(0.3, false, &[]).exponent("x", Dimension::named(unit)), Ok(w), "{unit}");
+        assert_eq!(law(0.3, false, &[]).exponent("x", UnitDimension::named(unit)), Ok(w), "{unit}");
     }
 }
 
@@ -58,19 +59,20 @@ fn tables_2_and_7_come_out() {
         ("N.s/m", 900.0, 81.0, 0),
         ("m/s", 0.005, 0.005, 3),
     ] {
-        let scaled = law(0.3, false, &[]).of("x", Dimension::named(unit)).unwrap().apply(full);
+        let scaled = law(0.3, false, &[]).of("x", UnitDimension::named(unit)).unwrap().apply(full);
         let rounded = format!("{scaled:.digits$}");
         assert_eq!(rounded.parse::<f64>().unwrap(), printed, "{full} {unit}: {scaled}");
     }
     // What the print has otherwise: 0.63 m for the arm and 10 s for the run.
-    let scaled = |unit: &str, x: f64| law(0.3, false, &[]).of("x", Dimension::named(unit)).unwrap().apply(x);
+    let scaled =
+        |unit: &str, x: f64| law(0.3, false, &[]).of("x", UnitDimension::named(unit)).unwrap().apply(x);
     assert_eq!((scaled("m", 2.12), scaled("s", 30.0), scaled("m", 10.0)), (0.636, 9.0, 3.0));
 }
 
 #[test]
 fn what_has_no_law_is_refused_unless_an_exponent_is_given() {
     let of = |given: &[(&str, f64)], name: &str, unit: &str| {
-        law(0.3, false, given).exponent(name, Dimension::named(unit))
+        law(0.3, false, given).exponent(name, UnitDimension::named(unit))
     };
     assert_eq!(of(&[], "k", "N.m/A"), Err(Lawless { base: "A" }));
     assert_eq!(of(&[], "t", "K"), Err(Lawless { base: "K" }));
@@ -85,7 +87,7 @@ fn what_has_no_law_is_refused_unless_an_exponent_is_given() {
 /// 20 degC are 293.15 K; half of that is -126.575 degC. A difference of 20 degC is halved.
 #[test]
 fn a_temperature_scales_from_its_zero() {
-    let by = law(0.5, false, &[("K", 1.0)]).of("t", Dimension::named("degC")).unwrap();
+    let by = law(0.5, false, &[("K", 1.0)]).of("t", UnitDimension::named("degC")).unwrap();
     assert!((by.apply(20.0) + 126.575).abs() < 1e-12, "{}", by.apply(20.0));
 }
 
@@ -94,7 +96,7 @@ fn decimal_numbers_stay_short() {
     for (lambda, unit, x, text) in
         [(0.3, "kg", 7900.0, "213.3"), (0.1, "kg.m2", 4.2e-4, "4.2e-9"), (0.25, "s", 1.0, "0.25")]
     {
-        let scaled = law(lambda, false, &[]).of("x", Dimension::named(unit)).unwrap().apply(x);
+        let scaled = law(lambda, false, &[]).of("x", UnitDimension::named(unit)).unwrap().apply(x);
         assert_eq!(format!("{scaled:?}"), text);
     }
 }

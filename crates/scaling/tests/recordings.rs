@@ -1,13 +1,13 @@
 //! Recordings.
 
-use trueup_scaling::{Dimension, Law, recording};
+use trueup_scaling::{ScalingLaw, UnitDimension, recording};
 
 fn scaled(text: &str, back: bool) -> Result<String, String> {
-    let law = Law { lambda: 0.5, back, given: Vec::new() };
+    let law = ScalingLaw { lambda: 0.5, back, given: Vec::new() };
     let mut out = Vec::new();
     let of = |name: &str| match name {
-        "force" => law.of(name, Dimension::named("N")).map_err(|e| e.to_string()),
-        "angle" => law.of(name, Dimension::named("rad")).map_err(|e| e.to_string()),
+        "force" => law.of(name, UnitDimension::named("N")).map_err(|e| e.to_string()),
+        "angle" => law.of(name, UnitDimension::named("rad")).map_err(|e| e.to_string()),
         _ => Err("it names no variable".to_owned()),
     };
     recording::scale("r.csv".as_ref(), text.as_bytes(), &mut out, &law, of).map_err(|e| e.to_string())?;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use trueup_cosim::check;
-use trueup_cosim::system::System;
-use trueup_scaling::{Given, Law, system};
+use trueup_cosim::system::CosimSystem;
+use trueup_scaling::{GivenExponent, ScalingLaw, system};
 
 /// Its own values: mass 4 kg, spring 8 N/m, motor 2 N/A, offset 1 m, gravity a constant.
 const PLANT: &str = r#"<?xml version="1.0"?>
@@ -67,13 +67,14 @@ fn desk() -> (TempDir, PathBuf) {
     (folder, file)
 }
 
-fn law(back: bool, given: &[(&str, f64)]) -> Law {
-    let given = given.iter().map(|(name, exponent)| Given { name: (*name).into(), exponent: *exponent });
-    Law { lambda: 0.5, back, given: given.collect() }
+fn law(back: bool, given: &[(&str, f64)]) -> ScalingLaw {
+    let given =
+        given.iter().map(|(name, exponent)| GivenExponent { name: (*name).into(), exponent: *exponent });
+    ScalingLaw { lambda: 0.5, back, given: given.collect() }
 }
 
-fn emitted(file: &Path, law: &Law, to: &Path) -> Result<String, String> {
-    let read = System::read(file).map_err(|e| e.to_string())?;
+fn emitted(file: &Path, law: &ScalingLaw, to: &Path) -> Result<String, String> {
+    let read = CosimSystem::read(file).map_err(|e| e.to_string())?;
     let scaled = system::scale(&read, law).map_err(|e| e.to_string())?;
     let single = file.is_dir();
     let text = if single { String::new() } else { std::fs::read_to_string(file).unwrap() };
@@ -130,7 +131,7 @@ fn back_undoes_it() {
     std::fs::write(&file, there).unwrap();
     let back = emitted(&file, &law(true, &[("A", 0.0)]), &file).unwrap();
     std::fs::write(&file, back).unwrap();
-    let system = System::read(&file).unwrap();
+    let system = CosimSystem::read(&file).unwrap();
     let value = |component: usize, name: &str| {
         let start = system.components[component].start.iter().find(|s| s.variable == name).unwrap();
         start.values.iter().map(|t| t.parse().unwrap()).collect::<Vec<f64>>()
@@ -160,14 +161,14 @@ fn an_fmu_becomes_a_system_with_its_values_wherever_that_lies() {
         "{text}"
     );
     std::fs::write(&to, text).unwrap();
-    let plan = check(&System::read(&to).unwrap()).unwrap();
+    let plan = check(&CosimSystem::read(&to).unwrap()).unwrap();
     assert_eq!((plan.grid.stop, plan.grid.step), (2.0, 0.005));
 }
 
 #[test]
 fn a_constant_that_should_scale_is_told() {
     let (_folder, file) = desk();
-    let scaled = system::scale(&System::read(&file).unwrap(), &law(false, &[("A", 0.0)])).unwrap();
+    let scaled = system::scale(&CosimSystem::read(&file).unwrap(), &law(false, &[("A", 0.0)])).unwrap();
     assert_eq!(scaled.notes.len(), 2);
     assert!(
         scaled.notes[0].starts_with("`a.gravity` (m/s2) is a constant of its FMU: it stays"),

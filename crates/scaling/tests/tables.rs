@@ -1,6 +1,6 @@
 //! Tables of quantities.
 
-use trueup_scaling::{Law, table};
+use trueup_scaling::{ScalingLaw, table};
 
 const TABLE: &str = r#"# SIM2
 target = { value = 7900, unit = "kg" } # of the LAR and all
@@ -14,7 +14,7 @@ ratio = { value = 3, unit = "1" }
 "#;
 
 fn scaled(text: &str, back: bool) -> Result<String, String> {
-    let law = Law { lambda: 0.3, back, given: Vec::new() };
+    let law = ScalingLaw { lambda: 0.3, back, given: Vec::new() };
     table::scaled(text, "t.toml".as_ref(), &law).map_err(|e| e.to_string())
 }
 

@@ -11,8 +11,8 @@ use std::path::PathBuf;
 pub use load::Loaded;
 
 use crate::names::base_name;
-use crate::recording::{Declared, Settings};
-pub use crate::value::Value;
+use crate::recording::{ChannelSettings, DeclaredFigures};
+pub use crate::value::ParameterValue;
 
 /// An effect that is there for certain, and belongs to the nominal model. Values of its parameters and their standard deviations are
 /// among those of the case.
@@ -44,7 +44,7 @@ pub struct Case {
     /// Recordings at rest: their variation is noise.
     pub rest: Vec<String>,
     /// The nominal simulation: assumed values, structural choices too.
-    pub parameters: BTreeMap<String, Value>,
+    pub parameters: BTreeMap<String, ParameterValue>,
     /// Relative prior standard deviation of these values; none, or 0: assumed known.
     pub uncertain: BTreeMap<String, f64>,
     /// Effects that are there for certain, each once a joint.
@@ -56,15 +56,15 @@ pub struct Case {
     /// Effects that are estimated together with the model's parameters, without prior values.
     pub with: Vec<String>,
     /// What holds for a channel in all recordings; an array's name for its elements.
-    pub channels: BTreeMap<String, Settings>,
+    pub channels: BTreeMap<String, ChannelSettings>,
     /// Rows a second of all recordings, in Hz, whatever their clocks show; `None`: by the clocks.
     pub rate: Option<f64>,
 }
 
 impl Case {
     /// What holds for all its recordings.
-    pub(crate) fn declared(&self) -> Declared {
-        Declared { channels: self.channels.clone(), rate: self.rate }
+    pub(crate) fn declared(&self) -> DeclaredFigures {
+        DeclaredFigures { channels: self.channels.clone(), rate: self.rate }
     }
 
     /// The nominal value of this parameter or element.
@@ -73,7 +73,7 @@ impl Case {
     }
 
     /// The elements of an array in order, or the scalar alone; empty if the case does not name it.
-    pub fn elements(&self, base: &str) -> Vec<&Value> {
+    pub fn elements(&self, base: &str) -> Vec<&ParameterValue> {
         let mut all: Vec<_> = self
             .parameters
             .iter()

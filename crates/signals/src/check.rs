@@ -9,13 +9,13 @@ mod relation;
 pub use relation::Relation;
 
 use crate::case::Loaded;
-use crate::finding::{Finding, Kind, Severity};
+use crate::finding::{Finding, FindingKind, Severity};
 use crate::names::short;
 use crate::recording::{Channel, Recording};
-use crate::variable::{Role, Variable, role};
+use crate::variable::{SignalVariable, VariableRole, role};
 
 /// Looks at one recording. `relations` name the channels that must agree; the caller has the model.
-pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
+pub fn recording(run: &Recording, known: &[SignalVariable], relations: &[Relation]) -> Vec<Finding> {
     let mut findings = Vec::new();
     roles(run, known, &mut findings);
     clock(run, &mut findings);
@@ -23,7 +23,7 @@ pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) ->
         let delay = channel.sensor.delay;
         if delay != 0.0 && delay.abs() >= run.duration() {
             let what = format!("its delay is {delay} s, the recording lasts {} s", short(run.duration()));
-            let finding = Finding::error(Kind::BadValue, &run.file, what, "correct `delay`, in s");
+            let finding = Finding::error(FindingKind::BadValue, &run.file, what, "correct `delay`, in s");
             findings.push(finding.channel(&channel.name));
         }
         channel::check(run, channel, known, &mut findings);
@@ -33,7 +33,7 @@ pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) ->
         if let Some(b) = run.channels[..i].iter().find(twin) {
             let what = format!("its samples are those of `{}`", b.name);
             let mend = "one of them was written under a wrong name: export it again, or leave it out";
-            let finding = Finding::warning(Kind::DuplicateChannel, &run.file, what, mend);
+            let finding = Finding::warning(FindingKind::DuplicateChannel, &run.file, what, mend);
             findings.push(finding.channel(&a.name));
         }
     }
@@ -44,7 +44,7 @@ pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) ->
 }
 
 /// Looks at a case: each recording, and what they are to each other.
-pub fn case(loaded: &Loaded, known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
+pub fn case(loaded: &Loaded, known: &[SignalVariable], relations: &[Relation]) -> Vec<Finding> {
     let mut findings: Vec<_> =
         loaded.recordings.values().flat_map(|run| recording(run, known, relations)).collect();
     for relation in relations {
@@ -55,26 +55,28 @@ pub fn case(loaded: &Loaded, known: &[Variable], relations: &[Relation]) -> Vec<
 }
 
 /// Inputs drive, outputs are compared: both must be there.
-fn roles(run: &Recording, known: &[Variable], findings: &mut Vec<Finding>) {
+fn roles(run: &Recording, known: &[SignalVariable], findings: &mut Vec<Finding>) {
     if known.is_empty() {
         return;
     }
     let names = |wanted| known.iter().filter(move |v| v.role == wanted).map(|v| format!("`{}`", v.name));
     let has = |wanted| run.channels.iter().any(|c| role(known, &c.name) == Some(wanted));
-    if !has(Role::Output) {
-        let all: Vec<_> = names(Role::Output).take(12).collect();
+    if !has(VariableRole::Output) {
+        let all: Vec<_> = names(VariableRole::Output).take(12).collect();
         let mend = format!("record one of {}", all.join(", "));
         let what = "there is no output of the model to compare with";
-        findings.push(Finding::error(Kind::NoOutput, &run.file, what, mend));
+        findings.push(Finding::error(FindingKind::NoOutput, &run.file, what, mend));
     }
-    let missing = |which: &dyn Fn(&Variable) -> bool| {
-        let of = known.iter().filter(|v| v.role == Role::Input && which(v) && run.channel(&v.name).is_none());
+    let missing = |which: &dyn Fn(&SignalVariable) -> bool| {
+        let of = known
+            .iter()
+            .filter(|v| v.role == VariableRole::Input && which(v) && run.channel(&v.name).is_none());
         of.map(|v| format!("`{}`", v.name)).collect::<Vec<_>>().join(", ")
     };
-    if names(Role::Input).next().is_some() && !has(Role::Input) {
+    if names(VariableRole::Input).next().is_some() && !has(VariableRole::Input) {
         let mend = format!("record {}, or map the column in the sidecar", missing(&|_| true));
         let what = "there is no input of the model: nothing drives the simulation";
-        findings.push(Finding::error(Kind::NoInput, &run.file, what, mend));
+        findings.push(Finding::error(FindingKind::NoInput, &run.file, what, mend));
     } else {
         // What the surroundings do is 0 where it is not recorded, or an effect that is to be found. A drive is neither: all that
         // it does would be attributed to something else.
@@ -82,13 +84,14 @@ fn roles(run: &Recording, known: &[Variable], findings: &mut Vec<Finding>) {
             let missing = missing(&|v| v.drives == drives);
             if !missing.is_empty() {
                 let what = format!("{missing} not recorded: the simulation takes 0");
-                let finding = Finding::note(Kind::MissingInput, &run.file, what, "record it if it was not 0");
+                let finding =
+                    Finding::note(FindingKind::MissingInput, &run.file, what, "record it if it was not 0");
                 findings.push(Finding { severity, ..finding });
             }
         }
     }
     // An input goes on with its last value where it ends early.
-    for channel in run.channels.iter().filter(|c| role(known, &c.name) == Some(Role::Input)) {
+    for channel in run.channels.iter().filter(|c| role(known, &c.name) == Some(VariableRole::Input)) {
         let (Some(first), Some(last)) = (channel.time.first(), channel.time.last()) else { continue };
         let gap = (first - run.start).max(run.end - last);
         if gap > 0.01 * run.duration() && gap > 5.0 * channel.median_step().unwrap_or(0.0) {
@@ -97,7 +100,9 @@ fn roles(run: &Recording, known: &[Variable], findings: &mut Vec<Finding>) {
                 run.start, run.end
             );
             let mend = "cut the recording to where the input is known";
-            findings.push(Finding::warning(Kind::InputShort, &run.file, what, mend).channel(&channel.name));
+            findings.push(
+                Finding::warning(FindingKind::InputShort, &run.file, what, mend).channel(&channel.name),
+            );
         }
     }
 }
@@ -108,7 +113,7 @@ fn clock(run: &Recording, findings: &mut Vec<Finding>) {
     if rows < 20 {
         let mend = "record at least some hundred samples over the motion of interest";
         let what = format!("{rows} sample{} are too few to fit or compare", if rows == 1 { "" } else { "s" });
-        let finding = Finding::warning(Kind::TooShort, &run.file, what, mend);
+        let finding = Finding::warning(FindingKind::TooShort, &run.file, what, mend);
         // A parabola goes through three: nothing is left to compare.
         let severity = if rows < 3 { Severity::Error } else { Severity::Warning };
         findings.push(Finding { severity, ..finding });
@@ -131,7 +136,7 @@ fn clock(run: &Recording, findings: &mut Vec<Finding>) {
             "if it is in {unit}, write in the sidecar: [columns] time = {{ variable = \"time\", unit = \"{}\" }}",
             unit.split(' ').next().unwrap_or("")
         );
-        let finding = Finding::warning(Kind::TimeUnit, &run.file, what, mend);
+        let finding = Finding::warning(FindingKind::TimeUnit, &run.file, what, mend);
         findings.push(Finding { severity: Severity::Grave, ..finding });
     }
 }

@@ -6,7 +6,7 @@ use crate::finding::Finding;
 
 /// Any failure of this crate.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum SignalsError {
     /// What is wrong in files; at least one of them is an error. One line each.
     #[error("{}", .0.iter().filter(|f| f.is_error()).map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Wrong(Vec<Finding>),
@@ -20,7 +20,7 @@ pub enum Error {
     },
 }
 
-impl Error {
+impl SignalsError {
     /// What was found, errors and the rest; empty if a file could not be written.
     pub fn findings(&self) -> &[Finding] {
         match self {
@@ -31,6 +31,10 @@ impl Error {
 }
 
 /// Either nothing is an error, or all is reported.
-pub(crate) fn verdict<T>(value: T, findings: Vec<Finding>) -> Result<(T, Vec<Finding>), Error> {
-    if findings.iter().any(Finding::is_error) { Err(Error::Wrong(findings)) } else { Ok((value, findings)) }
+pub(crate) fn verdict<T>(value: T, findings: Vec<Finding>) -> Result<(T, Vec<Finding>), SignalsError> {
+    if findings.iter().any(Finding::is_error) {
+        Err(SignalsError::Wrong(findings))
+    } else {
+        Ok((value, findings))
+    }
 }

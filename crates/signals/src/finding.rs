@@ -32,10 +32,10 @@ impl Severity {
     }
 }
 
-/// Kinds of findings; [`Kind::id`] is what a machine reads.
+/// Kinds of findings; [`FindingKind::id`] is what a machine reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)] // the names are enough
-pub enum Kind {
+pub enum FindingKind {
     Unreadable,
     Encoding,
     Separator,
@@ -92,7 +92,7 @@ pub enum Kind {
     NoNoise,
 }
 
-impl Kind {
+impl FindingKind {
     /// A stable name, in kebab case: `clock-back`.
     pub fn id(self) -> String {
         let mut id = String::new();
@@ -112,7 +112,7 @@ pub struct Finding {
     /// How bad.
     pub severity: Severity,
     /// What kind.
-    pub kind: Kind,
+    pub kind: FindingKind,
     /// In which file.
     pub file: PathBuf,
     /// Its line, from 1.
@@ -129,21 +129,21 @@ pub struct Finding {
 
 impl Finding {
     /// An error.
-    pub fn error(kind: Kind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
+    pub fn error(kind: FindingKind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
         Self::new(Severity::Error, kind, file, what.into(), mend.into())
     }
 
     /// A warning.
-    pub fn warning(kind: Kind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
+    pub fn warning(kind: FindingKind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
         Self::new(Severity::Warning, kind, file, what.into(), mend.into())
     }
 
     /// A note.
-    pub fn note(kind: Kind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
+    pub fn note(kind: FindingKind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
         Self::new(Severity::Note, kind, file, what.into(), mend.into())
     }
 
-    fn new(severity: Severity, kind: Kind, file: &Path, what: String, mend: String) -> Self {
+    fn new(severity: Severity, kind: FindingKind, file: &Path, what: String, mend: String) -> Self {
         Self { severity, kind, file: file.into(), line: None, channel: None, time: None, what, mend }
     }
 

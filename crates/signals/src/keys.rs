@@ -2,7 +2,7 @@
 
 /// A key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Key {
+pub struct CaseFileKey {
     /// As it is written.
     pub name: &'static str,
     /// Meaning of its value.
@@ -19,7 +19,7 @@ pub struct Keys {
     /// What has these keys.
     pub of: &'static str,
     /// In the order in which they are listed.
-    pub list: &'static [Key],
+    pub list: &'static [CaseFileKey],
 }
 
 impl Keys {
@@ -33,8 +33,13 @@ impl Keys {
 pub const ALL: &[Keys] =
     &[CASE, RECORDINGS, EFFECTS, PAYLOAD, PAYLOAD_FIGURE, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
 
-const fn key(name: &'static str, meaning: &'static str, unit: &'static str, default: &'static str) -> Key {
-    Key { name, meaning, unit, default }
+const fn key(
+    name: &'static str,
+    meaning: &'static str,
+    unit: &'static str,
+    default: &'static str,
+) -> CaseFileKey {
+    CaseFileKey { name, meaning, unit, default }
 }
 
 /// Of `case.toml`.

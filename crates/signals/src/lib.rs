@@ -4,7 +4,7 @@
 //! - [`Recording`] and its [`Channel`]s, a [`Case`] of several, [`Loaded`] from its folder with [`Case::load`];
 //! - [`Finding`]: what is wrong with one of them, where, and the remedy;
 //! - [`keys`]: what a case and a sidecar may say;
-//! - [`Variable`]: what the caller declares of a model, so that this crate depends on none;
+//! - [`SignalVariable`]: what the caller declares of a model, so that this crate depends on none;
 //!
 //! ```
 //! use trueup_signals::{Recording, Variable, Role};
@@ -37,12 +37,14 @@ mod value;
 mod variable;
 mod write;
 
-pub use case::{Case, KnownEffect, Loaded, Value};
-pub use error::Error;
-pub use finding::{Finding, Kind, Severity};
+pub use case::{Case, KnownEffect, Loaded, ParameterValue};
+pub use error::SignalsError;
+pub use finding::{Finding, FindingKind, Severity};
 pub use names::{base_name, element_name};
 pub use read::{InputColumn, InputTable};
-pub use recording::{Channel, Declared, Guess, Interpolation, Recording, Sensor, Settings};
-pub use unit::Unit;
-pub use variable::{Role, Takes, Variable};
-pub use write::Table;
+pub use recording::{
+    Channel, ChannelSettings, DeclaredFigures, Interpolation, PriorGuess, Recording, SensorData,
+};
+pub use unit::SignalUnit;
+pub use variable::{SignalVariable, Takes, VariableRole};
+pub use write::WrittenTable;

@@ -5,7 +5,7 @@ use crate::recording::{Channel, Recording};
 
 /// Where a floor comes from, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Source {
+pub enum NoiseFloorSource {
     /// Runs of one command against each other.
     Repeats,
     /// Recordings at rest.
@@ -16,11 +16,11 @@ pub enum Source {
 
 /// Noise of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Floor {
+pub struct NoiseFloor {
     /// Standard deviation in the channel's unit.
     pub deviation: f64,
     /// Where it comes from.
-    pub source: Source,
+    pub source: NoiseFloorSource,
     /// Standard deviation of what changed from one repeat to the next and is no noise; 0: nothing.
     pub drift: f64,
 }
@@ -30,23 +30,26 @@ pub struct Floor {
 ///
 /// Quantisation can hide noise altogether, so that neither repeats nor rest go below resolution^2/12. What differs between repeats
 /// as smoothly as a motion does is no noise but something that drifts from one to the next, and no part of the floor.
-pub fn floor(loaded: &Loaded, channel: &str) -> Option<Floor> {
+pub fn floor(loaded: &Loaded, channel: &str) -> Option<NoiseFloor> {
     let runs = || loaded.recordings.values().filter_map(|run| run.channel(channel));
     let resolution = runs().filter_map(|c| c.sensor.resolution).fold(0.0, f64::max);
     let least = resolution * resolution / 12.0;
-    let floor = |variance: f64, source| Floor { deviation: variance.max(least).sqrt(), source, drift: 0.0 };
+    let floor =
+        |variance: f64, source| NoiseFloor { deviation: variance.max(least).sqrt(), source, drift: 0.0 };
     let repeats = loaded.repeats();
-    if let Some(all) = repeats.iter().filter_map(|group| Between::of(group, channel)).reduce(Between::and) {
+    if let Some(all) =
+        repeats.iter().filter_map(|group| RunScatter::of(group, channel)).reduce(RunScatter::and)
+    {
         let (noise, drift) = all.parts();
-        return Some(Floor { drift: drift.sqrt(), ..floor(noise, Source::Repeats) });
+        return Some(NoiseFloor { drift: drift.sqrt(), ..floor(noise, NoiseFloorSource::Repeats) });
     }
     if let Some(variance) = pooled(loaded.rest().iter().filter_map(|run| at_rest(run.channel(channel)?))) {
-        return Some(floor(variance, Source::Rest));
+        return Some(floor(variance, NoiseFloorSource::Rest));
     }
     let deviation = runs()
         .filter_map(|c| c.sensor.deviation())
         .fold(None, |m: Option<f64>, d| Some(m.map_or(d, |m| m.max(d))))?;
-    Some(Floor { deviation, source: Source::Declared, drift: 0.0 })
+    Some(NoiseFloor { deviation, source: NoiseFloorSource::Declared, drift: 0.0 })
 }
 
 /// Correlation of the noise of a reading with that of the next, at rest, what the resolution adds taken off. 0
@@ -75,12 +78,12 @@ fn pooled(parts: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
 /// How runs of one command differ from their mean: sums of products with what is there one and two readings later, and degrees
 /// of freedom.
 #[derive(Clone, Copy, Debug)]
-struct Between {
+struct RunScatter {
     products: [f64; 3],
     freedom: f64,
 }
 
-impl Between {
+impl RunScatter {
     /// Of a group: at each time of the first the others are taken at the same time since start.
     fn of(group: &[&Recording], channel: &str) -> Option<Self> {
         let all: Option<Vec<_>> = group.iter().map(|run| Some((run.start, run.channel(channel)?))).collect();

@@ -4,11 +4,11 @@
 
 use std::path::Path;
 
-use crate::finding::{Finding, Kind};
+use crate::finding::{Finding, FindingKind};
 use crate::names::short;
 use crate::quantum::Quantum;
 use crate::recording::{Channel, Interpolation, Recording};
-use crate::variable::{Role, Variable};
+use crate::variable::{SignalVariable, VariableRole};
 
 /// Larger than any quantity in SI. Fourth powers of what is left have finite sums.
 pub(crate) const LARGEST: f64 = 1e30;
@@ -27,18 +27,20 @@ const SIGNAL: f64 = 20.0;
 const RARE: usize = 20;
 
 /// Removes wild readings from every channel, and reports it.
-pub(crate) fn leave_out(run: &mut Recording, known: &[Variable], findings: &mut Vec<Finding>) {
+pub(crate) fn leave_out(run: &mut Recording, known: &[SignalVariable], findings: &mut Vec<Finding>) {
     let file = run.file.clone();
     for c in &mut run.channels {
         let variable = known.iter().find(|v| v.name == c.name);
         let driven =
-            variable.is_some_and(|v| v.role == Role::Input) || c.interpolation == Interpolation::Hold;
+            variable.is_some_and(|v| v.role == VariableRole::Input) || c.interpolation == Interpolation::Hold;
         let mut wild: Vec<usize> = (0..c.len()).filter(|i| c.values[*i].abs() > LARGEST).collect();
         if wild.len() * RARE > c.len() {
             let i = wild[0];
             let what = format!("values up to {}: no quantity is as large", short(c.values[i]));
             let mend = "correct the export, or the `scale` or `unit` of the sidecar";
-            findings.push(Finding::error(Kind::BadValue, &file, what, mend).channel(&c.name).time(c.time[i]));
+            findings.push(
+                Finding::error(FindingKind::BadValue, &file, what, mend).channel(&c.name).time(c.time[i]),
+            );
             continue;
         }
         let motor = variable.is_some_and(|v| v.drives);
@@ -76,12 +78,12 @@ fn spike(file: &Path, c: &Channel, found: &[usize], done: &str) -> Finding {
     let (before, after) = (shown(worst.checked_sub(1)), shown(Some(worst + 1)));
     let what = format!("{n} spike{s}, such as {} between {before} and {after}: {done}", short(x[worst]));
     let mend = "leave these cells empty if the sensor was wrong";
-    Finding::warning(Kind::Spike, file, what, mend).channel(&c.name).time(c.time[worst])
+    Finding::warning(FindingKind::Spike, file, what, mend).channel(&c.name).time(c.time[worst])
 }
 
 /// Outliers: to be left out, or only reported.
 #[derive(Default)]
-struct Found {
+struct OutlierReadings {
     out: Vec<usize>,
     stay: Vec<usize>,
 }
@@ -119,8 +121,8 @@ fn neighbours(found: &[(usize, f64)]) -> impl Iterator<Item = &[(usize, f64)]> {
 }
 
 /// Hampel's identifier: a reading far from the median of its neighbourhood, measured by their median deviation.
-fn spikes(x: &[f64]) -> Found {
-    let mut all = Found::default();
+fn spikes(x: &[f64]) -> OutlierReadings {
+    let mut all = OutlierReadings::default();
     if x.len() < 4 * HALF {
         return all;
     }
@@ -137,8 +139,8 @@ fn spikes(x: &[f64]) -> Found {
 }
 
 /// Single readings of an input that no amplifier makes; of what is no motor, that no sensor reads.
-fn pulses(x: &[f64], motor: bool) -> Found {
-    let mut all = Found::default();
+fn pulses(x: &[f64], motor: bool) -> OutlierReadings {
+    let mut all = OutlierReadings::default();
     if x.len() < 4 * HALF {
         return all;
     }
@@ -165,12 +167,16 @@ mod tests {
         let noise = |i: usize| (i as f64 * 12.9898).sin() * 43_758.545_3 % 1.0;
         (0..n).map(|i| (0.013 * i as f64).sin() + 1e-4 * noise(i)).collect()
     }
-    fn left(values: Vec<f64>, role: Role, drives: bool) -> (Vec<f64>, Vec<Finding>) {
+    fn left(values: Vec<f64>, role: VariableRole, drives: bool) -> (Vec<f64>, Vec<Finding>) {
         let time = (0..values.len()).map(|i| 0.01 * i as f64).collect();
         let mut run =
             Recording { channels: vec![Channel::new("x", "", time, values)], ..Recording::default() };
         let mut findings = Vec::new();
-        leave_out(&mut run, &[Variable { drives, ..Variable::new("x", "", role) }], &mut findings);
+        leave_out(
+            &mut run,
+            &[SignalVariable { drives, ..SignalVariable::new("x", "", role) }],
+            &mut findings,
+        );
         (run.channels.remove(0).values, findings)
     }
 
@@ -178,8 +184,12 @@ mod tests {
     #[test]
     fn one_wild_reading_of_any_size_is_left_out() {
         for size in [2e2, 1e5, 1e10, 1e20, 1e100, 1e160, 1e300, f64::MAX] {
-            for (role, at) in [(Role::Output, 0), (Role::Output, 2), (Role::Output, 999), (Role::Input, 500)]
-            {
+            for (role, at) in [
+                (VariableRole::Output, 0),
+                (VariableRole::Output, 2),
+                (VariableRole::Output, 999),
+                (VariableRole::Input, 500),
+            ] {
                 for sign in [1.0, -1.0] {
                     let mut x = swing(1000);
                     x[at] = sign * size;
@@ -194,25 +204,25 @@ mod tests {
 
     #[test]
     fn a_healthy_channel_and_a_pulse_that_is_meant_stay() {
-        assert_eq!(left(swing(1000), Role::Output, false), (swing(1000), vec![]));
+        assert_eq!(left(swing(1000), VariableRole::Output, false), (swing(1000), vec![]));
         let mut hammer = vec![0.0; 1000];
         hammer[300] = 50.0;
-        assert_eq!(left(hammer.clone(), Role::Input, false), (hammer.clone(), vec![]));
+        assert_eq!(left(hammer.clone(), VariableRole::Input, false), (hammer.clone(), vec![]));
         let noisy: Vec<f64> = hammer.iter().zip(swing(1000)).map(|(h, x)| h + 1e-3 * x).collect();
-        assert_eq!(left(noisy.clone(), Role::Input, false).0.len(), 1000);
+        assert_eq!(left(noisy.clone(), VariableRole::Input, false).0.len(), 1000);
         // Steps of a command.
         let steps: Vec<f64> = (0..1000).map(|i| f64::from(i / 100 % 2)).collect();
-        assert_eq!(left(steps.clone(), Role::Input, true), (steps, vec![]));
+        assert_eq!(left(steps.clone(), VariableRole::Input, true), (steps, vec![]));
         // A slip of three readings is a motion.
         let mut slip = vec![0.0; 1000];
         slip.iter_mut().enumerate().for_each(|(i, x)| *x = 1e-4 * (i as f64 * 12.9898).sin());
         slip[400..403].fill(0.3);
-        assert_eq!(left(slip, Role::Output, false).0.len(), 1000);
+        assert_eq!(left(slip, VariableRole::Output, false).0.len(), 1000);
     }
 
     #[test]
     fn many_readings_beyond_all_quantities_are_refused() {
-        let (_, findings) = left(vec![0.0, 1e160, 1.0], Role::Output, false);
+        let (_, findings) = left(vec![0.0, 1e160, 1.0], VariableRole::Output, false);
         assert!(
             findings[0].is_error() && findings[0].to_string().contains("x at 0.01 s: values up to 1e160")
         );

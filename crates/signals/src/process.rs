@@ -13,7 +13,7 @@ mod whiteness;
 
 pub use butterworth::Butterworth;
 pub use difference::gradient;
-pub use grid::Grid;
+pub use grid::ChannelGrid;
 pub use metric::{Misfit, nrmse, overall, rms};
 pub use savitzky_golay::savitzky_golay;
 pub use spectrum::{Spectrum, coherence, welch};

@@ -1,4 +1,4 @@
-//! Reading: a file becomes a [`Table`], a table and its sidecar a recording.
+//! Reading: a file becomes a [`ReadTable`], a table and its sidecar a recording.
 
 mod assemble;
 mod clock;
@@ -15,14 +15,14 @@ pub(crate) mod toml;
 
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, verdict};
-use crate::finding::{Finding, Kind};
-use crate::recording::{Declared, Recording};
-use crate::variable::Variable;
+use crate::error::{SignalsError, verdict};
+use crate::finding::{Finding, FindingKind};
+use crate::recording::{DeclaredFigures, Recording};
+use crate::variable::SignalVariable;
 pub use input::{InputColumn, InputTable};
 pub(crate) use parameters::{doubts, parameters};
 use sidecar::Sidecar;
-use table::{Table, Wanted};
+use table::{ReadTable, WantedColumns};
 
 impl Recording {
     /// Reads a CSV (also `.csv.gz` unpacked by the caller), Parquet or MAT file with its sidecar, if there is one.
@@ -31,12 +31,18 @@ impl Recording {
     /// With none, every column is taken as it is. `declared` is what a case declares of channels; a sidecar goes before it.
     ///
     /// # Errors
-    /// [`Error::Wrong`] with all findings.
-    pub fn read(file: &Path, known: &[Variable], declared: &Declared) -> Result<(Self, Vec<Finding>), Error> {
+    /// [`SignalsError::Wrong`] with all findings.
+    pub fn read(
+        file: &Path,
+        known: &[SignalVariable],
+        declared: &DeclaredFigures,
+    ) -> Result<(Self, Vec<Finding>), SignalsError> {
         let mut findings = Vec::new();
         let sidecar = Sidecar::beside(file, None, known, &mut findings);
-        let table = table_of(file, Wanted::Numbers, &mut findings);
-        let (Some(table), Some(sidecar)) = (table, sidecar) else { return Err(Error::Wrong(findings)) };
+        let table = table_of(file, WantedColumns::Numbers, &mut findings);
+        let (Some(table), Some(sidecar)) = (table, sidecar) else {
+            return Err(SignalsError::Wrong(findings));
+        };
         let recording = assemble::assemble(file, table, &sidecar, known, declared, &mut findings);
         verdict(recording, findings)
     }
@@ -44,20 +50,24 @@ impl Recording {
     /// Reads a CSV from memory, as if it were in a file of that name without a sidecar.
     ///
     /// # Errors
-    /// [`Error::Wrong`] with all findings.
-    pub fn parse_csv(name: &str, bytes: &[u8], known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
+    /// [`SignalsError::Wrong`] with all findings.
+    pub fn parse_csv(
+        name: &str,
+        bytes: &[u8],
+        known: &[SignalVariable],
+    ) -> Result<(Self, Vec<Finding>), SignalsError> {
         let mut findings = Vec::new();
         let file = PathBuf::from(name);
-        let table = csv::read(&file, bytes, Wanted::Numbers, &mut findings);
-        let Some(table) = table else { return Err(Error::Wrong(findings)) };
-        let none = Declared::default();
+        let table = csv::read(&file, bytes, WantedColumns::Numbers, &mut findings);
+        let Some(table) = table else { return Err(SignalsError::Wrong(findings)) };
+        let none = DeclaredFigures::default();
         let recording = assemble::assemble(&file, table, &Sidecar::default(), known, &none, &mut findings);
         verdict(recording, findings)
     }
 }
 
 /// The columns of a file, by the end of its name.
-fn table_of(file: &Path, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<Table> {
+fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> Option<ReadTable> {
     let open = std::fs::File::open(file).map_err(|e| {
         let (what, mend) = match e.kind() {
             std::io::ErrorKind::NotFound => {
@@ -65,7 +75,7 @@ fn table_of(file: &Path, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<
             }
             _ => (e.to_string(), "make it a readable file"),
         };
-        findings.push(Finding::error(Kind::MissingFile, file, what, mend));
+        findings.push(Finding::error(FindingKind::MissingFile, file, what, mend));
     });
     let open = open.ok()?;
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
@@ -78,13 +88,13 @@ fn table_of(file: &Path, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<
             Ok(bytes) => mat::read(file, bytes, findings),
             Err(e) => {
                 let mend = "make it a readable file";
-                findings.push(Finding::error(Kind::Unreadable, file, e.to_string(), mend));
+                findings.push(Finding::error(FindingKind::Unreadable, file, e.to_string(), mend));
                 None
             }
         },
         _ => {
             findings.push(Finding::error(
-                Kind::Unreadable,
+                FindingKind::Unreadable,
                 file,
                 format!("a file `.{extension}` is no recording"),
                 "make it a .csv, .parquet or .mat; unpack a .gz",

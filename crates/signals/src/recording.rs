@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::value::Value;
+use crate::value::ParameterValue;
 
 /// How a signal goes between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -17,7 +17,7 @@ pub enum Interpolation {
 
 /// What is known of a figure of a sensor that is to be estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guess {
+pub struct PriorGuess {
     /// The assumed value.
     pub value: f64,
     /// Standard deviation: of a gain as a share of it, of an offset in the channel's unit, of a delay in s; `None`: nothing is known.
@@ -26,7 +26,7 @@ pub struct Guess {
 
 /// What is known of the sensor, in the channel's unit.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sensor {
+pub struct SensorData {
     /// Step of the reading (one count).
     pub resolution: Option<f64>,
     /// Standard deviation of white noise.
@@ -34,14 +34,14 @@ pub struct Sensor {
     /// By how many seconds the reading is late: the sample of time t shows the system at t - delay.
     pub delay: f64,
     /// To be estimated: the assumed value, and how far it may be off in s; `None`: it is known.
-    pub late: Option<Guess>,
+    pub late: Option<PriorGuess>,
     /// What a reading has too much, a constant; `None`: nothing.
-    pub offset: Option<Guess>,
+    pub offset: Option<PriorGuess>,
     /// By how many times a reading is too large, the offset left out; `None`: by none.
-    pub gain: Option<Guess>,
+    pub gain: Option<PriorGuess>,
 }
 
-impl Sensor {
+impl SensorData {
     /// The assumed excess of a reading.
     pub fn believed_offset(&self) -> f64 {
         self.offset.map_or(0.0, |g| g.value)
@@ -62,28 +62,28 @@ impl Sensor {
 
 /// What a sidecar or a case declares for a channel; what is `None` is not declared.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Settings {
-    /// See [`Sensor::resolution`].
+pub struct ChannelSettings {
+    /// See [`SensorData::resolution`].
     pub resolution: Option<f64>,
-    /// See [`Sensor::noise`].
+    /// See [`SensorData::noise`].
     pub noise: Option<f64>,
-    /// See [`Sensor::delay`].
+    /// See [`SensorData::delay`].
     pub delay: Option<f64>,
-    /// See [`Sensor::late`].
-    pub late: Option<Guess>,
-    /// See [`Sensor::offset`].
-    pub offset: Option<Guess>,
-    /// See [`Sensor::gain`].
-    pub gain: Option<Guess>,
+    /// See [`SensorData::late`].
+    pub late: Option<PriorGuess>,
+    /// See [`SensorData::offset`].
+    pub offset: Option<PriorGuess>,
+    /// See [`SensorData::gain`].
+    pub gain: Option<PriorGuess>,
     /// See [`Channel::interpolation`].
     pub interpolation: Option<Interpolation>,
 }
 
 /// What a case declares for all its recordings; what a sidecar declares has precedence.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Declared {
+pub struct DeclaredFigures {
     /// By the names of channels; an array's name means its elements.
-    pub channels: BTreeMap<String, Settings>,
+    pub channels: BTreeMap<String, ChannelSettings>,
     /// Rows a second, in Hz, evenly spaced whatever the clock shows; `None`: by the clock.
     pub rate: Option<f64>,
 }
@@ -102,7 +102,7 @@ pub struct Channel {
     /// How it goes between samples.
     pub interpolation: Interpolation,
     /// What is known of its sensor.
-    pub sensor: Sensor,
+    pub sensor: SensorData,
 }
 
 impl Channel {
@@ -114,7 +114,7 @@ impl Channel {
             time,
             values,
             interpolation: Interpolation::Linear,
-            sensor: Sensor::default(),
+            sensor: SensorData::default(),
         }
     }
 
@@ -167,8 +167,8 @@ impl Channel {
         Some(self.values.iter().fold((first, first), |(low, high), x| (low.min(*x), high.max(*x))))
     }
 
-    pub(crate) fn declare(&mut self, settings: &Settings) {
-        let Settings { resolution, noise, delay, late, offset, gain, interpolation } = settings;
+    pub(crate) fn declare(&mut self, settings: &ChannelSettings) {
+        let ChannelSettings { resolution, noise, delay, late, offset, gain, interpolation } = settings;
         self.sensor.resolution = resolution.or(self.sensor.resolution);
         self.sensor.noise = noise.or(self.sensor.noise);
         if let Some(delay) = delay {
@@ -224,7 +224,7 @@ pub struct Recording {
     /// Last time of the file in s.
     pub end: f64,
     /// Start values known for this run, element by element.
-    pub parameters: BTreeMap<String, Value>,
+    pub parameters: BTreeMap<String, ParameterValue>,
 }
 
 impl Recording {

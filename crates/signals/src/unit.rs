@@ -2,7 +2,7 @@
 
 /// A unit: `SI value = factor * value + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unit {
+pub struct SignalUnit {
     /// Exponents of kg, m, s, A, K, rad, cycles (Hz), and Mathematics' own 1 not among them.
     pub exponents: [i8; 7],
     /// To SI.
@@ -47,7 +47,7 @@ const SYMBOLS: &[(&str, [i8; 7], f64, bool)] = &[
 const PREFIXES: &[(&str, f64)] =
     &[("n", 1e-9), ("u", 1e-6), ("µ", 1e-6), ("μ", 1e-6), ("m", 1e-3), ("c", 1e-2), ("k", 1e3), ("M", 1e6)];
 
-impl Unit {
+impl SignalUnit {
     /// No unit.
     pub const ONE: Self = Self { exponents: [0; 7], factor: 1.0, offset: 0.0 };
 
@@ -175,19 +175,19 @@ mod tests {
             ("s^-1", "1/s", 1.0),
             ("N.m.s/rad", "kg.m2/s/rad", 1.0),
         ] {
-            let unit = Unit::parse(text).unwrap_or_else(|| panic!("{text}"));
+            let unit = SignalUnit::parse(text).unwrap_or_else(|| panic!("{text}"));
             assert_eq!(unit.si(), si, "{text}");
             assert!((unit.factor / factor - 1.0).abs() < 1e-14, "{text}: {}", unit.factor);
         }
-        assert_eq!(Unit::parse("degC").unwrap().to_si(20.0), 293.15);
+        assert_eq!(SignalUnit::parse("degC").unwrap().to_si(20.0), 293.15);
     }
 
     #[test]
     fn what_is_no_unit_and_what_does_not_fit() {
         for text in ["foo", "/s", "N..m", "m^", "kkg", "m999", "rad/", "-", "m-"] {
-            assert!(Unit::parse(text).is_none(), "{text}");
+            assert!(SignalUnit::parse(text).is_none(), "{text}");
         }
-        let fits = |a: &str, b: &str| Unit::parse(a).unwrap().fits(&Unit::parse(b).unwrap());
+        let fits = |a: &str, b: &str| SignalUnit::parse(a).unwrap().fits(&SignalUnit::parse(b).unwrap());
         assert!(fits("deg", "rad") && fits("N.m", "N.m/rad") && fits("rpm", "rad/s") && fits("1/s", "rad/s"));
         assert!(!fits("deg", "A") && !fits("Hz", "rad/s") && !fits("%", "rad") && !fits("V", "A"));
     }

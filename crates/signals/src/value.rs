@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A parameter's value.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum ParameterValue {
     /// A number, in the variable's unit.
     Number(f64),
     /// A structural choice such as `jointFlexible`.
@@ -13,7 +13,7 @@ pub enum Value {
     Text(String),
 }
 
-impl Value {
+impl ParameterValue {
     /// The number; a Boolean is 0 or 1.
     pub fn number(&self) -> Option<f64> {
         match self {
@@ -33,7 +33,7 @@ impl Value {
     }
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for ParameterValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(x) => write!(f, "{x}"),

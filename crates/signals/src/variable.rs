@@ -2,7 +2,7 @@
 
 /// What a variable is to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
+pub enum VariableRole {
     /// Drives the simulation.
     Input,
     /// Is compared with the simulation.
@@ -27,13 +27,13 @@ pub enum Takes {
 
 /// A scalar variable, or one element of an array (`jointTorque[1]`).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Variable {
+pub struct SignalVariable {
     /// Its name in the FMU.
     pub name: String,
     /// Its unit as the FMU names it (`N.m/rad`); empty: none.
     pub unit: String,
     /// Input, output or parameter.
-    pub role: Role,
+    pub role: VariableRole,
     /// Size that is usual, in `unit`.
     pub nominal: Option<f64>,
     /// Least value that makes sense, in `unit`.
@@ -48,9 +48,9 @@ pub struct Variable {
     pub drives: bool,
 }
 
-impl Variable {
+impl SignalVariable {
     /// A number without nominal, min and max.
-    pub fn new(name: &str, unit: &str, role: Role) -> Self {
+    pub fn new(name: &str, unit: &str, role: VariableRole) -> Self {
         let (nominal, min, max) = (None, None, None);
         let (takes, positive, drives) = (Takes::Number, false, false);
         Self { name: name.into(), unit: unit.into(), role, nominal, min, max, takes, positive, drives }
@@ -58,6 +58,6 @@ impl Variable {
 }
 
 /// The role of the variable of this name.
-pub(crate) fn role(known: &[Variable], name: &str) -> Option<Role> {
+pub(crate) fn role(known: &[SignalVariable], name: &str) -> Option<VariableRole> {
     known.iter().find(|v| v.name == name).map(|v| v.role)
 }

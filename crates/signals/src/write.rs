@@ -11,7 +11,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::error::Error;
+use crate::error::SignalsError;
 use crate::recording::Recording;
 
 impl Recording {
@@ -19,8 +19,8 @@ impl Recording {
     /// sample, missing ones empty. Every double reads back bit-equal.
     ///
     /// # Errors
-    /// [`Error::Write`]; then nothing is left under that name.
-    pub fn write(&self, file: &Path) -> Result<(), Error> {
+    /// [`SignalsError::Write`]; then nothing is left under that name.
+    pub fn write(&self, file: &Path) -> Result<(), SignalsError> {
         self.table().write(file)
     }
 
@@ -32,10 +32,12 @@ impl Recording {
         self.table().to_csv(to)
     }
 
-    fn table(&self) -> Table {
+    fn table(&self) -> WrittenTable {
         let (time, columns) = self.rows();
         let names = self.channels.iter().map(|c| c.name.clone());
-        Table { columns: std::iter::once(("time".to_owned(), time)).chain(names.zip(columns)).collect() }
+        WrittenTable {
+            columns: std::iter::once(("time".to_owned(), time)).chain(names.zip(columns)).collect(),
+        }
     }
 
     /// All times, and the values of each channel there, `NaN` where it has none.
@@ -70,17 +72,17 @@ impl Recording {
 
 /// Columns of one length with their names; `NaN` is a cell without a value.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub struct WrittenTable {
     /// Names and values.
     pub columns: Vec<(String, Vec<f64>)>,
 }
 
-impl Table {
+impl WrittenTable {
     /// Writes the table as CSV, or as Parquet if the name ends so. Every double reads back bit-equal.
     ///
     /// # Errors
-    /// [`Error::Write`]; then nothing is left under that name.
-    pub fn write(&self, file: &Path) -> Result<(), Error> {
+    /// [`SignalsError::Write`]; then nothing is left under that name.
+    pub fn write(&self, file: &Path) -> Result<(), SignalsError> {
         let parquet = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
         let write = || -> Result<(), IoError> {
             let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -96,7 +98,7 @@ impl Table {
             readable_by_others(part.as_file())?;
             part.persist(file).map(|_| ()).map_err(|e| e.error)
         };
-        write().map_err(|source| Error::Write { file: file.into(), source })
+        write().map_err(|source| SignalsError::Write { file: file.into(), source })
     }
 
     fn to_csv(&self, to: &mut impl Write) -> Result<(), IoError> {

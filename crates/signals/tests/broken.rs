@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 
 use crate::common::{CASE, HEALTHY, found, joint, with_links};
 use trueup_signals::check::Relation;
-use trueup_signals::{Finding, Kind, Role, Severity, Variable};
+use trueup_signals::{Finding, FindingKind, Severity, SignalVariable, VariableRole};
 
 /// One of the findings is of this kind and severity, and its text has all these parts.
-fn says(label: &str, findings: &[Finding], severity: Severity, kind: Kind, parts: &[&str]) {
+fn says(label: &str, findings: &[Finding], severity: Severity, kind: FindingKind, parts: &[&str]) {
     let hit = findings.iter().any(|f| {
         let text = f.to_string();
         f.severity == severity && f.kind == kind && parts.iter().all(|p| text.contains(p))
@@ -20,10 +20,10 @@ fn says(label: &str, findings: &[Finding], severity: Severity, kind: Kind, parts
 
 #[test]
 fn files_that_cannot_be_read_as_they_are() {
-    use Kind::*;
+    use FindingKind::*;
     let utf16: Vec<u8> = "\u{feff}time,x\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
     let latin = b"time,winkel_\xb0\n0,1\n";
-    let broken: &[(&str, &[u8], Kind, &[&str])] = &[
+    let broken: &[(&str, &[u8], FindingKind, &[&str])] = &[
         ("empty", b"", EmptyFile, &["run.csv", "the file is empty", "export"]),
         ("header alone", b"time,motorAngle\n", EmptyFile, &["no row after the header"]),
         ("UTF-16", &utf16, Encoding, &["UTF-16", "save it as UTF-8"]),
@@ -111,13 +111,13 @@ fn files_that_cannot_be_read_as_they_are() {
 
 #[test]
 fn other_formats() {
-    use Kind::*;
+    use FindingKind::*;
     let case = |name: &str| format!("model = \"TwoMassJoint\"\ntrain = [\"{name}\"]\n");
     let v73 = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".to_vec();
     let mut truncated = b"MATLAB 5.0 MAT-file".to_vec();
     truncated.resize(126, b' ');
     truncated.extend(b"IM\x0f\0\0\0\xff\0\0\0abc");
-    let broken: &[(&str, &str, &[u8], Kind, &[&str])] = &[
+    let broken: &[(&str, &str, &[u8], FindingKind, &[&str])] = &[
         (
             "not Parquet",
             "run.parquet",
@@ -153,8 +153,8 @@ fn other_formats() {
 
 #[test]
 fn sidecars() {
-    use Kind::*;
-    let broken: &[(&str, &str, Kind, &[&str])] = &[
+    use FindingKind::*;
+    let broken: &[(&str, &str, FindingKind, &[&str])] = &[
         ("syntax", "[columns\n", Syntax, &["run.toml:1"]),
         (
             "unknown key",
@@ -250,11 +250,11 @@ fn sidecars() {
 
 #[test]
 fn cases() {
-    use Kind::*;
+    use FindingKind::*;
     use Severity::*;
     let train = "train = [\"run.csv\"]\n";
     let with = |more: &str| format!("model = \"TwoMassJoint\"\n{train}{more}");
-    let broken: &[(&str, String, Severity, Kind, &[&str])] = &[
+    let broken: &[(&str, String, Severity, FindingKind, &[&str])] = &[
         ("no model", train.into(), Error, UnknownModel, &["no `model`", "TwoMassJoint"]),
         ("no train", "model = \"x\"\n".into(), Error, NoTraining, &["train = ["]),
         (
@@ -467,11 +467,11 @@ fn relations() -> Vec<Relation> {
 /// What is done to the samples.
 type Spoil = Box<dyn Fn(usize, &mut [f64; 4])>;
 /// Label, spoiler, finding.
-type Sensor = (&'static str, Spoil, Kind, &'static [&'static str]);
+type Sensor = (&'static str, Spoil, FindingKind, &'static [&'static str]);
 
 #[test]
 fn sensors() {
-    use Kind::*;
+    use FindingKind::*;
     let mut known = joint();
     known.iter_mut().filter(|v| v.name == "motorVelocity").for_each(|v| v.nominal = Some(20.0));
     known.iter_mut().filter(|v| v.name == "motorCurrent").for_each(|v| v.max = Some(3.0));
@@ -600,7 +600,7 @@ fn sensors() {
 
 #[test]
 fn recordings_as_a_whole() {
-    use Kind::*;
+    use FindingKind::*;
     use Severity::*;
     let in_ms: String = swing(|_, _| {})
         .lines()
@@ -617,7 +617,7 @@ fn recordings_as_a_whole() {
     });
     let burst = format!("time,motorCurrent,motorAngle\n{}", rows.collect::<String>());
     let quantised = swing(|_, x| x[3] = (x[3] / 0.002).round() * 0.002);
-    let broken: &[(&str, &str, Severity, Kind, &[&str])] = &[
+    let broken: &[(&str, &str, Severity, FindingKind, &[&str])] = &[
         ("time in ms", &in_ms, Grave, TimeUnit, &["a sample every 10 s", "unit = \"ms\""]),
         ("three samples", HEALTHY, Warning, TooShort, &["3 samples"]),
         (
@@ -686,16 +686,16 @@ fn many_mistakes_of_one_kind_are_counted() {
     (0..400).for_each(|i| writeln!(text, "{i},x").unwrap());
     let findings = found(&[("run.csv", text.as_bytes())], &joint(), &[]);
     assert_eq!(
-        findings.iter().filter(|f| f.kind == Kind::NotANumber).count(),
+        findings.iter().filter(|f| f.kind == FindingKind::NotANumber).count(),
         6,
         "five and a word of the rest"
     );
-    says("many", &findings, Severity::Error, Kind::NotANumber, &["more of this kind"]);
+    says("many", &findings, Severity::Error, FindingKind::NotANumber, &["more of this kind"]);
 }
 
 #[test]
 fn kinds_have_names_for_machines() {
-    assert_eq!(Kind::ClockBack.id(), "clock-back");
-    assert_eq!(Kind::NotANumber.id(), "not-a-number");
-    assert_eq!(Variable::new("x", "", Role::Input).nominal, None);
+    assert_eq!(FindingKind::ClockBack.id(), "clock-back");
+    assert_eq!(FindingKind::NotANumber.id(), "not-a-number");
+    assert_eq!(SignalVariable::new("x", "", VariableRole::Input).nominal, None);
 }

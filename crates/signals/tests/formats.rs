@@ -7,7 +7,7 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
 use crate::common::joint;
-use trueup_signals::{Declared, Finding, InputTable, Kind, Recording, Severity};
+use trueup_signals::{DeclaredFigures, Finding, FindingKind, InputTable, Recording, Severity};
 
 const FEW: u64 = 60;
 const ALL: u64 = 2000;
@@ -213,16 +213,27 @@ fn every_way(count: u64) {
         let (other, found) = read(&way);
         same(&plain, &other, seed, &way);
         // What was chosen is reported.
-        let says = |found: &[Finding], kind: Kind, channel: Option<&str>| {
+        let says = |found: &[Finding], kind: FindingKind, channel: Option<&str>| {
             found.iter().any(|f| f.kind == kind && channel.is_none_or(|c| f.channel.as_deref() == Some(c)))
         };
-        assert!(says(&findings, Kind::Jump, None) && says(&found, Kind::Jump, None), "seed {seed}");
-        assert_eq!(says(&found, Kind::Separator, None), way.separator != ',', "seed {seed}: {found:?}");
-        assert_eq!(says(&found, Kind::Unit, None), way.units == Units::InLine, "seed {seed}: {found:?}");
+        assert!(
+            says(&findings, FindingKind::Jump, None) && says(&found, FindingKind::Jump, None),
+            "seed {seed}"
+        );
+        assert_eq!(
+            says(&found, FindingKind::Separator, None),
+            way.separator != ',',
+            "seed {seed}: {found:?}"
+        );
+        assert_eq!(
+            says(&found, FindingKind::Unit, None),
+            way.units == Units::InLine,
+            "seed {seed}: {found:?}"
+        );
         let comments = way.comments == Comments::Beside || text_has_comment(&written(&table, &way));
-        assert_eq!(says(&found, Kind::Comment, None), comments, "seed {seed}: {found:?}");
+        assert_eq!(says(&found, FindingKind::Comment, None), comments, "seed {seed}: {found:?}");
         let calendar = !matches!(way.clock, Clock::Seconds | Clock::Milliseconds);
-        assert_eq!(says(&found, Kind::TimeUnit, Some("time")), calendar, "seed {seed}: {found:?}");
+        assert_eq!(says(&found, FindingKind::TimeUnit, Some("time")), calendar, "seed {seed}: {found:?}");
         let words =
             found.iter().any(|f| f.channel.as_deref() == Some("mode") && f.severity <= Severity::Warning);
         assert_eq!(words, way.words, "seed {seed}: {found:?}");
@@ -269,16 +280,16 @@ fn a_rate_goes_before_a_coarse_clock() {
         }
         let file = folder.path().join("run.csv");
         fs::write(&file, &text).unwrap();
-        let read = |declared: &Declared| Recording::read(&file, &joint(), declared);
-        let error = read(&Declared::default()).unwrap_err().to_string();
+        let read = |declared: &DeclaredFigures| Recording::read(&file, &joint(), declared);
+        let error = read(&DeclaredFigures::default()).unwrap_err().to_string();
         assert!(error.contains("the clock repeats") && error.contains("rate = N"), "seed {seed}: {error}");
-        let (run, found) = read(&Declared { rate: Some(rate), ..Declared::default() }).unwrap();
+        let (run, found) = read(&DeclaredFigures { rate: Some(rate), ..DeclaredFigures::default() }).unwrap();
         let angle = run.channel("motorAngle").unwrap();
         assert!(angle.time.iter().zip(&angle.values).all(|(t, x)| (t - x).abs() < 1e-12), "seed {seed}");
         assert!(found.iter().any(|f| f.what.contains("evenly spaced")), "seed {seed}: {found:?}");
         // The sidecar's word goes before that of the case.
         fs::write(folder.path().join("run.toml"), format!("rate = {rate:?}\n")).unwrap();
-        let (own, _) = read(&Declared { rate: Some(1.0), ..Declared::default() }).unwrap();
+        let (own, _) = read(&DeclaredFigures { rate: Some(1.0), ..DeclaredFigures::default() }).unwrap();
         assert_eq!(own.channels, run.channels);
         fs::remove_file(folder.path().join("run.toml")).unwrap();
     }

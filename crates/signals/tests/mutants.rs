@@ -8,7 +8,7 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
 use crate::common::joint;
-use trueup_signals::{Case, Error, check};
+use trueup_signals::{Case, SignalsError, check};
 
 /// Of each file in the plain run; all with `--ignored`.
 const FEW: usize = 40;
@@ -61,7 +61,7 @@ fn look(folder: &Path) -> bool {
             check::case(&loaded, &known, &[]);
             true
         }
-        Err(Error::Wrong(findings)) => {
+        Err(SignalsError::Wrong(findings)) => {
             let errors: Vec<_> = findings.iter().filter(|f| f.is_error()).collect();
             assert!(!errors.is_empty());
             for f in errors {

@@ -4,7 +4,7 @@
 
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::Normal;
-use trueup_signals::noise::{Source, correlation, floor};
+use trueup_signals::noise::{NoiseFloorSource, correlation, floor};
 use trueup_signals::{Channel, Loaded, Recording};
 
 /// A motion from this start, read with noise of standard deviation 0.02.
@@ -38,17 +38,17 @@ fn repeats_go_before_rest_and_rest_before_what_is_declared() {
         run.channels[0].sensor.resolution = Some(0.12);
     }
     let declared = floor(&loaded, "motorAngle").unwrap();
-    assert_eq!(declared.source, Source::Declared);
+    assert_eq!(declared.source, NoiseFloorSource::Declared);
     assert!((declared.deviation - 0.0912_f64.sqrt()).abs() < 1e-12);
     loaded.recordings.values_mut().for_each(|r| r.channels[0].sensor.resolution = None);
     loaded.case.rest = vec!["rest".into()];
     // 4000 values: 1.1 % is one standard error of a standard deviation.
     let rest = floor(&loaded, "motorAngle").unwrap();
-    assert_eq!(rest.source, Source::Rest);
+    assert_eq!(rest.source, NoiseFloorSource::Rest);
     assert!((rest.deviation / 0.02 - 1.0).abs() < 0.04, "{rest:?}");
     loaded.case.repeats = vec![vec!["a".into(), "b".into(), "c".into()]];
     let repeats = floor(&loaded, "motorAngle").unwrap();
-    assert_eq!(repeats.source, Source::Repeats);
+    assert_eq!(repeats.source, NoiseFloorSource::Repeats);
     assert!((repeats.deviation / 0.02 - 1.0).abs() < 0.03, "{repeats:?}");
     assert_eq!(floor(&loaded, "loadAngle"), None);
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::{CASE, HEALTHY, found, with_links};
-use trueup_signals::{Case, Error, Finding};
+use trueup_signals::{Case, Finding, SignalsError};
 
 /// What is in `[parameters]` and `[uncertain]` has the shape, the type and the range of its variable.
 #[test]
@@ -107,7 +107,8 @@ fn known_effects_are_read_as_parameters() {
             ["named twice", "once for each joint"],
         ),
     ] {
-        let Err(Error::Wrong(said)) = read(&format!("[parameters]\nstiffness = 1.0\n[effects]\n{text}\n"))
+        let Err(SignalsError::Wrong(said)) =
+            read(&format!("[parameters]\nstiffness = 1.0\n[effects]\n{text}\n"))
         else {
             panic!("{text}")
         };

@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-use trueup_signals::process::{Butterworth, Grid, Misfit, gradient, nrmse, overall, savitzky_golay, welch};
+use trueup_signals::process::{
+    Butterworth, ChannelGrid, Misfit, gradient, nrmse, overall, savitzky_golay, welch,
+};
 use trueup_signals::{Channel, Recording};
 
 #[test]
@@ -55,10 +57,12 @@ fn channels_come_to_one_grid_with_their_delays_out() {
     let mut late = Channel::new("b", "", t.clone(), t.iter().map(|t| 2.0 * (t - 0.03)).collect());
     late.sensor.delay = 0.03;
     let run = Recording { channels: vec![prompt, late], ..Recording::default() };
-    let grid = Grid::of(&run, &["a", "b"], 0.005).unwrap();
+    let grid = ChannelGrid::of(&run, &["a", "b"], 0.005).unwrap();
     assert_eq!((grid.start, grid.columns[0].len()), (0.0, 195)); // up to 1 - 0.03
     assert!(grid.columns[0].iter().zip(&grid.columns[1]).all(|(a, b)| (a - b).abs() < 1e-12));
-    assert!(Grid::of(&run, &["a", "c"], 0.005).is_none() && Grid::of(&run, &["a"], -1.0).is_none());
+    assert!(
+        ChannelGrid::of(&run, &["a", "c"], 0.005).is_none() && ChannelGrid::of(&run, &["a"], -1.0).is_none()
+    );
 }
 
 #[test]

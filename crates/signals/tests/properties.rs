@@ -6,7 +6,7 @@ use std::path::Path;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use trueup_signals::{Case, Channel, Declared, Recording, Unit};
+use trueup_signals::{Case, Channel, DeclaredFigures, Recording, SignalUnit};
 
 fn finite() -> impl Strategy<Value = f64> {
     any::<f64>().prop_filter("finite", |x| x.is_finite())
@@ -45,7 +45,7 @@ proptest! {
         for name in ["run.csv", "run.parquet"] {
             let file = folder.path().join(name);
             run.write(&file).unwrap();
-            let (read, _) = Recording::read(&file, &[], &Declared::default()).unwrap();
+            let (read, _) = Recording::read(&file, &[], &DeclaredFigures::default()).unwrap();
             prop_assert_eq!(bits(&read), bits(&run), "{}", name);
         }
         // Nothing but the two is left.
@@ -63,7 +63,7 @@ proptest! {
         for (name, bytes) in [("a.csv", &bytes), ("a.mat", &mat), ("b.mat", &bytes), ("a.parquet", &parquet)] {
             let file = folder.path().join(name);
             std::fs::write(&file, bytes).unwrap();
-            let _ = Recording::read(&file, &[], &Declared::default());
+            let _ = Recording::read(&file, &[], &DeclaredFigures::default());
         }
     }
 
@@ -71,7 +71,7 @@ proptest! {
     fn hostile_texts_get_an_answer(text in "(time|a|[0-9.,;\"\n\t eE+-]|\\[|\\]|=|nan|True){0,80}") {
         let _ = Recording::parse_csv("run.csv", text.as_bytes(), &[]);
         let _ = Case::parse(Path::new("case.toml"), &text, &[]);
-        let _ = Unit::parse(&text);
+        let _ = SignalUnit::parse(&text);
     }
 
     #[test]

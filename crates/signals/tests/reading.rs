@@ -9,10 +9,11 @@ use std::path::Path;
 use crate::common::{data, joint};
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{
-    Case, Channel, Declared, Finding, Guess, Interpolation, Kind, Recording, Role, Severity, Value, Variable,
+    Case, Channel, DeclaredFigures, Finding, FindingKind, Interpolation, ParameterValue, PriorGuess,
+    Recording, Severity, SignalVariable, VariableRole,
 };
 
-fn csv(text: &str, known: &[Variable]) -> (Recording, Vec<Finding>) {
+fn csv(text: &str, known: &[SignalVariable]) -> (Recording, Vec<Finding>) {
     Recording::parse_csv("run.csv", text.as_bytes(), known).unwrap()
 }
 
@@ -44,7 +45,10 @@ fn nan_is_an_empty_cell_and_noted() {
     let (run, found) = csv("time,motorCurrent,motorAngle\n0,1,1\n1,nan,-NaN\n2,3,NAN\n3,4,2\n", &joint());
     assert_eq!(run.channel("motorCurrent").unwrap().time, [0.0, 2.0, 3.0]);
     assert_eq!(run.channel("motorAngle").unwrap().time, [0.0, 3.0]);
-    assert!(found.iter().all(|f| (f.severity, f.kind) == (Severity::Note, Kind::NotANumber)), "{found:?}");
+    assert!(
+        found.iter().all(|f| (f.severity, f.kind) == (Severity::Note, FindingKind::NotANumber)),
+        "{found:?}"
+    );
     let said: Vec<String> = found.iter().map(ToString::to_string).collect();
     let mend = "record it again if something was measured there";
     assert_eq!(
@@ -69,7 +73,7 @@ fn what_fmpy_writes_is_read() {
     // With the model known, a matrix gets its two indices back, row by row.
     let known: Vec<_> = ["[1,1]", "[1,2]", "[2,1]", "[2,2]"]
         .iter()
-        .map(|i| Variable::new(&format!("center{i}"), "m", Role::Output))
+        .map(|i| SignalVariable::new(&format!("center{i}"), "m", VariableRole::Output))
         .collect();
     let (run, _) = csv(text, &known);
     assert_eq!(values(&run, "center[2,1]"), [3.0, 7.0]);
@@ -107,7 +111,7 @@ fn a_sidecar_maps_names_scales_and_units() {
         ),
     ]);
     let file = folder.path().join("run.csv");
-    let (run, findings) = Recording::read(&file, &joint(), &Declared::default()).unwrap();
+    let (run, findings) = Recording::read(&file, &joint(), &DeclaredFigures::default()).unwrap();
     assert!(findings.is_empty(), "{findings:?}");
     assert_eq!(run.end, 0.5);
     assert_eq!(values(&run, "motorCurrent"), [36.15065, 71.3013]);
@@ -117,11 +121,11 @@ fn a_sidecar_maps_names_scales_and_units() {
     assert!(run.channel("kp").is_none());
     let sensor = &run.channel("motorAngle").unwrap().sensor;
     assert_eq!((sensor.resolution, sensor.noise, sensor.delay), (Some(1e-3), Some(2e-3), 0.01));
-    assert_eq!((sensor.offset, sensor.gain), (Some(Guess { value: 0.0, doubt: None }), None));
+    assert_eq!((sensor.offset, sensor.gain), (Some(PriorGuess { value: 0.0, doubt: None }), None));
     let deviation = (4e-6_f64 + 1e-6 / 12.0).sqrt();
     assert!((sensor.deviation().unwrap() / deviation - 1.0).abs() < 1e-14);
     assert_eq!(run.channel("motorCurrent").unwrap().interpolation, Interpolation::Hold);
-    assert_eq!(run.parameters["initialMotorAngle"], Value::Number(1.5));
+    assert_eq!(run.parameters["initialMotorAngle"], ParameterValue::Number(1.5));
 }
 
 #[test]
@@ -189,7 +193,7 @@ fn arrays_are_kept_by_element() {
     assert_eq!(case.number("linkCenterOfMass[2,1]"), Some(0.2));
     let flexible: Vec<_> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
     assert_eq!(flexible, [true, false, false]);
-    assert_eq!(case.parameters["motorCoupling"], Value::Text("geared".into()));
+    assert_eq!(case.parameters["motorCoupling"], ParameterValue::Text("geared".into()));
     assert_eq!([case.doubt("linkMass[3]"), case.doubt("linkCenterOfMass[2,1]")], [Some(0.2), Some(0.3)]);
 }
 
@@ -223,7 +227,7 @@ fn example_cases_are_read() {
 #[test]
 fn mat_files_of_all_levels_read_alike() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files");
-    let read = |name: &str| Recording::read(&folder.join(name), &[], &Declared::default()).unwrap();
+    let read = |name: &str| Recording::read(&folder.join(name), &[], &DeclaredFigures::default()).unwrap();
     let (v5, _) = read("v5.mat");
     assert_eq!(v5.channels.len(), 4);
     let squares: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.01).map(|t| t * t).collect();

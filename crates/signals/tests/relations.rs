@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Finding, Kind, Severity};
+use trueup_signals::{Case, Finding, FindingKind, Severity};
 
 const SEED: u64 = 6205;
 const CASE: &str = "model = \"TwoMassJoint\"\ntrain = [\"a.csv\", \"b.csv\", \"c.csv\"]\n[parameters]\n\
@@ -78,7 +78,7 @@ fn a_gear_ratio_that_all_recordings_deny_is_named_once_and_never_as_rpm() {
         let [one] = &found[..] else { panic!("{times}: {found:#?}") };
         assert_eq!(
             (one.kind, one.file.display().to_string().contains("case")),
-            (Kind::GearRatio, true),
+            (FindingKind::GearRatio, true),
             "{one:?}"
         );
         assert!(one.what.contains("gearRatio contradicts") && !one.what.contains("rpm"), "{}", one.what);
@@ -122,7 +122,7 @@ fn a_dead_channel_is_named_with_its_file() {
         let held = if channel == "motorVelocity" { 0.0 } else { own[from] };
         own[from..].fill(held);
         let found = grave(&tables, gear);
-        let told = found.iter().find(|f| f.kind == Kind::DeadChannel);
+        let told = found.iter().find(|f| f.kind == FindingKind::DeadChannel);
         let one = told.unwrap_or_else(|| panic!("{name} {channel} from {from}: {found:#?}"));
         assert!(one.file.ends_with(name), "{one:?}");
         assert_eq!(one.channel.as_deref(), Some(channel), "{found:#?}");

@@ -3,9 +3,9 @@
 
 use std::time::Instant;
 
-use trueup_cosim::{Files, Master, Memory, check_with};
+use trueup_cosim::{Files, Master, SeriesMemory, check_with};
 use trueup_sweep::{Runner, Shard};
-use trueup_testkit::{Version, problems};
+use trueup_testkit::{BlockVersion, problems};
 
 const SWEEP: &str = "system = \"left.fmi3.fmu\"\ndesign = \"sobol\"\nruns = 4000\n[run]\nstop = 0.1\nstep = 0.01\n\
     [factors]\nx1Start = { from = -1, to = 1 }\n[outputs]\nx1 = {}\n";
@@ -16,7 +16,7 @@ fn main() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    problems::two_mass().blocks[0].build(Version::Three, folder.path()).unwrap();
+    problems::two_mass().blocks[0].build(BlockVersion::Three, folder.path()).unwrap();
     let file = folder.path().join("s.toml");
     std::fs::write(&file, SWEEP).unwrap();
     let mut ratios = Vec::new();
@@ -30,7 +30,7 @@ fn main() {
         let clock = Instant::now();
         for run in 1..=runner.design().runs() {
             let plan = check_with(&runner.system(run).unwrap(), &mut files).unwrap();
-            Master::new(plan).unwrap().run(&mut Memory::default()).unwrap();
+            Master::new(plan).unwrap().run(&mut SeriesMemory::default()).unwrap();
         }
         ratios.push(sweep.as_secs_f64() / clock.elapsed().as_secs_f64());
     }

@@ -2,31 +2,31 @@
 
 use std::path::Path;
 
-use crate::design::Design;
-use crate::error::Error;
-use crate::file::Sweep;
-use crate::value::Value;
+use crate::design::SweepDesign;
+use crate::error::SweepError;
+use crate::file::SweepFile;
+use crate::value::FactorValue;
 
 /// Values this near, as a part of the larger one, are the same.
 const SAME: f64 = 1e-9;
 
 /// Texts to the runs of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Beside {
+pub struct RunNotes {
     /// Names of the columns that are no factors, in the order of the file.
     pub columns: Vec<String>,
     /// Of each run, in their order, a text per column; empty: none.
     pub texts: Vec<Vec<String>>,
 }
 
-impl Beside {
+impl RunNotes {
     /// Reads a table as CSV: a column per factor with its values, and any columns of texts. A row goes to each run with its
     /// values; runs without a row have no text.
     ///
     /// # Errors
-    /// [`Error::File`] with the line: a factor has no column, a row fits no run, the file cannot be read.
-    pub fn read(file: &Path, sweep: &Sweep, design: &Design) -> Result<Self, Error> {
-        let fail = |e: csv::Error| Error::at(file, e);
+    /// [`SweepError::File`] with the line: a factor has no column, a row fits no run, the file cannot be read.
+    pub fn read(file: &Path, sweep: &SweepFile, design: &SweepDesign) -> Result<Self, SweepError> {
+        let fail = |e: csv::Error| SweepError::at(file, e);
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(file).map_err(fail)?;
         let head = reader.headers().map_err(fail)?.clone();
         let place = |name: &str| head.iter().position(|h| h == name);
@@ -35,7 +35,7 @@ impl Beside {
             let missing = || {
                 let all: Vec<&str> = sweep.factors.iter().map(|f| f.name.as_str()).collect();
                 let mend = format!("the first line names the factors ({}) and the texts", all.join(", "));
-                Error::at(file, format!("line 1: the factor `{}` has no column; {mend}", factor.name))
+                SweepError::at(file, format!("line 1: the factor `{}` has no column; {mend}", factor.name))
             };
             at.push(place(&factor.name).ok_or_else(missing)?);
         }
@@ -60,18 +60,18 @@ impl Beside {
                     .map(|(f, k)| format!("{} = {}", f.name, &row[*k]))
                     .collect();
                 let why = format!("line {line}: no run has {}", said.join(", "));
-                return Err(Error::at(file, format!("{why}; write values that the sweep takes")));
+                return Err(SweepError::at(file, format!("{why}; write values that the sweep takes")));
             }
         }
         Ok(Self { columns, texts })
     }
 }
 
-fn same(value: &Value, text: &str) -> bool {
+fn same(value: &FactorValue, text: &str) -> bool {
     let number = match value {
-        Value::Number(x) => Some(*x),
-        Value::Integer(n) => Some(*n as f64),
-        Value::Boolean(_) | Value::Text(_) => None,
+        FactorValue::Number(x) => Some(*x),
+        FactorValue::Integer(n) => Some(*n as f64),
+        FactorValue::Boolean(_) | FactorValue::Text(_) => None,
     };
     match (number, text.parse::<f64>()) {
         (Some(a), Ok(b)) => (a - b).abs() <= SAME * a.abs().max(b.abs()),

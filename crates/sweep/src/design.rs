@@ -6,16 +6,16 @@ use rand::RngCore;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::file::{Factor, Kind, Range, Sweep, Values};
-use crate::value::Value;
+use crate::file::{FactorValues, Range, SweepFactor, SweepFile, SweepKind};
+use crate::value::FactorValue;
 pub use sobol::MOST as MOST_SOBOL;
 
 /// The values of all factors in all runs, a pure function of the sweep's file.
 #[derive(Clone, Debug)]
-pub struct Design {
-    kind: Kind,
+pub struct SweepDesign {
+    kind: SweepKind,
     runs: u64,
-    factors: Vec<Factor>,
+    factors: Vec<SweepFactor>,
     /// Of a grid: runs after which a factor takes its next value.
     strides: Vec<u64>,
     /// Of a Latin hypercube: where each run is in its factor, 0 to 1.
@@ -25,20 +25,20 @@ pub struct Design {
 }
 
 /// Where a run is within a factor.
-enum Spot {
+enum FactorSpot {
     /// At the k-th value.
     Level(u64),
     /// In [0, 1).
     Part(f64),
 }
 
-impl Design {
+impl SweepDesign {
     /// Of this sweep.
-    pub fn of(sweep: &Sweep) -> Self {
-        let Sweep { kind, runs, factors, seed, .. } = sweep;
+    pub fn of(sweep: &SweepFile) -> Self {
+        let SweepFile { kind, runs, factors, seed, .. } = sweep;
         let lengths = factors.iter().map(|f| match &f.values {
-            Values::Range(r) => r.points,
-            Values::List(list) => list.len() as u64,
+            FactorValues::Range(r) => r.points,
+            FactorValues::List(list) => list.len() as u64,
         });
         let mut strides: Vec<u64> = Vec::with_capacity(factors.len());
         let mut stride = 1_u64;
@@ -54,13 +54,13 @@ impl Design {
         };
         let each = 0..factors.len();
         let drawn = match kind {
-            Kind::LatinHypercube => {
+            SweepKind::LatinHypercube => {
                 each.clone().map(|f| layers(*runs, stream(f, seed.unwrap_or(0)))).collect()
             }
             _ => Vec::new(),
         };
         let shifts = match (kind, seed) {
-            (Kind::Sobol, Some(seed)) => each.map(|f| stream(f, *seed).next_u32()).collect(),
+            (SweepKind::Sobol, Some(seed)) => each.map(|f| stream(f, *seed).next_u32()).collect(),
             _ => vec![0; factors.len()],
         };
         Self { kind: *kind, runs: *runs, factors: factors.clone(), strides, drawn, shifts }
@@ -72,19 +72,25 @@ impl Design {
     }
 
     /// The value of a factor (from 0) in a run (from 1).
-    pub fn value(&self, factor: usize, run: u64) -> Value {
+    pub fn value(&self, factor: usize, run: u64) -> FactorValue {
         let at = run - 1;
         let spot = match self.kind {
-            Kind::Grid => Spot::Level(at / self.strides[factor]),
-            Kind::List => Spot::Level(at),
-            Kind::LatinHypercube => Spot::Part(self.drawn[factor][at as usize]),
-            Kind::Sobol => Spot::Part(sobol::part(factor, at as u32, self.shifts[factor])),
+            SweepKind::Grid => FactorSpot::Level(at / self.strides[factor]),
+            SweepKind::List => FactorSpot::Level(at),
+            SweepKind::LatinHypercube => FactorSpot::Part(self.drawn[factor][at as usize]),
+            SweepKind::Sobol => FactorSpot::Part(sobol::part(factor, at as u32, self.shifts[factor])),
         };
         match (&self.factors[factor].values, spot) {
-            (Values::Range(range), Spot::Level(level)) => Value::Number(range.level(level % range.points)),
-            (Values::Range(range), Spot::Part(part)) => Value::Number(range.part(part)),
-            (Values::List(list), Spot::Level(level)) => list[(level % list.len() as u64) as usize].clone(),
-            (Values::List(list), Spot::Part(part)) => list[(part * list.len() as f64) as usize].clone(),
+            (FactorValues::Range(range), FactorSpot::Level(level)) => {
+                FactorValue::Number(range.level(level % range.points))
+            }
+            (FactorValues::Range(range), FactorSpot::Part(part)) => FactorValue::Number(range.part(part)),
+            (FactorValues::List(list), FactorSpot::Level(level)) => {
+                list[(level % list.len() as u64) as usize].clone()
+            }
+            (FactorValues::List(list), FactorSpot::Part(part)) => {
+                list[(part * list.len() as f64) as usize].clone()
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! All runs of a sweep from its logs, however they were shared out or interrupted.
 
-use crate::error::Error;
-use crate::log::{Damage, Record, read};
+use crate::error::SweepError;
+use crate::log::{LogDamage, RunRecord, read};
 use crate::runner::{Runner, logs};
 
 /// Runs that are named where some are missing.
@@ -9,25 +9,25 @@ const NAMED: usize = 5;
 
 /// All runs of a sweep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Done {
+pub struct FinishedSweep {
     /// In their order.
-    pub records: Vec<Record>,
+    pub records: Vec<RunRecord>,
     /// Lines of logs that were left out because they are damaged.
-    pub damage: Vec<Damage>,
+    pub damage: Vec<LogDamage>,
 }
 
 /// Reads all logs of a sweep.
 ///
 /// # Errors
-/// [`Error::File`]: a run is in no log, two logs differ about one, a log cannot be read.
-pub fn done(runner: &Runner) -> Result<Done, Error> {
+/// [`SweepError::File`]: a run is in no log, two logs differ about one, a log cannot be read.
+pub fn done(runner: &Runner) -> Result<FinishedSweep, SweepError> {
     let folder = runner.sweep().folder();
     let mend = format!("`trueup sweep {}` goes on with them", runner.sweep().file.display());
     if !folder.is_dir() {
-        return Err(Error::at(&folder, format!("no run is done yet; {mend}")));
+        return Err(SweepError::at(&folder, format!("no run is done yet; {mend}")));
     }
     let runs = runner.design().runs();
-    let mut records: Vec<Option<Record>> = vec![None; runs as usize];
+    let mut records: Vec<Option<RunRecord>> = vec![None; runs as usize];
     let mut damage = Vec::new();
     for log in logs(&folder)? {
         let found = read(&log, runner.print())?;
@@ -35,12 +35,12 @@ pub fn done(runner: &Runner) -> Result<Done, Error> {
         for record in found.records {
             let run = record.run;
             let slot = usize::try_from(run).ok().and_then(|run| records.get_mut(run.checked_sub(1)?));
-            let Some(slot) = slot else { return Err(Error::at(&log, Error::NoRun { run, runs })) };
+            let Some(slot) = slot else { return Err(SweepError::at(&log, SweepError::NoRun { run, runs })) };
             match slot {
                 // Two shares that overlap in time may both have done it.
                 Some(before) if *before != record => {
                     let why = format!("run {run} gave something else in another log of the folder");
-                    return Err(Error::at(&log, format!("{why}; an FMU does not repeat itself")));
+                    return Err(SweepError::at(&log, format!("{why}; an FMU does not repeat itself")));
                 }
                 _ => *slot = Some(record),
             }
@@ -52,7 +52,7 @@ pub fn done(runner: &Runner) -> Result<Done, Error> {
         let first: Vec<String> = first.map(|(at, _)| (at + 1).to_string()).collect();
         let more = if missing > NAMED { ", ..." } else { "" };
         let which = format!("{missing} of {runs} runs are not done ({}{more})", first.join(", "));
-        return Err(Error::at(&folder, format!("{which}; {mend}")));
+        return Err(SweepError::at(&folder, format!("{which}; {mend}")));
     }
-    Ok(Done { records: records.into_iter().flatten().collect(), damage })
+    Ok(FinishedSweep { records: records.into_iter().flatten().collect(), damage })
 }

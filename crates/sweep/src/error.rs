@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use trueup_cosim::Mistake;
+use trueup_cosim::InputMistake;
 
 /// Any failure of this crate. A run that fails is none: it is a row with its reason.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum SweepError {
     /// What is wrong in the sweep's file, all of it.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Mistakes(Vec<Mistake>),
+    Mistakes(Vec<InputMistake>),
     /// The system without any factor cannot be run.
     #[error(transparent)]
-    System(#[from] trueup_cosim::Error),
+    System(#[from] trueup_cosim::CosimError),
     /// A file cannot be read, written or used.
     #[error("{}: {why}", .file.display())]
     File {
@@ -31,7 +31,7 @@ pub enum Error {
     },
 }
 
-impl Error {
+impl SweepError {
     pub(crate) fn at(file: &Path, why: impl ToString) -> Self {
         Self::File { file: file.into(), why: why.to_string() }
     }

@@ -5,31 +5,31 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
-use trueup_cosim::Mistake;
-use trueup_cosim::system::{Algorithm, Place, Run};
+use trueup_cosim::InputMistake;
+use trueup_cosim::system::{Algorithm, RunSettings, SourceSpan};
 
 use crate::design::sobol::MOST as MOST_SOBOL;
-use crate::error::Error;
-use crate::mistakes::Mistakes;
-use crate::value::Value;
+use crate::error::SweepError;
+use crate::mistakes::SweepMistakes;
+use crate::value::FactorValue;
 
 /// A sweep as its author wrote it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sweep {
+pub struct SweepFile {
     /// The file.
     pub file: PathBuf,
     /// What is run: an FMU, a system as TOML or SSP.
     pub system: PathBuf,
     /// How the factors are varied.
-    pub kind: Kind,
+    pub kind: SweepKind,
     /// How many runs; of a grid or a list the factors say it.
     pub runs: u64,
     /// Of what is drawn. A Sobol sequence without a seed is not shifted.
     pub seed: Option<u64>,
     /// The sweep's settings of when and how to run; they override the system's.
-    pub run: Run,
+    pub run: RunSettings,
     /// What is varied, in the order of the file.
-    pub factors: Vec<Factor>,
+    pub factors: Vec<SweepFactor>,
     /// What is kept of each run, in the order of the file.
     pub outputs: Vec<Output>,
 }
@@ -37,7 +37,7 @@ pub struct Sweep {
 /// How factors are varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum SweepKind {
     /// All combinations; the last factor changes fastest.
     Grid,
     /// The k-th run takes the k-th value of each.
@@ -50,24 +50,24 @@ pub enum Kind {
 
 /// Something that is varied.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Factor {
+pub struct SweepFactor {
     /// Name of its column.
     pub name: String,
     /// What it sets: `component.variable`, an element of it, of an FMU alone `variable`; several get the same value.
     pub variables: Vec<String>,
     /// Which values it takes.
-    pub values: Values,
+    pub values: FactorValues,
     /// Where it was given.
-    pub place: Place,
+    pub place: SourceSpan,
 }
 
 /// Which values a factor takes.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub enum FactorValues {
     /// From one number to another, both included in a grid.
     Range(Range),
     /// These.
-    List(Vec<Value>),
+    List(Vec<FactorValue>),
 }
 
 /// Numbers from one to another.
@@ -93,7 +93,7 @@ pub struct Output {
     /// What of it.
     pub take: Take,
     /// Where it was given.
-    pub place: Place,
+    pub place: SourceSpan,
 }
 
 /// What is kept of a variable's course.
@@ -119,7 +119,7 @@ pub enum Take {
 #[serde(deny_unknown_fields)]
 struct RawSweep {
     system: String,
-    design: Kind,
+    design: SweepKind,
     runs: Option<Spanned<u64>>,
     seed: Option<u64>,
     #[serde(default)]
@@ -190,15 +190,15 @@ pub(crate) const OWN: [&str; 2] = ["run", "reason"];
 /// More runs would not fit the memory of a merge.
 const MOST: u64 = 100_000_000;
 
-impl Sweep {
+impl SweepFile {
     /// Reads a file. Paths in it are relative to its folder.
     ///
     /// # Errors
-    /// [`Error::File`] if it cannot be read, else [`Error::Mistakes`] with lines.
-    pub fn read(file: &Path) -> Result<Self, Error> {
+    /// [`SweepError::File`] if it cannot be read, else [`SweepError::Mistakes`] with lines.
+    pub fn read(file: &Path) -> Result<Self, SweepError> {
         let text = std::fs::read_to_string(file).map_err(|e| {
             let mend = "name a sweep's file, see docs/sweeps.md";
-            Error::at(file, format!("{e}; {mend}"))
+            SweepError::at(file, format!("{e}; {mend}"))
         })?;
         Self::parse(&text, file)
     }
@@ -206,14 +206,14 @@ impl Sweep {
     /// Reads a text of this file.
     ///
     /// # Errors
-    /// [`Error::Mistakes`] with lines.
-    pub fn parse(text: &str, file: &Path) -> Result<Self, Error> {
-        let mut mistakes = Mistakes::of(file, text);
+    /// [`SweepError::Mistakes`] with lines.
+    pub fn parse(text: &str, file: &Path) -> Result<Self, SweepError> {
+        let mut mistakes = SweepMistakes::of(file, text);
         let raw: RawSweep = match toml::from_str(text) {
             Ok(raw) => raw,
             Err(e) => {
                 mistakes.wrong(e.span().unwrap_or(0..0), e.message().replace('\n', "; "));
-                return Err(Error::Mistakes(mistakes.list));
+                return Err(SweepError::Mistakes(mistakes.list));
             }
         };
         let sweep = raw.said(file, &mut mistakes);
@@ -221,7 +221,7 @@ impl Sweep {
             Ok(sweep)
         } else {
             mistakes.list.sort_by_key(|m| m.place.line);
-            Err(Error::Mistakes(mistakes.list))
+            Err(SweepError::Mistakes(mistakes.list))
         }
     }
 
@@ -232,11 +232,11 @@ impl Sweep {
 }
 
 impl RawSweep {
-    fn said(self, file: &Path, mistakes: &mut Mistakes) -> Sweep {
+    fn said(self, file: &Path, mistakes: &mut SweepMistakes) -> SweepFile {
         let run = self.run.said(mistakes);
         let (factors_at, outputs_at) = (self.factors.span(), self.outputs.span());
         let kind = self.design;
-        let factors: Vec<Factor> = in_order(self.factors.into_inner())
+        let factors: Vec<SweepFactor> = in_order(self.factors.into_inner())
             .into_iter()
             .map(|(name, raw)| raw.said(name, kind, mistakes))
             .collect();
@@ -250,33 +250,34 @@ impl RawSweep {
         if outputs.is_empty() {
             mistakes.wrong(outputs_at, "[outputs] is empty; name what is kept of each run");
         }
-        if kind == Kind::Sobol && factors.len() > MOST_SOBOL {
+        if kind == SweepKind::Sobol && factors.len() > MOST_SOBOL {
             let more = format!("a Sobol sequence has {MOST_SOBOL} factors at most; use \"latin-hypercube\"");
             mistakes.wrong(0..0, more);
         }
         varied_once(&factors, mistakes);
-        let mut names: Vec<(&str, &Place)> = factors.iter().map(|f| (f.name.as_str(), &f.place)).collect();
+        let mut names: Vec<(&str, &SourceSpan)> =
+            factors.iter().map(|f| (f.name.as_str(), &f.place)).collect();
         names.extend(outputs.iter().map(|o| (o.name.as_str(), &o.place)));
         for (i, (name, place)) in names.iter().enumerate() {
             let taken = OWN.contains(name) || names[..i].iter().any(|(before, _)| before == name);
             if taken {
                 let message = format!("the column `{name}` is there already; give this one another name");
-                mistakes.list.push(Mistake { place: (*place).clone(), message });
+                mistakes.list.push(InputMistake { place: (*place).clone(), message });
             }
         }
         let runs = runs(kind, self.runs, &factors, mistakes);
         let folder = file.parent().unwrap_or(Path::new(""));
         let system = folder.join(self.system);
-        Sweep { file: file.into(), system, kind, runs, seed: self.seed, run, factors, outputs }
+        SweepFile { file: file.into(), system, kind, runs, seed: self.seed, run, factors, outputs }
     }
 }
 
 /// A variable has one value in a run: two factors on it, or on an array and an element of it, would leave one of them without effect.
-fn varied_once(factors: &[Factor], mistakes: &mut Mistakes) {
+fn varied_once(factors: &[SweepFactor], mistakes: &mut SweepMistakes) {
     let stem =
         |name: &str| name.strip_suffix(']').and_then(|n| n.rsplit_once('[')).map(|(stem, _)| stem.to_owned());
     let meet = |a: &str, b: &str| a == b || stem(a).as_deref() == Some(b) || stem(b).as_deref() == Some(a);
-    let mut seen: Vec<(&str, &Factor)> = Vec::new();
+    let mut seen: Vec<(&str, &SweepFactor)> = Vec::new();
     for factor in factors {
         for variable in &factor.variables {
             if let Some((_, other)) = seen.iter().find(|(before, _)| meet(before, variable)) {
@@ -288,7 +289,7 @@ fn varied_once(factors: &[Factor], mistakes: &mut Mistakes) {
                         "`{variable}` is varied by `{first}` already, see {place}; take it out of one of the two"
                     )
                 };
-                mistakes.list.push(Mistake { place: factor.place.clone(), message });
+                mistakes.list.push(InputMistake { place: factor.place.clone(), message });
             }
             seen.push((variable, factor));
         }
@@ -296,20 +297,25 @@ fn varied_once(factors: &[Factor], mistakes: &mut Mistakes) {
 }
 
 /// How many runs there are.
-fn runs(kind: Kind, said: Option<Spanned<u64>>, factors: &[Factor], mistakes: &mut Mistakes) -> u64 {
+fn runs(
+    kind: SweepKind,
+    said: Option<Spanned<u64>>,
+    factors: &[SweepFactor],
+    mistakes: &mut SweepMistakes,
+) -> u64 {
     let lengths = factors.iter().map(|f| match &f.values {
-        Values::Range(r) => r.points,
-        Values::List(list) => list.len() as u64,
+        FactorValues::Range(r) => r.points,
+        FactorValues::List(list) => list.len() as u64,
     });
     let span = said.as_ref().map_or(0..0, Spanned::span);
     let runs = match (kind, said.map(Spanned::into_inner)) {
-        (Kind::Grid | Kind::List, Some(_)) => {
+        (SweepKind::Grid | SweepKind::List, Some(_)) => {
             mistakes
                 .wrong(span, "of a grid or a list the factors say how many runs there are; take `runs` out");
             return 0;
         }
-        (Kind::Grid, None) => lengths.fold(1, u64::saturating_mul),
-        (Kind::List, None) => {
+        (SweepKind::Grid, None) => lengths.fold(1, u64::saturating_mul),
+        (SweepKind::List, None) => {
             let (least, most) = lengths.fold((u64::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
             if least != most && mistakes.list.is_empty() {
                 let mend = "a list has as many values of each factor";
@@ -318,8 +324,8 @@ fn runs(kind: Kind, said: Option<Spanned<u64>>, factors: &[Factor], mistakes: &m
             }
             most
         }
-        (Kind::LatinHypercube | Kind::Sobol, Some(runs)) => runs,
-        (Kind::LatinHypercube | Kind::Sobol, None) => {
+        (SweepKind::LatinHypercube | SweepKind::Sobol, Some(runs)) => runs,
+        (SweepKind::LatinHypercube | SweepKind::Sobol, None) => {
             mistakes.wrong(span, "this design needs `runs = N`");
             return 0;
         }
@@ -341,19 +347,19 @@ fn in_order<T>(map: BTreeMap<Spanned<String>, T>) -> Vec<(Spanned<String>, T)> {
 }
 
 impl RawRun {
-    fn said(self, mistakes: &mut Mistakes) -> Run {
+    fn said(self, mistakes: &mut SweepMistakes) -> RunSettings {
         let Self { start, stop, step, tolerance, algorithm } = self;
         let place = mistakes.place(0..0);
         let algorithm = algorithm.and_then(|word| {
             let parsed = word.get_ref().parse::<Algorithm>();
             parsed.map_err(|why| mistakes.wrong(word.span(), format!("`algorithm`: {why}"))).ok()
         });
-        Run { start, stop, step, tolerance, algorithm, event_rows: Some(true), place }
+        RunSettings { start, stop, step, tolerance, algorithm, event_rows: Some(true), place }
     }
 }
 
 impl RawFactor {
-    fn said(self, name: Spanned<String>, kind: Kind, mistakes: &mut Mistakes) -> Factor {
+    fn said(self, name: Spanned<String>, kind: SweepKind, mistakes: &mut SweepMistakes) -> SweepFactor {
         let span = name.span();
         let name = name.into_inner();
         let variables = match self.variable {
@@ -364,25 +370,25 @@ impl RawFactor {
         let log = self.spacing == Some(Spacing::Log);
         let values = match (self.values, self.from, self.to) {
             (Some(list), None, None) if self.points.is_none() && self.spacing.is_none() => {
-                let values: Option<Vec<Value>> = list.iter().map(Value::of).collect();
+                let values: Option<Vec<FactorValue>> = list.iter().map(FactorValue::of).collect();
                 if values.is_none() {
                     mistakes.wrong(
                         span.clone(),
                         format!("`{name}`: values are finite numbers, true, false or texts"),
                     );
                 }
-                Values::List(values.unwrap_or_default())
+                FactorValues::List(values.unwrap_or_default())
             }
             (None, Some(from), Some(to)) => {
                 let points = self.points.unwrap_or(0);
-                let grid = kind == Kind::Grid;
+                let grid = kind == SweepKind::Grid;
                 if !(to - from).is_finite() {
                     mistakes.wrong(span.clone(), format!("`{name}`: `from` and `to` are finite numbers"));
                 } else if log && (from <= 0.0 || to <= 0.0) {
                     let mend = "let `from` and `to` be above 0, or take `spacing` out";
                     mistakes.wrong(span.clone(), format!("`{name}`: equal ratios lead to no 0; {mend}"));
                 }
-                if kind == Kind::List {
+                if kind == SweepKind::List {
                     mistakes.wrong(span.clone(), format!("`{name}`: a list needs `values = [...]`"));
                 } else if grid && points < 2 {
                     let mend = "write `points = N`, 2 or more, or `values = [...]`";
@@ -391,20 +397,20 @@ impl RawFactor {
                     let mend = "`points` belongs to a grid; take it out";
                     mistakes.wrong(span.clone(), format!("`{name}`: {mend}"));
                 }
-                Values::Range(Range { from, to, points, log })
+                FactorValues::Range(Range { from, to, points, log })
             }
             _ => {
                 let mend = "write either `values = [...]`, or `from` and `to`";
                 mistakes.wrong(span.clone(), format!("`{name}`: which values does it take? {mend}"));
-                Values::List(Vec::new())
+                FactorValues::List(Vec::new())
             }
         };
-        Factor { name, variables, values, place: mistakes.place(span) }
+        SweepFactor { name, variables, values, place: mistakes.place(span) }
     }
 }
 
 impl RawOutput {
-    fn said(self, name: Spanned<String>, mistakes: &mut Mistakes) -> Output {
+    fn said(self, name: Spanned<String>, mistakes: &mut SweepMistakes) -> Output {
         let span = name.span();
         let name = name.into_inner();
         let take = match (self.take, self.above, self.below) {

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::error::SweepError;
 
 /// What a run gave.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Record {
+pub struct RunRecord {
     /// Its number, from 1.
     pub run: u64,
     /// A number for each output, `None` where there is none; or why the run failed.
@@ -20,7 +20,7 @@ pub struct Record {
 
 /// A line that is not what was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Damage {
+pub struct LogDamage {
     /// The log.
     pub file: PathBuf,
     /// From 1.
@@ -29,32 +29,35 @@ pub struct Damage {
 
 #[derive(Serialize, Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
-enum Line {
+enum LogLine {
     Head { sweep: String },
     Done { run: u64, values: Vec<Option<f64>> },
     Failed { run: u64, reason: String },
 }
 
 /// A log that is written.
-pub struct Log {
+pub struct SweepLog {
     path: PathBuf,
     file: File,
     /// The file does not end with a whole line.
     torn: bool,
 }
 
-impl Log {
+impl SweepLog {
     /// Opens a log, makes it if there is none, and keeps others from writing it. `print` is the sweep's
     /// [fingerprint](crate::fingerprint).
     ///
     /// # Errors
-    /// [`Error::File`]: another process writes it, it is of another sweep, it cannot be written.
-    pub fn open(path: &Path, print: &str) -> Result<Self, Error> {
-        let fail = |e: std::io::Error| Error::at(path, e);
+    /// [`SweepError::File`]: another process writes it, it is of another sweep, it cannot be written.
+    pub fn open(path: &Path, print: &str) -> Result<Self, SweepError> {
+        let fail = |e: std::io::Error| SweepError::at(path, e);
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(fail)?;
         // Where there are no locks no process is kept away.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
-            return Err(Error::at(path, "another process runs this share; wait for it, or end it first"));
+            return Err(SweepError::at(
+                path,
+                "another process runs this share; wait for it, or end it first",
+            ));
         }
         let known = read(path, print)?.known;
         let mut last = [b'\n'];
@@ -65,7 +68,7 @@ impl Log {
         }
         let mut log = Self { path: path.into(), file, torn: last != [b'\n'] };
         if !known {
-            log.line(&Line::Head { sweep: print.into() })?;
+            log.line(&LogLine::Head { sweep: print.into() })?;
         }
         Ok(log)
     }
@@ -73,37 +76,37 @@ impl Log {
     /// Adds a run. It is there once this returns, whatever becomes of the process.
     ///
     /// # Errors
-    /// [`Error::File`]
-    pub fn add(&mut self, record: &Record) -> Result<(), Error> {
+    /// [`SweepError::File`]
+    pub fn add(&mut self, record: &RunRecord) -> Result<(), SweepError> {
         let run = record.run;
         self.line(&match &record.result {
-            Ok(values) => Line::Done { run, values: values.clone() },
-            Err(reason) => Line::Failed { run, reason: reason.clone() },
+            Ok(values) => LogLine::Done { run, values: values.clone() },
+            Err(reason) => LogLine::Failed { run, reason: reason.clone() },
         })
     }
 
     /// Waits until all of it is on the disk: it survives a loss of power, too.
     ///
     /// # Errors
-    /// [`Error::File`]
-    pub fn sync(&self) -> Result<(), Error> {
-        self.file.sync_data().map_err(|e| Error::at(&self.path, e))
+    /// [`SweepError::File`]
+    pub fn sync(&self) -> Result<(), SweepError> {
+        self.file.sync_data().map_err(|e| SweepError::at(&self.path, e))
     }
 
-    fn line(&mut self, line: &Line) -> Result<(), Error> {
-        let body = serde_json::to_string(line).map_err(|e| Error::at(&self.path, e))?;
+    fn line(&mut self, line: &LogLine) -> Result<(), SweepError> {
+        let body = serde_json::to_string(line).map_err(|e| SweepError::at(&self.path, e))?;
         // What was torn stays, as a line of its own.
         let first = if self.torn { "\n" } else { "" };
         let text = format!("{first}{:08x} {body}\n", crc32fast::hash(body.as_bytes()));
         // One call: other writers of the file system see all of it or nothing.
         self.torn = true;
-        self.file.write_all(text.as_bytes()).map_err(|e| Error::at(&self.path, e))?;
+        self.file.write_all(text.as_bytes()).map_err(|e| SweepError::at(&self.path, e))?;
         self.torn = false;
         Ok(())
     }
 }
 
-impl Drop for Log {
+impl Drop for SweepLog {
     /// Lets go of the lock, which a process that is being started next to this one would hold on to for a while.
     fn drop(&mut self) {
         // Closing the file is what is left to do.
@@ -113,11 +116,11 @@ impl Drop for Log {
 
 /// What a log holds.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct LogContent {
     /// Whole records, in the order of the file.
-    pub records: Vec<Record>,
+    pub records: Vec<RunRecord>,
     /// Lines that are not what was written; their runs are run again.
-    pub damage: Vec<Damage>,
+    pub damage: Vec<LogDamage>,
     /// It names the sweep that it belongs to.
     pub known: bool,
 }
@@ -125,35 +128,35 @@ pub struct Found {
 /// Reads a log of the sweep with this [fingerprint](crate::fingerprint).
 ///
 /// # Errors
-/// [`Error::File`]: it belongs to another sweep, or cannot be read.
-pub fn read(path: &Path, print: &str) -> Result<Found, Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::at(path, e))?;
-    let mut found = Found::default();
+/// [`SweepError::File`]: it belongs to another sweep, or cannot be read.
+pub fn read(path: &Path, print: &str) -> Result<LogContent, SweepError> {
+    let bytes = std::fs::read(path).map_err(|e| SweepError::at(path, e))?;
+    let mut found = LogContent::default();
     let other = || {
         let name = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
         let why = "these runs are of another state of the sweep, of its system or its FMUs";
-        Error::at(path, format!("{why}; move the folder {name} away to begin again, or undo the change"))
+        SweepError::at(path, format!("{why}; move the folder {name} away to begin again, or undo the change"))
     };
     for (at, line) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
         match parse(line) {
-            Some(Line::Head { sweep }) if sweep == print => found.known = true,
-            Some(Line::Head { .. }) => return Err(other()),
-            Some(Line::Done { run, values }) if found.known => {
-                found.records.push(Record { run, result: Ok(values) })
+            Some(LogLine::Head { sweep }) if sweep == print => found.known = true,
+            Some(LogLine::Head { .. }) => return Err(other()),
+            Some(LogLine::Done { run, values }) if found.known => {
+                found.records.push(RunRecord { run, result: Ok(values) })
             }
-            Some(Line::Failed { run, reason }) if found.known => {
-                found.records.push(Record { run, result: Err(reason) })
+            Some(LogLine::Failed { run, reason }) if found.known => {
+                found.records.push(RunRecord { run, result: Err(reason) })
             }
             // A line that is not ended may be in the making by another process.
             None if !line.ends_with(b"\n") => {}
-            _ => found.damage.push(Damage { file: path.into(), line: at as u64 + 1 }),
+            _ => found.damage.push(LogDamage { file: path.into(), line: at as u64 + 1 }),
         }
     }
     Ok(found)
 }
 
 /// The content of a whole line; `None` if it is not what was written.
-fn parse(line: &[u8]) -> Option<Line> {
+fn parse(line: &[u8]) -> Option<LogLine> {
     let text = std::str::from_utf8(line).ok()?;
     // A line that lacks nothing but its end is whole: another process may just be writing that.
     let text = text.strip_suffix('\n').unwrap_or(text);

@@ -1,6 +1,6 @@
 //! Numbers that are kept of a run, found row by row.
 
-use trueup_cosim::{Column, Error, Kind, Row, Sink, Values, slots};
+use trueup_cosim::{ColumnKind, CosimError, ResultColumn, ResultRow, ResultSink, RowValues, slots};
 
 use crate::file::{Output, Take};
 
@@ -14,7 +14,7 @@ pub struct Measures<'a> {
 
 /// Of one output.
 struct Tap {
-    kind: Kind,
+    kind: ColumnKind,
     slot: usize,
     last: f64,
     least: f64,
@@ -85,7 +85,7 @@ impl Tap {
     fn next(&mut self, take: Take, from: f64, to: f64, x: f64) {
         let (before, h) = (self.last, to - from);
         // What is discrete keeps its value until the next row.
-        let held = !matches!(self.kind, Kind::Real | Kind::Single);
+        let held = !matches!(self.kind, ColumnKind::Real | ColumnKind::Single);
         self.integral += take.integral(before, if held { before } else { x }, h);
         if self.passed.is_none() {
             let passes = take.passes(before, x);
@@ -95,33 +95,33 @@ impl Tap {
     }
 }
 
-fn number(values: &Values, kind: Kind, slot: usize) -> f64 {
+fn number(values: &RowValues, kind: ColumnKind, slot: usize) -> f64 {
     match kind {
-        Kind::Real => values.reals[slot],
-        Kind::Single => f64::from(values.reals[slot] as f32),
-        Kind::Integer | Kind::Boolean => values.integers[slot] as f64,
-        Kind::Unsigned => values.integers[slot] as u64 as f64,
+        ColumnKind::Real => values.reals[slot],
+        ColumnKind::Single => f64::from(values.reals[slot] as f32),
+        ColumnKind::Integer | ColumnKind::Boolean => values.integers[slot] as f64,
+        ColumnKind::Unsigned => values.integers[slot] as u64 as f64,
         // Refused before.
-        Kind::Text => f64::NAN,
+        ColumnKind::Text => f64::NAN,
     }
 }
 
-impl Sink for Measures<'_> {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+impl ResultSink for Measures<'_> {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError> {
         let slots = slots(columns);
         let tap = |output: &Output| {
             let at = columns.iter().position(|c| c.name == output.variable);
-            let at =
-                at.ok_or_else(|| Error::Setting(vec![format!("`{}` is not recorded", output.variable)]))?;
+            let at = at
+                .ok_or_else(|| CosimError::Setting(vec![format!("`{}` is not recorded", output.variable)]))?;
             let (last, least, most, integral, passed) = (0.0, 0.0, 0.0, 0.0, None);
             Ok(Tap { kind: columns[at].kind, slot: slots[at], last, least, most, integral, passed })
         };
-        self.taps = self.outputs.iter().map(tap).collect::<Result<_, Error>>()?;
+        self.taps = self.outputs.iter().map(tap).collect::<Result<_, CosimError>>()?;
         self.begun = None;
         Ok(())
     }
 
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         for (output, tap) in self.outputs.iter().zip(&mut self.taps) {
             let x = number(row.values, tap.kind, tap.slot);
             match self.begun {

@@ -4,13 +4,13 @@ use std::io::Result;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use trueup_cosim::system::System;
+use trueup_cosim::system::CosimSystem;
 
 /// SHA-256 over the sweep's file, the system's, its FMUs and its inputs.
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn fingerprint(sweep: &Path, system: &System) -> Result<String> {
+pub fn fingerprint(sweep: &Path, system: &CosimSystem) -> Result<String> {
     let mut files: Vec<&Path> = vec![sweep, &system.file];
     files.extend(system.components.iter().map(|c| c.fmu.as_path()));
     files.extend(system.inputs.iter().map(|i| i.file.as_path()));

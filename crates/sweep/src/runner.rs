@@ -3,18 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use trueup_cosim::plan::Plan;
-use trueup_cosim::system::{Place, Record as Recorded, System};
-use trueup_cosim::{Error as RunError, Files, Kind, Master, Mistake, Sink, check_with};
+use trueup_cosim::plan::MasterPlan;
+use trueup_cosim::system::{CosimSystem, RecordedVariable as Recorded, SourceSpan};
+use trueup_cosim::{ColumnKind, CosimError as RunError, Files, InputMistake, Master, ResultSink, check_with};
 use trueup_fmi_description::description::Item;
 
-use crate::design::Design;
-use crate::error::Error;
-use crate::file::{Output, Sweep, Take};
-use crate::log::{Damage, Log, Record, read};
+use crate::design::SweepDesign;
+use crate::error::SweepError;
+use crate::file::{Output, SweepFile, Take};
+use crate::log::{LogDamage, RunRecord, SweepLog, read};
 use crate::measure::Measures;
 use crate::print::fingerprint;
-use crate::value::Value;
+use crate::value::FactorValue;
 
 /// A share of the runs: every `of`-th one, from the `index`-th on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,9 +39,9 @@ impl Shard {
 }
 
 /// A run that has just been done, and how far the share is.
-pub struct Step<'a> {
+pub struct RunStep<'a> {
     /// What it gave.
-    pub record: &'a Record,
+    pub record: &'a RunRecord,
     /// Runs of the share that are done.
     pub done: u64,
     /// Runs of the share.
@@ -58,7 +58,7 @@ pub struct Tally {
     /// Failures among all of them.
     pub failed: u64,
     /// Lines of logs that are damaged; their runs were run again.
-    pub damage: Vec<Damage>,
+    pub damage: Vec<LogDamage>,
 }
 
 /// How long a line of a log may wait for the disk.
@@ -66,14 +66,14 @@ const SYNC: Duration = Duration::from_secs(1);
 
 /// Runs a sweep.
 pub struct Runner {
-    sweep: Sweep,
-    design: Design,
+    sweep: SweepFile,
+    design: SweepDesign,
     /// Without the factors' values; it records what the outputs need.
-    system: System,
+    system: CosimSystem,
     /// What the system itself records.
     record: Vec<Recorded>,
     files: Files,
-    plan: Plan,
+    plan: MasterPlan,
     print: String,
     /// Paths as messages have them, and as they are in the sweep.
     paths: Vec<(String, String)>,
@@ -83,19 +83,19 @@ impl Runner {
     /// Reads a sweep and checks all of it, so that what fails later is a run.
     ///
     /// # Errors
-    /// [`Error::Mistakes`] of the sweep with lines, [`Error::System`] of what is run, [`Error::File`].
-    pub fn open(file: &Path) -> Result<Self, Error> {
+    /// [`SweepError::Mistakes`] of the sweep with lines, [`SweepError::System`] of what is run, [`SweepError::File`].
+    pub fn open(file: &Path) -> Result<Self, SweepError> {
         Self::open_with(file, false)
     }
 
-    /// As [`Self::open`]; `own_processes`: each component will have one, see [`System::own_processes`].
+    /// As [`Self::open`]; `own_processes`: each component will have one, see [`CosimSystem::own_processes`].
     ///
     /// # Errors
     /// As [`Self::open`].
-    pub fn open_with(file: &Path, own_processes: bool) -> Result<Self, Error> {
-        let sweep = Sweep::read(file)?;
-        let design = Design::of(&sweep);
-        let mut system = System { own_processes, ..System::read(&sweep.system)? };
+    pub fn open_with(file: &Path, own_processes: bool) -> Result<Self, SweepError> {
+        let sweep = SweepFile::read(file)?;
+        let design = SweepDesign::of(&sweep);
+        let mut system = CosimSystem { own_processes, ..CosimSystem::read(&sweep.system)? };
         over(&mut system, &sweep);
         let record = sweep.outputs.iter().map(|o| Recorded {
             name: o.variable.clone(),
@@ -111,7 +111,7 @@ impl Runner {
         let record = std::mem::replace(&mut system.record, wanted);
         let mut files = Files::default();
         let plan = check_with(&system, &mut files)?;
-        let print = fingerprint(file, &system).map_err(|e| Error::at(file, e))?;
+        let print = fingerprint(file, &system).map_err(|e| SweepError::at(file, e))?;
         let paths = paths(&sweep, &system);
         let mut runner = Self { sweep, design, system, record, files, plan, print, paths };
         runner.look_outputs_up()?;
@@ -120,12 +120,12 @@ impl Runner {
     }
 
     /// The content of the file.
-    pub fn sweep(&self) -> &Sweep {
+    pub fn sweep(&self) -> &SweepFile {
         &self.sweep
     }
 
     /// Its runs.
-    pub fn design(&self) -> &Design {
+    pub fn design(&self) -> &SweepDesign {
         &self.design
     }
 
@@ -135,38 +135,38 @@ impl Runner {
     }
 
     /// The plan of the system without the factors' values; all runs share its FMUs.
-    pub fn plan(&self) -> &Plan {
+    pub fn plan(&self) -> &MasterPlan {
         &self.plan
     }
 
     /// The system of a run, recording what the system itself records.
     ///
     /// # Errors
-    /// [`Error::NoRun`], [`Error::Mistakes`]
-    pub fn system(&self, run: u64) -> Result<System, Error> {
+    /// [`SweepError::NoRun`], [`SweepError::Mistakes`]
+    pub fn system(&self, run: u64) -> Result<CosimSystem, SweepError> {
         let runs = self.design.runs();
         if !(1..=runs).contains(&run) {
-            return Err(Error::NoRun { run, runs });
+            return Err(SweepError::NoRun { run, runs });
         }
-        let mut system = self.set(run).map_err(|m| Error::Mistakes(vec![m]))?;
+        let mut system = self.set(run).map_err(|m| SweepError::Mistakes(vec![m]))?;
         system.record = self.record.clone();
         Ok(system)
     }
 
     /// Does one run.
-    pub fn run(&mut self, run: u64) -> Record {
+    pub fn run(&mut self, run: u64) -> RunRecord {
         let master = self.master(run);
         let mut measures = Measures::new(&self.sweep.outputs);
         let done = master.and_then(|mut master| master.run(&mut measures));
         let values = measures.values();
-        Record { run, result: done.map(|_| values).map_err(|e| self.reason(&e)) }
+        RunRecord { run, result: done.map(|_| values).map_err(|e| self.reason(&e)) }
     }
 
     /// Does one run and hands its rows over, with a column per variable of the outputs.
     ///
     /// # Errors
     /// Why the run failed; the rows until then have been handed over.
-    pub fn run_into(&mut self, run: u64, sink: &mut dyn Sink) -> Result<(), String> {
+    pub fn run_into(&mut self, run: u64, sink: &mut dyn ResultSink) -> Result<(), String> {
         let done = self.master(run).and_then(|mut master| master.run(sink));
         done.map(|_| ()).map_err(|e| self.reason(&e))
     }
@@ -179,11 +179,11 @@ impl Runner {
     /// Does the runs of a share that no log has, and reports each.
     ///
     /// # Errors
-    /// [`Error::File`]: a log cannot be used or written. A run that fails is none.
-    pub fn shard(&mut self, shard: Shard, mut tell: impl FnMut(&Step)) -> Result<Tally, Error> {
+    /// [`SweepError::File`]: a log cannot be used or written. A run that fails is none.
+    pub fn shard(&mut self, shard: Shard, mut tell: impl FnMut(&RunStep)) -> Result<Tally, SweepError> {
         let folder = self.sweep.folder();
-        std::fs::create_dir_all(&folder).map_err(|e| Error::at(&folder, e))?;
-        let mut log = Log::open(&folder.join(shard.log()), &self.print)?;
+        std::fs::create_dir_all(&folder).map_err(|e| SweepError::at(&folder, e))?;
+        let mut log = SweepLog::open(&folder.join(shard.log()), &self.print)?;
         let runs = self.design.runs();
         let mine: Vec<u64> = shard.runs(runs).collect();
         let (mut tally, mut known) = (Tally::default(), vec![false; mine.len()]);
@@ -208,7 +208,7 @@ impl Runner {
                 log.sync()?;
                 synced = Instant::now();
             }
-            tell(&Step { record: &record, done: tally.ran + tally.kept, of: mine.len() as u64 });
+            tell(&RunStep { record: &record, done: tally.ran + tally.kept, of: mine.len() as u64 });
         }
         log.sync()?;
         Ok(tally)
@@ -256,27 +256,30 @@ impl Runner {
     }
 
     /// Each output is one column of numbers.
-    fn look_outputs_up(&self) -> Result<(), Error> {
+    fn look_outputs_up(&self) -> Result<(), SweepError> {
         let mut mistakes = Vec::new();
         for output in &self.sweep.outputs {
             let variable = &output.variable;
             let mut wrong = |message: String| {
-                mistakes.push(Mistake { place: output.place.clone(), message });
+                mistakes.push(InputMistake { place: output.place.clone(), message });
             };
             let Some(recorded) = self.plan.recorded.iter().find(|r| r.name == *variable) else {
                 wrong(format!("`{variable}` is an array; name one element, as `{variable}[1]`"));
                 continue;
             };
             let d = self.plan.components[recorded.from.component].description();
-            if matches!(Kind::of(d.variables[recorded.from.variable].kind), None | Some(Kind::Text)) {
+            if matches!(
+                ColumnKind::of(d.variables[recorded.from.variable].kind),
+                None | Some(ColumnKind::Text)
+            ) {
                 wrong(format!("`{variable}` is no number; a sweep keeps numbers"));
             }
         }
-        if mistakes.is_empty() { Ok(()) } else { Err(Error::Mistakes(mistakes)) }
+        if mistakes.is_empty() { Ok(()) } else { Err(SweepError::Mistakes(mistakes)) }
     }
 
     /// A factor that can be set neither in its first run nor in its last one is a mistake, not a failure of every run.
-    fn look_factors_up(&mut self) -> Result<(), Error> {
+    fn look_factors_up(&mut self) -> Result<(), SweepError> {
         let mut mistakes = Vec::new();
         for factor in 0..self.sweep.factors.len() {
             let mut tried = Vec::new();
@@ -294,17 +297,17 @@ impl Runner {
             if tried.len() == 2 {
                 match tried.swap_remove(0) {
                     RunError::System(list) => mistakes.extend(list),
-                    e => mistakes.push(Mistake {
+                    e => mistakes.push(InputMistake {
                         place: self.sweep.factors[factor].place.clone(),
                         message: e.to_string(),
                     }),
                 }
             }
         }
-        if mistakes.is_empty() { Ok(()) } else { Err(Error::Mistakes(mistakes)) }
+        if mistakes.is_empty() { Ok(()) } else { Err(SweepError::Mistakes(mistakes)) }
     }
 
-    fn set(&self, run: u64) -> Result<System, Mistake> {
+    fn set(&self, run: u64) -> Result<CosimSystem, InputMistake> {
         let mut system = self.system.clone();
         for factor in 0..self.sweep.factors.len() {
             set(&mut system, &self.sweep, factor, &self.design.value(factor, run))?;
@@ -322,13 +325,18 @@ impl Runner {
     }
 }
 
-fn set(system: &mut System, sweep: &Sweep, factor: usize, value: &Value) -> Result<(), Mistake> {
+fn set(
+    system: &mut CosimSystem,
+    sweep: &SweepFile,
+    factor: usize,
+    value: &FactorValue,
+) -> Result<(), InputMistake> {
     let factor = &sweep.factors[factor];
     factor.variables.iter().try_for_each(|name| system.set(name, &value.text(), &factor.place))
 }
 
 /// The sweep's settings of when and how override the system's.
-fn over(system: &mut System, sweep: &Sweep) {
+fn over(system: &mut CosimSystem, sweep: &SweepFile) {
     let (run, asked) = (&mut system.run, &sweep.run);
     for (slot, asked) in [
         (&mut run.start, asked.start),
@@ -338,14 +346,14 @@ fn over(system: &mut System, sweep: &Sweep) {
     ] {
         if asked.is_some() {
             *slot = asked;
-            run.place = Place { file: sweep.file.clone(), line: 0 };
+            run.place = SourceSpan { file: sweep.file.clone(), line: 0 };
         }
     }
     run.algorithm = asked.algorithm.or(run.algorithm);
 }
 
 /// Paths as messages have them, longest first, and as they are in the sweep.
-fn paths(sweep: &Sweep, system: &System) -> Vec<(String, String)> {
+fn paths(sweep: &SweepFile, system: &CosimSystem) -> Vec<(String, String)> {
     let folder = sweep.file.parent().unwrap_or(Path::new(""));
     let files = [&sweep.file, &system.file].into_iter();
     let files =
@@ -363,8 +371,8 @@ fn paths(sweep: &Sweep, system: &System) -> Vec<(String, String)> {
 }
 
 /// All logs of a folder, in the order of their names.
-pub(crate) fn logs(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let fail = |e: std::io::Error| Error::at(folder, e);
+pub(crate) fn logs(folder: &Path) -> Result<Vec<PathBuf>, SweepError> {
+    let fail = |e: std::io::Error| SweepError::at(folder, e);
     let mut logs = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
         let path = entry.map_err(fail)?.path();

@@ -13,13 +13,13 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use trueup_fmi_description::whole;
 
-use crate::design::Design;
-use crate::done::{Done, done};
-use crate::error::Error;
+use crate::design::SweepDesign;
+use crate::done::{FinishedSweep, done};
+use crate::error::SweepError;
 use crate::file::OWN;
-use crate::log::{Damage, Record};
+use crate::log::{LogDamage, RunRecord};
 use crate::runner::Runner;
-use crate::value::Value;
+use crate::value::FactorValue;
 
 /// Rows of a group.
 const GROUP: usize = 1 << 16;
@@ -32,7 +32,7 @@ pub struct Merged {
     /// Failures among them.
     pub failed: u64,
     /// Lines of logs that were left out because they are damaged.
-    pub damage: Vec<Damage>,
+    pub damage: Vec<LogDamage>,
 }
 
 /// Writes all runs of a sweep, in their order, as Parquet: `run`, the factors, the outputs (null where there is no number), and
@@ -40,31 +40,31 @@ pub struct Merged {
 /// under `sweep`.
 ///
 /// # Errors
-/// [`Error::File`]: a run is in no log, two logs differ about one, something cannot be read or written. Then nothing is left
+/// [`SweepError::File`]: a run is in no log, two logs differ about one, something cannot be read or written. Then nothing is left
 /// under that name.
-pub fn merge(runner: &Runner, file: &Path) -> Result<Merged, Error> {
-    let Done { records, damage } = done(runner)?;
+pub fn merge(runner: &Runner, file: &Path) -> Result<Merged, SweepError> {
+    let FinishedSweep { records, damage } = done(runner)?;
     let failed = records.iter().filter(|r| r.result.is_err()).count() as u64;
-    write(runner, &records, file).map_err(|e| Error::at(file, e))?;
+    write(runner, &records, file).map_err(|e| SweepError::at(file, e))?;
     Ok(Merged { runs: runner.design().runs(), failed, damage })
 }
 
 /// What a factor's values are.
 #[derive(Clone, Copy)]
-enum Cells {
+enum FactorCells {
     Numbers,
     Booleans,
     Texts,
 }
 
-impl Cells {
+impl FactorCells {
     /// Whatever fits all of them.
-    fn of(design: &Design, factor: usize, runs: u64) -> Self {
+    fn of(design: &SweepDesign, factor: usize, runs: u64) -> Self {
         let mut all = (1..=runs).map(|run| design.value(factor, run));
         let (mut numbers, mut booleans) = (true, true);
         while let Some(value) = all.next().filter(|_| numbers || booleans) {
-            numbers &= matches!(value, Value::Number(_) | Value::Integer(_));
-            booleans &= matches!(value, Value::Boolean(_));
+            numbers &= matches!(value, FactorValue::Number(_) | FactorValue::Integer(_));
+            booleans &= matches!(value, FactorValue::Boolean(_));
         }
         match (numbers, booleans) {
             (true, _) => Self::Numbers,
@@ -92,9 +92,10 @@ fn field(
     Ok(Arc::new(field.with_repetition(repetition).with_logical_type(logical).build()?))
 }
 
-fn write(runner: &Runner, records: &[Record], file: &Path) -> Result<(), Box<dyn std::error::Error>> {
+fn write(runner: &Runner, records: &[RunRecord], file: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let (sweep, design) = (runner.sweep(), runner.design());
-    let factors: Vec<Cells> = (0..sweep.factors.len()).map(|f| Cells::of(design, f, design.runs())).collect();
+    let factors: Vec<FactorCells> =
+        (0..sweep.factors.len()).map(|f| FactorCells::of(design, f, design.runs())).collect();
     let [run, reason] = OWN;
     let mut fields = vec![field(run, Physical::INT64, None, Repetition::REQUIRED)?];
     for (factor, cells) in sweep.factors.iter().zip(&factors) {
@@ -123,21 +124,22 @@ fn write(runner: &Runner, records: &[Record], file: &Path) -> Result<(), Box<dyn
         for (at, cells) in factors.iter().enumerate() {
             let values = rows.iter().map(|r| design.value(at, r.run));
             match cells {
-                Cells::Numbers => {
+                FactorCells::Numbers => {
                     column::<DoubleType>(&mut group, &values.map(number).collect::<Vec<_>>(), None)?
                 }
-                Cells::Booleans => {
-                    let values: Vec<bool> = values.map(|v| v == Value::Boolean(true)).collect();
+                FactorCells::Booleans => {
+                    let values: Vec<bool> = values.map(|v| v == FactorValue::Boolean(true)).collect();
                     column::<BoolType>(&mut group, &values, None)?;
                 }
-                Cells::Texts => {
+                FactorCells::Texts => {
                     let values: Vec<ByteArray> = values.map(|v| v.text().into_bytes().into()).collect();
                     column::<ByteArrayType>(&mut group, &values, None)?;
                 }
             }
         }
         for at in 0..sweep.outputs.len() {
-            let of = |r: &Record| r.result.as_ref().ok().and_then(|values| values.get(at).copied().flatten());
+            let of =
+                |r: &RunRecord| r.result.as_ref().ok().and_then(|values| values.get(at).copied().flatten());
             let values: Vec<f64> = rows.iter().filter_map(of).collect();
             let defined: Vec<i16> = rows.iter().map(|r| i16::from(of(r).is_some())).collect();
             column::<DoubleType>(&mut group, &values, Some(&defined))?;
@@ -154,11 +156,11 @@ fn write(runner: &Runner, records: &[Record], file: &Path) -> Result<(), Box<dyn
     Ok(())
 }
 
-fn number(value: Value) -> f64 {
+fn number(value: FactorValue) -> f64 {
     match value {
-        Value::Number(x) => x,
-        Value::Integer(n) => n as f64,
-        Value::Boolean(_) | Value::Text(_) => f64::NAN, // another kind of cells
+        FactorValue::Number(x) => x,
+        FactorValue::Integer(n) => n as f64,
+        FactorValue::Boolean(_) | FactorValue::Text(_) => f64::NAN, // another kind of cells
     }
 }
 

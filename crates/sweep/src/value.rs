@@ -2,7 +2,7 @@
 
 /// A value of a factor.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum FactorValue {
     /// A number, finite.
     Number(f64),
     /// A whole number, as it was written.
@@ -13,7 +13,7 @@ pub enum Value {
     Text(String),
 }
 
-impl Value {
+impl FactorValue {
     pub(crate) fn of(value: &toml::Value) -> Option<Self> {
         Some(match value {
             toml::Value::Float(x) if x.is_finite() => Self::Number(*x),

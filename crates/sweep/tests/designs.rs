@@ -2,21 +2,23 @@
 
 use std::collections::BTreeSet;
 
-use trueup_sweep::{Design, MOST_SOBOL, Sweep, Value};
+use trueup_sweep::{FactorValue, MOST_SOBOL, SweepDesign, SweepFile};
 
-fn design(text: &str) -> Design {
+fn design(text: &str) -> SweepDesign {
     let outputs = "\n[outputs]\ny = {}\n";
-    Design::of(&Sweep::parse(&format!("system = \"a.fmu\"\n{text}{outputs}"), "s.toml".as_ref()).unwrap())
+    SweepDesign::of(
+        &SweepFile::parse(&format!("system = \"a.fmu\"\n{text}{outputs}"), "s.toml".as_ref()).unwrap(),
+    )
 }
 
-fn texts(design: &Design, factors: usize) -> Vec<Vec<String>> {
+fn texts(design: &SweepDesign, factors: usize) -> Vec<Vec<String>> {
     let of = |run| (0..factors).map(|f| design.value(f, run).text()).collect();
     (1..=design.runs()).map(of).collect()
 }
 
-fn numbers(design: &Design, factor: usize) -> Vec<f64> {
+fn numbers(design: &SweepDesign, factor: usize) -> Vec<f64> {
     let number = |run| match design.value(factor, run) {
-        Value::Number(x) => x,
+        FactorValue::Number(x) => x,
         other => panic!("{other:?}"),
     };
     (1..=design.runs()).map(number).collect()
@@ -68,7 +70,7 @@ fn a_latin_hypercube_uses_each_layer_once() {
     assert_ne!(numbers(&of(1, ""), 0), numbers(&of(2, ""), 0));
 }
 
-fn sobol(runs: u64, seed: &str, factors: usize) -> Design {
+fn sobol(runs: u64, seed: &str, factors: usize) -> SweepDesign {
     let factors: String = (0..factors).map(|f| format!("f{f} = {{ from = 0, to = 1 }}\n")).collect();
     design(&format!("design = \"sobol\"\nruns = {runs}\n{seed}\n[factors]\n{factors}"))
 }

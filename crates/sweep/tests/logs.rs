@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use trueup_sweep::{Log, Record, read_log};
+use trueup_sweep::{RunRecord, SweepLog, read_log};
 
-fn records() -> Vec<Record> {
-    let done = |run, values: &[Option<f64>]| Record { run, result: Ok(values.to_vec()) };
+fn records() -> Vec<RunRecord> {
+    let done = |run, values: &[Option<f64>]| RunRecord { run, result: Ok(values.to_vec()) };
     vec![
         done(1, &[Some(0.1), None]),
         done(2, &[Some(-0.0), Some(f64::MIN_POSITIVE / 8.0)]),
-        Record { run: 3, result: Err("at t = 0.2 s: \"left\" failed\u{e9}".into()) },
+        RunRecord { run: 3, result: Err("at t = 0.2 s: \"left\" failed\u{e9}".into()) },
         done(40, &[Some(1.0 / 3.0), Some(1e300)]),
     ]
 }
 
-fn write(path: &Path, records: &[Record]) {
-    let mut log = Log::open(path, "p").unwrap();
+fn write(path: &Path, records: &[RunRecord]) {
+    let mut log = SweepLog::open(path, "p").unwrap();
     records.iter().for_each(|r| log.add(r).unwrap());
     log.sync().unwrap();
 }
@@ -57,9 +57,9 @@ fn of_another_sweep_or_in_use_it_is_refused_and_left_alone() {
     let before = std::fs::read(&path).unwrap();
     let said = |why: String, words: &[&str]| words.iter().for_each(|w| assert!(why.contains(w), "{why}"));
     said(read_log(&path, "q").unwrap_err().to_string(), &["1-of-1.log", "another state", "move the folder"]);
-    said(Log::open(&path, "q").err().unwrap().to_string(), &["another state"]);
-    let _in_use = Log::open(&path, "p").unwrap();
-    said(Log::open(&path, "p").err().unwrap().to_string(), &["another process"]);
+    said(SweepLog::open(&path, "q").err().unwrap().to_string(), &["another state"]);
+    let _in_use = SweepLog::open(&path, "p").unwrap();
+    said(SweepLog::open(&path, "p").err().unwrap().to_string(), &["another process"]);
     assert_eq!(std::fs::read(&path).unwrap(), before);
 }
 

@@ -1,24 +1,25 @@
 //! Numbers of a run, against those of known courses.
 
-use trueup_cosim::{Column, Kind, Row, Sink, Values};
-use trueup_sweep::{Measures, Output, Sweep};
+use trueup_cosim::{ColumnKind, ResultColumn, ResultRow, ResultSink, RowValues};
+use trueup_sweep::{Measures, Output, SweepFile};
 
 fn outputs(text: &str) -> Vec<Output> {
     let text = format!(
         "system = \"a.fmu\"\ndesign = \"list\"\n[factors]\na = {{ values = [1] }}\n[outputs]\n{text}"
     );
-    Sweep::parse(&text, "s.toml".as_ref()).unwrap().outputs
+    SweepFile::parse(&text, "s.toml".as_ref()).unwrap().outputs
 }
 
 /// What is kept of `x` with these rows.
 fn kept(text: &str, rows: &[(f64, f64)]) -> Vec<Option<f64>> {
     let outputs = outputs(text);
-    let columns = [Column::new("other", Kind::Real, ""), Column::new("x", Kind::Real, "m")];
-    let (mut values, mut measures) = (Values::of(&columns), Measures::new(&outputs));
+    let columns =
+        [ResultColumn::new("other", ColumnKind::Real, ""), ResultColumn::new("x", ColumnKind::Real, "m")];
+    let (mut values, mut measures) = (RowValues::of(&columns), Measures::new(&outputs));
     measures.begin(&columns).unwrap();
     for (time, x) in rows {
         values.reals = vec![-7.0, *x];
-        measures.row(Row { time: *time, point: None, values: &values }).unwrap();
+        measures.row(ResultRow { time: *time, point: None, values: &values }).unwrap();
     }
     measures.values()
 }

@@ -1,6 +1,6 @@
 //! What is wrong in a sweep's file: line, error, and remedy.
 
-use trueup_sweep::Sweep;
+use trueup_sweep::SweepFile;
 
 const GOOD: &str = r#"system = "a.fmu"
 design = "grid"
@@ -15,7 +15,7 @@ y = { take = "max" }
 
 #[test]
 fn each_has_its_line_and_its_mend() {
-    Sweep::parse(GOOD, "s.toml".as_ref()).unwrap();
+    SweepFile::parse(GOOD, "s.toml".as_ref()).unwrap();
     for (from, to, said) in [
         ("system = \"a.fmu\"\n", "", "s.toml:1: missing field `system`"),
         ("\"grid\"", "\"gird\"", "s.toml:2: unknown variant `gird`, expected one of `grid`, `list`"),
@@ -63,7 +63,7 @@ fn each_has_its_line_and_its_mend() {
     ] {
         let text = GOOD.replacen(from, to, 1);
         assert_ne!(text, GOOD, "{from}");
-        let why = Sweep::parse(&text, "s.toml".as_ref()).unwrap_err().to_string();
+        let why = SweepFile::parse(&text, "s.toml".as_ref()).unwrap_err().to_string();
         assert!(why.contains(said), "{from} -> {to}: {why}");
     }
 }
@@ -71,7 +71,7 @@ fn each_has_its_line_and_its_mend() {
 #[test]
 fn all_of_them_come_at_once() {
     let text = GOOD.replace(", points = 3", "").replace("take = \"max\"", "take = \"time\"");
-    let why = Sweep::parse(&text, "s.toml".as_ref()).unwrap_err().to_string();
+    let why = SweepFile::parse(&text, "s.toml".as_ref()).unwrap_err().to_string();
     assert_eq!(why.lines().count(), 2, "{why}");
 }
 
@@ -79,7 +79,7 @@ fn all_of_them_come_at_once() {
 fn lists_of_a_list_are_equally_long() {
     let text =
         GOOD.replace("\"grid\"", "\"list\"").replace("from = 1, to = 2, points = 3", "values = [1, 2, 3]");
-    let why = Sweep::parse(&text, "s.toml".as_ref()).unwrap_err().to_string();
+    let why = SweepFile::parse(&text, "s.toml".as_ref()).unwrap_err().to_string();
     assert!(why.contains("here are 2 of one and 3 of another"), "{why}");
 }
 
@@ -96,6 +96,6 @@ fn the_document_shows_what_is_read() {
         .collect();
     assert!(!whole.is_empty());
     for block in whole {
-        Sweep::parse(block, "docs/sweeps.md".as_ref()).unwrap();
+        SweepFile::parse(block, "docs/sweeps.md".as_ref()).unwrap();
     }
 }

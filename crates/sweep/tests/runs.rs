@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
-use trueup_cosim::{Master, Memory, check};
+use trueup_cosim::{Master, SeriesMemory, check};
 use trueup_sweep::{Runner, Shard, Tally, merge, read_log};
-use trueup_testkit::{Block, Dynamics, Version, compiler};
+use trueup_testkit::{BlockFmu, BlockVersion, Dynamics, compiler};
 
 const SWEEP: &str = r#"system = "mass.fmi3.fmu"
 design = "grid"
@@ -38,8 +38,8 @@ fn desk(sweep: &str) -> Option<(TempDir, PathBuf)> {
         c: rows(&[&[1.0, 0.0], &[0.0, 1.0]]),
         d: rows(&[&[0.0], &[0.0]]),
     };
-    let block = Block::new("mass", &["F"], &["x", "v"], &[("xStart", 1.0), ("vStart", 0.0)], dynamics);
-    block.build(Version::Three, folder.path()).unwrap();
+    let block = BlockFmu::new("mass", &["F"], &["x", "v"], &[("xStart", 1.0), ("vStart", 0.0)], dynamics);
+    block.build(BlockVersion::Three, folder.path()).unwrap();
     let file = folder.path().join("sweep.toml");
     std::fs::write(&file, sweep).unwrap();
     Some((folder, file))
@@ -136,8 +136,8 @@ fn nothing_is_merged_that_is_not_whole() {
     done(&file, 2, 2);
     let folder = file.with_extension("runs");
     let (print, other) = (Runner::open(&file).unwrap().print().to_owned(), folder.join("1-of-1.log"));
-    let mut log = trueup_sweep::Log::open(&other, &print).unwrap();
-    log.add(&trueup_sweep::Record { run: 4, result: Err("by chance".into()) }).unwrap();
+    let mut log = trueup_sweep::SweepLog::open(&other, &print).unwrap();
+    log.add(&trueup_sweep::RunRecord { run: 4, result: Err("by chance".into()) }).unwrap();
     drop(log);
     let why = merged(&file);
     assert!(why.contains("run 4 gave something else in another log"), "{why}");
@@ -153,7 +153,7 @@ fn a_run_is_the_same_alone_and_in_the_system_that_it_stands_for() {
     let Some((_folder, file)) = desk(SWEEP) else { return };
     let mut runner = Runner::open(&file).unwrap();
     let record = runner.run(10);
-    let mut memory = Memory::default();
+    let mut memory = SeriesMemory::default();
     let plan = check(&runner.system(10).unwrap()).unwrap();
     Master::new(plan).unwrap().run(&mut memory).unwrap();
     assert_eq!(memory.column("x").unwrap().last().copied(), record.result.unwrap()[0]);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::error::Error;
+use crate::error::TrialError;
 use crate::files;
 
 /// Version and fingerprint of the generator.
@@ -11,14 +11,14 @@ pub const GENERATOR: &str = env!("TRUEUP_GENERATOR");
 
 /// A folder that keeps cases.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cache<'a>(pub(crate) &'a Path);
+pub(crate) struct CaseCache<'a>(pub(crate) &'a Path);
 
-impl Cache<'_> {
+impl CaseCache<'_> {
     fn kept(self, name: &str) -> PathBuf {
         self.0.join(GENERATOR).join(name)
     }
     /// Puts case and key below `directory`; `false`: it is not kept.
-    pub(crate) fn take(self, directory: &Path, name: &str) -> Result<bool, Error> {
+    pub(crate) fn take(self, directory: &Path, name: &str) -> Result<bool, TrialError> {
         let kept = self.kept(name);
         if !kept.join("cases").join(name).is_dir() {
             return Ok(false);
@@ -26,27 +26,27 @@ impl Cache<'_> {
         copy(&kept, directory, name).map(|()| true)
     }
     /// Keeps a case that is below `directory`.
-    pub(crate) fn keep(self, directory: &Path, name: &str) -> Result<(), Error> {
+    pub(crate) fn keep(self, directory: &Path, name: &str) -> Result<(), TrialError> {
         copy(directory, &self.kept(name), name)
     }
 }
 
 /// Key first and the case's folder last, under its final name only when it is whole: what is there is all there.
-fn copy(from: &Path, to: &Path, name: &str) -> Result<(), Error> {
+fn copy(from: &Path, to: &Path, name: &str) -> Result<(), TrialError> {
     let key = Path::new("keys").join(format!("{name}.toml"));
-    let text = fs::read_to_string(from.join(&key)).map_err(|e| Error::at(&from.join(&key), e))?;
+    let text = fs::read_to_string(from.join(&key)).map_err(|e| TrialError::at(&from.join(&key), e))?;
     let (cases, keys) = (to.join("cases"), to.join("keys"));
     files::folder(&cases)?;
     files::folder(&keys)?;
     files::whole(&to.join(&key), &text)?;
     let source = from.join("cases").join(name);
     let part = files::fresh(&cases, name)?;
-    for entry in fs::read_dir(&source).map_err(|e| Error::at(&source, e))? {
-        let path = entry.map_err(|e| Error::at(&source, e))?.path();
+    for entry in fs::read_dir(&source).map_err(|e| TrialError::at(&source, e))? {
+        let path = entry.map_err(|e| TrialError::at(&source, e))?.path();
         let target = part.join(path.file_name().unwrap_or_default());
         // A link where the disk allows it: recordings are only read.
         if fs::hard_link(&path, &target).is_err() {
-            fs::copy(&path, &target).map_err(|e| Error::at(&target, e))?;
+            fs::copy(&path, &target).map_err(|e| TrialError::at(&target, e))?;
         }
     }
     files::settle(&part, &cases.join(name))

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The plants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Plant {
+pub enum TrialPlant {
     /// `TwoMassJoint`.
     Joint,
     /// `PlanarManipulator`.
@@ -17,7 +17,7 @@ pub enum Plant {
 /// What a case is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Split {
+pub enum TrialSplit {
     /// Nothing but the sensors.
     None,
     /// Wrong values of what the model has.
@@ -35,7 +35,7 @@ pub enum Split {
     Rig,
 }
 
-impl Plant {
+impl TrialPlant {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Joint, Self::Manipulator];
     /// By its name on the command line.
@@ -51,7 +51,7 @@ impl Plant {
     }
 }
 
-impl Split {
+impl TrialSplit {
     /// All of them.
     pub const ALL: [Self; 7] = [
         Self::None,
@@ -101,13 +101,13 @@ pub struct Moved {
 
 /// The truth about a case; only the scorer reads it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Key {
+pub struct TruthKey {
     /// Name of the case's folder.
     pub case: String,
     /// Its plant.
-    pub plant: Plant,
+    pub plant: TrialPlant,
     /// The subject.
-    pub split: Split,
+    pub split: TrialSplit,
     /// `no-gap`, `parameters`, `effects`, `ambiguous` or `unknown`.
     pub verdict: String,
     /// What is there.
@@ -143,7 +143,7 @@ pub struct Key {
     pub moved: BTreeMap<String, Moved>,
 }
 
-impl Key {
+impl TruthKey {
     /// What is there: effects, then values that are off, with `+` between them; nothing: none.
     pub(crate) fn told(&self) -> String {
         self.effects.iter().chain(self.moved.keys()).cloned().collect::<Vec<_>>().join("+")
@@ -152,7 +152,7 @@ impl Key {
 
 /// A column of a recording.
 #[derive(Clone, Debug)]
-pub(crate) struct Column {
+pub(crate) struct TrialColumn {
     pub(crate) name: String,
     pub(crate) values: Vec<f64>,
     /// Digits after the point that say all.
@@ -161,15 +161,15 @@ pub(crate) struct Column {
 
 /// A run.
 #[derive(Clone, Debug)]
-pub(crate) struct Recording {
+pub(crate) struct TrialRecording {
     pub(crate) name: String,
     pub(crate) time: Vec<f64>,
-    pub(crate) columns: Vec<Column>,
+    pub(crate) columns: Vec<TrialColumn>,
 }
 
 /// What is declared of a gain or an offset that is to be estimated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Guess {
+pub(crate) enum DeclaredGuess {
     /// Nothing.
     Free,
     /// The prior value, with its standard deviation.
@@ -178,22 +178,22 @@ pub(crate) enum Guess {
 
 /// What is declared of a channel.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sensor {
+pub(crate) struct DeclaredSensor {
     pub(crate) name: String,
     pub(crate) resolution: Option<f64>,
     pub(crate) noise: Option<f64>,
     pub(crate) hold: bool,
-    pub(crate) gain: Option<Guess>,
-    pub(crate) offset: Option<Guess>,
+    pub(crate) gain: Option<DeclaredGuess>,
+    pub(crate) offset: Option<DeclaredGuess>,
 }
 
 /// A whole case.
 #[derive(Clone, Debug)]
-pub(crate) struct Case {
+pub(crate) struct TrialCase {
     pub(crate) model: &'static str,
-    pub(crate) train: Vec<Recording>,
-    pub(crate) holdout: Vec<Recording>,
-    pub(crate) rest: Vec<Recording>,
+    pub(crate) train: Vec<TrialRecording>,
+    pub(crate) holdout: Vec<TrialRecording>,
+    pub(crate) rest: Vec<TrialRecording>,
     /// Names of runs with the same command.
     pub(crate) repeats: Vec<Vec<String>>,
     pub(crate) parameters: toml::Table,
@@ -201,6 +201,6 @@ pub(crate) struct Case {
     /// Effects that are known to be there.
     pub(crate) effects: toml::Table,
     pub(crate) payload: toml::Table,
-    pub(crate) sensors: Vec<Sensor>,
-    pub(crate) key: Key,
+    pub(crate) sensors: Vec<DeclaredSensor>,
+    pub(crate) key: TruthKey,
 }

@@ -6,9 +6,9 @@ use rand_distr::{Distribution, StandardNormal};
 use sha2::{Digest, Sha256};
 
 /// The generator of one case.
-pub(crate) struct Draw(ChaCha8Rng);
+pub(crate) struct SeededDraw(ChaCha8Rng);
 
-impl Draw {
+impl SeededDraw {
     /// Of the case with these numbers; `attempt`: a case that came out useless is drawn again.
     pub(crate) fn new(what: &str, seed: u64, index: usize, attempt: usize) -> Self {
         let text = format!("{what}/{seed}/{index}/{attempt}");

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// Why a trial could not be made, run or scored.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum TrialError {
     /// A file that cannot be read or written.
     #[error("{}: {why}", path.display())]
     File {
@@ -31,7 +31,7 @@ pub enum Error {
     },
 }
 
-impl Error {
+impl TrialError {
     pub(crate) fn at(path: &Path, why: impl std::fmt::Display) -> Self {
         Self::File { path: path.to_owned(), why: why.to_string() }
     }

@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::case::{Case, Guess, Key, Plant, Recording, Sensor, Split};
-use crate::error::Error;
+use crate::case::{
+    DeclaredGuess, DeclaredSensor, TrialCase, TrialPlant, TrialRecording, TrialSplit, TruthKey,
+};
+use crate::error::TrialError;
 
 /// Hash as hexadecimal digits.
 pub(crate) fn hash(bytes: &[u8]) -> String {
@@ -21,17 +23,17 @@ pub(crate) fn hash(bytes: &[u8]) -> String {
 }
 
 /// Under a temporary name first.
-pub(crate) fn whole(path: &Path, text: &str) -> Result<(), Error> {
+pub(crate) fn whole(path: &Path, text: &str) -> Result<(), TrialError> {
     let part = path.with_extension(format!("part{}", std::process::id()));
-    fs::write(&part, text).map_err(|e| Error::at(&part, e))?;
-    fs::rename(&part, path).map_err(|e| Error::at(path, e))
+    fs::write(&part, text).map_err(|e| TrialError::at(&part, e))?;
+    fs::rename(&part, path).map_err(|e| TrialError::at(path, e))
 }
 
-pub(crate) fn folder(path: &Path) -> Result<(), Error> {
-    fs::create_dir_all(path).map_err(|e| Error::at(path, e))
+pub(crate) fn folder(path: &Path) -> Result<(), TrialError> {
+    fs::create_dir_all(path).map_err(|e| TrialError::at(path, e))
 }
 
-fn csv(r: &Recording) -> String {
+fn csv(r: &TrialRecording) -> String {
     let mut text = String::from("time");
     r.columns.iter().for_each(|c| {
         let _ = write!(text, ",{}", c.name);
@@ -54,7 +56,7 @@ fn csv(r: &Recording) -> String {
     text
 }
 
-fn sensor(s: &Sensor) -> String {
+fn sensor(s: &DeclaredSensor) -> String {
     let mut text = format!(
         "\n[channels.{}]\n",
         if s.name.contains('[') { format!("\"{}\"", s.name) } else { s.name.clone() }
@@ -70,8 +72,8 @@ fn sensor(s: &Sensor) -> String {
     }
     for (name, guess) in [("gain", s.gain), ("offset", s.offset)] {
         let _ = match guess {
-            Some(Guess::Free) => writeln!(text, "{name} = \"estimate\""),
-            Some(Guess::About(value, doubt)) => {
+            Some(DeclaredGuess::Free) => writeln!(text, "{name} = \"estimate\""),
+            Some(DeclaredGuess::About(value, doubt)) => {
                 writeln!(text, "{name} = {{ value = {value:?}, doubt = {doubt:e} }}")
             }
             None => Ok(()),
@@ -80,8 +82,8 @@ fn sensor(s: &Sensor) -> String {
     text
 }
 
-fn manifest(case: &Case) -> String {
-    let names = |list: &[Recording]| {
+fn manifest(case: &TrialCase) -> String {
+    let names = |list: &[TrialRecording]| {
         let quoted: Vec<String> = list.iter().map(|r| format!("\"{}\"", r.name)).collect();
         quoted.join(", ")
     };
@@ -113,31 +115,31 @@ fn manifest(case: &Case) -> String {
 }
 
 /// A name without a meaning: the digits come from the numbers that the case was drawn from.
-pub(crate) fn name_of(plant: Plant, split: Split, seed: u64, index: usize) -> String {
+pub(crate) fn name_of(plant: TrialPlant, split: TrialSplit, seed: u64, index: usize) -> String {
     let digits = hash(format!("{}/{}/{seed}/{index}", plant.name(), split.name()).as_bytes());
     format!("{}-{}", plant.name(), &digits[..8])
 }
 
 /// An empty folder next to the one that will be `name`.
-pub(crate) fn fresh(beside: &Path, name: &str) -> Result<PathBuf, Error> {
+pub(crate) fn fresh(beside: &Path, name: &str) -> Result<PathBuf, TrialError> {
     let part = beside.join(format!(".{name}.part{}", std::process::id()));
     if part.exists() {
-        fs::remove_dir_all(&part).map_err(|e| Error::at(&part, e))?;
+        fs::remove_dir_all(&part).map_err(|e| TrialError::at(&part, e))?;
     }
     folder(&part)?;
     Ok(part)
 }
 
 /// Gives a folder that is whole its final name.
-pub(crate) fn settle(part: &Path, last: &Path) -> Result<(), Error> {
+pub(crate) fn settle(part: &Path, last: &Path) -> Result<(), TrialError> {
     if last.exists() {
-        fs::remove_dir_all(last).map_err(|e| Error::at(last, e))?;
+        fs::remove_dir_all(last).map_err(|e| TrialError::at(last, e))?;
     }
-    fs::rename(part, last).map_err(|e| Error::at(last, e))
+    fs::rename(part, last).map_err(|e| TrialError::at(last, e))
 }
 
 /// Writes a case and its key.
-pub(crate) fn write(directory: &Path, mut case: Case) -> Result<String, Error> {
+pub(crate) fn write(directory: &Path, mut case: TrialCase) -> Result<String, TrialError> {
     let key = &case.key;
     let name = name_of(key.plant, key.split, key.seed, key.index);
     case.key.case.clone_from(&name);
@@ -150,17 +152,17 @@ pub(crate) fn write(directory: &Path, mut case: Case) -> Result<String, Error> {
     }
     whole(&part.join("case.toml"), &manifest(&case))?;
     let path = keys.join(format!("{name}.toml"));
-    whole(&path, &toml::to_string(&case.key).map_err(|e| Error::at(&path, e))?)?;
+    whole(&path, &toml::to_string(&case.key).map_err(|e| TrialError::at(&path, e))?)?;
     settle(&part, &cases.join(&name))?;
     Ok(name)
 }
 
 /// Names of all cases in `directory`, sorted.
-pub(crate) fn cases(directory: &Path) -> Result<Vec<String>, Error> {
+pub(crate) fn cases(directory: &Path) -> Result<Vec<String>, TrialError> {
     let path = directory.join("cases");
     let mut names = Vec::new();
-    for entry in fs::read_dir(&path).map_err(|e| Error::at(&path, e))? {
-        let entry = entry.map_err(|e| Error::at(&path, e))?;
+    for entry in fs::read_dir(&path).map_err(|e| TrialError::at(&path, e))? {
+        let entry = entry.map_err(|e| TrialError::at(&path, e))?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if !name.starts_with('.') && entry.path().is_dir() {
             names.push(name);
@@ -175,25 +177,25 @@ fn seals_path(directory: &Path) -> PathBuf {
 }
 
 /// Writes the hash of every key.
-pub(crate) fn seal(directory: &Path) -> Result<(), Error> {
+pub(crate) fn seal(directory: &Path) -> Result<(), TrialError> {
     let mut text = String::from("case,key_sha256\n");
     for name in cases(directory)? {
         let path = directory.join("keys").join(format!("{name}.toml"));
-        let bytes = fs::read(&path).map_err(|e| Error::at(&path, e))?;
+        let bytes = fs::read(&path).map_err(|e| TrialError::at(&path, e))?;
         let _ = writeln!(text, "{name},{}", hash(&bytes));
     }
     whole(&seals_path(directory), &text)
 }
 
 /// Opens a key, with its seal; it has to be the one that was sealed.
-pub(crate) fn open(directory: &Path, name: &str) -> Result<(Key, String), Error> {
+pub(crate) fn open(directory: &Path, name: &str) -> Result<(TruthKey, String), TrialError> {
     let path = directory.join("keys").join(format!("{name}.toml"));
-    let text = fs::read_to_string(&path).map_err(|e| Error::at(&path, e))?;
+    let text = fs::read_to_string(&path).map_err(|e| TrialError::at(&path, e))?;
     let seals = seals_path(directory);
-    let sealed = fs::read_to_string(&seals).map_err(|e| Error::at(&seals, e))?;
+    let sealed = fs::read_to_string(&seals).map_err(|e| TrialError::at(&seals, e))?;
     let seal = hash(text.as_bytes());
     if !sealed.lines().any(|l| l == format!("{name},{seal}")) {
-        return Err(Error::Broken { path });
+        return Err(TrialError::Broken { path });
     }
-    Ok((toml::from_str(&text).map_err(|e| Error::at(&path, e))?, seal))
+    Ok((toml::from_str(&text).map_err(|e| TrialError::at(&path, e))?, seal))
 }

@@ -19,24 +19,24 @@ mod tune;
 use std::path::Path;
 
 pub use cache::GENERATOR;
-pub use case::{Key, Moved, Plant, Split};
-pub use error::Error;
+pub use case::{Moved, TrialPlant, TrialSplit, TruthKey};
+pub use error::TrialError;
 pub use judge::card::{markdown, write_card};
-pub use judge::compare::{Comparison, Counts, compare};
-pub use judge::corpus::{Entry, fill as fill_corpus, read as read_corpus, write as write_corpus};
-pub use judge::run::{Failure, Ran, Run, Took, run};
-pub use judge::score::{Aim, Card, Line, Share, score};
-pub use judge::table::{Answers, Row};
+pub use judge::compare::{PairedComparison, PairedCounts, compare};
+pub use judge::corpus::{CorpusEntry, fill as fill_corpus, read as read_corpus, write as write_corpus};
+pub use judge::run::{CaseEnd, CaseFailure, JudgedRun, TimeTaken, run};
+pub use judge::score::{Card, ScoreTarget, ScorecardLine, Share, score};
+pub use judge::table::{Answers, CaseRow};
 
-use cache::Cache;
+use cache::CaseCache;
 
 /// What to generate.
 #[derive(Clone, Copy, Debug)]
-pub struct Order {
+pub struct TrialOrder {
     /// The plant.
-    pub plant: Plant,
+    pub plant: TrialPlant,
     /// What the cases are about.
-    pub split: Split,
+    pub split: TrialSplit,
     /// How many in all shards together.
     pub count: usize,
     /// Where all draws begin.
@@ -58,7 +58,11 @@ pub struct Folders<'a> {
 ///
 /// # Errors
 /// A file that cannot be written; a case that no draw makes visible.
-pub fn generate(to: Folders<'_>, order: &Order, mut said: impl FnMut(usize, &str)) -> Result<(), Error> {
+pub fn generate(
+    to: Folders<'_>,
+    order: &TrialOrder,
+    mut said: impl FnMut(usize, &str),
+) -> Result<(), TrialError> {
     let (i, n) = order.shard;
     for index in (0..order.count).filter(|k| k % n == i - 1) {
         let name = to.make(order.plant, order.split, order.seed, index)?;
@@ -76,7 +80,7 @@ pub fn generate_corpus(
     file: &Path,
     shard: (usize, usize),
     mut said: impl FnMut(usize, &str),
-) -> Result<(), Error> {
+) -> Result<(), TrialError> {
     let all = read_corpus(file)?;
     let (i, n) = shard;
     files::folder(to.directory)?;
@@ -84,14 +88,14 @@ pub fn generate_corpus(
     for (at, entry) in all.iter().enumerate().filter(|(k, _)| k % n == i - 1) {
         let name = to.make(entry.plant, entry.split, entry.seed, entry.index)?;
         let key = to.directory.join("keys").join(format!("{name}.toml"));
-        let text = std::fs::read(&key).map_err(|e| Error::at(&key, e))?;
+        let text = std::fs::read(&key).map_err(|e| TrialError::at(&key, e))?;
         if name != entry.case || files::hash(&text) != entry.seal {
             let why = format!(
                 "{} is not the case that entered: the generator makes another one of seed {}, number {}; \
                  fill a corpus again from results of this program",
                 entry.case, entry.seed, entry.index
             );
-            return Err(Error::at(file, why));
+            return Err(TrialError::at(file, why));
         }
         said(at, &name);
     }
@@ -100,20 +104,26 @@ pub fn generate_corpus(
 
 impl Folders<'_> {
     /// Makes a case, or takes one that was made before; gives its name.
-    fn make(self, plant: Plant, split: Split, seed: u64, index: usize) -> Result<String, Error> {
+    fn make(
+        self,
+        plant: TrialPlant,
+        split: TrialSplit,
+        seed: u64,
+        index: usize,
+    ) -> Result<String, TrialError> {
         let name = files::name_of(plant, split, seed, index);
         if self.directory.join("cases").join(&name).is_dir() {
             return Ok(name);
         }
-        let cache = self.cache.map(Cache);
+        let cache = self.cache.map(CaseCache);
         if let Some(cache) = cache
             && cache.take(self.directory, &name)?
         {
             return Ok(name);
         }
         let case = match plant {
-            Plant::Joint => joint::generate(split, seed, index)?,
-            Plant::Manipulator => arm::generate(split, seed, index)?,
+            TrialPlant::Joint => joint::generate(split, seed, index)?,
+            TrialPlant::Manipulator => arm::generate(split, seed, index)?,
         };
         files::write(self.directory, case)?;
         cache.map_or(Ok(()), |cache| cache.keep(self.directory, &name))?;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::draw::Draw;
+use crate::draw::SeededDraw;
 
 /// The families of experiments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +31,7 @@ const BRAKING: f64 = 0.4;
 
 /// A reference: position around `center` whose speed stays near `speed`.
 #[derive(Clone, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct ReferenceMotion {
     pub(crate) family: Family,
     pub(crate) center: f64,
     /// It is at rest from the first instant to the second, s.
@@ -44,9 +44,9 @@ pub(crate) struct Motion {
     levels: Vec<f64>,
 }
 
-impl Motion {
+impl ReferenceMotion {
     /// `top`: highest frequency in Hz that makes sense here.
-    pub(crate) fn draw(d: &mut Draw, family: Family, speed: f64, top: f64, span: f64) -> Self {
+    pub(crate) fn draw(d: &mut SeededDraw, family: Family, speed: f64, top: f64, span: f64) -> Self {
         let frequency = d.log(0.15, 0.5);
         let mut lines = Vec::new();
         for i in 0..6 {
@@ -110,7 +110,7 @@ impl Motion {
 }
 
 /// The family of the motion of recording `i`.
-pub(crate) fn family(d: &mut Draw, i: usize) -> Family {
+pub(crate) fn family(d: &mut SeededDraw, i: usize) -> Family {
     // Slow motion at least once.
     if i == 0 {
         d.pick(&[Family::Triangles, Family::Reversals, Family::Multisine])

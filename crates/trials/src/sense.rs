@@ -1,6 +1,6 @@
 //! From what happens to what is read: instants, noise, resolution, gaps.
 
-use crate::draw::Draw;
+use crate::draw::SeededDraw;
 
 /// A sensor.
 #[derive(Clone, Copy, Debug)]
@@ -22,14 +22,14 @@ impl Meter {
         if self.step > 0.0 { (value / self.step).round() * self.step } else { value }
     }
     /// One reading; `last` is the state of the noise.
-    pub(crate) fn read(&self, value: f64, last: &mut f64, d: &mut Draw) -> f64 {
+    pub(crate) fn read(&self, value: f64, last: &mut f64, d: &mut SeededDraw) -> f64 {
         *last = self.color * *last + (1.0 - self.color * self.color).sqrt() * d.normal();
         self.round(value + self.noise * *last)
     }
 }
 
 /// Instants of `count` samples, `jitter` as a share of the period.
-pub(crate) fn instants(rate: f64, count: usize, jitter: f64, d: &mut Draw) -> Vec<f64> {
+pub(crate) fn instants(rate: f64, count: usize, jitter: f64, d: &mut SeededDraw) -> Vec<f64> {
     (0..count)
         .map(|i| {
             let off = if i == 0 || i + 1 == count { 0.0 } else { (jitter * d.normal()).clamp(-0.3, 0.3) };
@@ -40,7 +40,7 @@ pub(crate) fn instants(rate: f64, count: usize, jitter: f64, d: &mut Draw) -> Ve
 }
 
 /// Takes samples away, alone and in short bursts.
-pub(crate) fn drop_out(values: &mut [f64], share: f64, d: &mut Draw) {
+pub(crate) fn drop_out(values: &mut [f64], share: f64, d: &mut SeededDraw) {
     if share <= 0.0 {
         return;
     }

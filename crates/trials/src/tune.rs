@@ -3,14 +3,14 @@
 use nalgebra::{DMatrix, DVector};
 
 /// Responses of a simulation without effects.
-pub(crate) trait Bench {
+pub(crate) trait TuningBench {
     /// Response of run `run`, every channel divided by its scale.
     fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64>;
 }
 
 /// A fit.
 #[derive(Clone, Debug)]
-pub(crate) struct Tuned {
+pub(crate) struct TunedGains {
     pub(crate) residual: Vec<Vec<f64>>,
 }
 
@@ -34,13 +34,13 @@ const NOTHING: f64 = 0.02;
 /// Fits `start` (the parameters) and `initial` (the first states of each run), whose differences take these steps, to
 /// `measured`.
 pub(crate) fn tune(
-    bench: &dyn Bench,
+    bench: &dyn TuningBench,
     measured: &[Vec<f64>],
     start: &[f64],
     value_steps: &[f64],
     initial: &[Vec<f64>],
     initial_steps: &[f64],
-) -> Tuned {
+) -> TunedGains {
     let (runs, p, k) = (measured.len(), start.len(), initial_steps.len());
     // All of them are counted in steps from where they start.
     let values = |x: &[f64]| -> Vec<f64> { (0..p).map(|i| start[i] + x[i] * value_steps[i]).collect() };
@@ -119,5 +119,5 @@ pub(crate) fn tune(
             break;
         }
     }
-    Tuned { residual: best }
+    TunedGains { residual: best }
 }

@@ -6,15 +6,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use trueup_trials::{
-    Answers, Counts, Failure, Folders, Key, Order, Plant, Ran, Run, Split, Took, compare, fill_corpus,
-    generate, generate_corpus, markdown, read_corpus, run, score, write_corpus,
+    Answers, CaseEnd, CaseFailure, Folders, JudgedRun, PairedCounts, TimeTaken, TrialOrder, TrialPlant,
+    TrialSplit, TruthKey, compare, fill_corpus, generate, generate_corpus, markdown, read_corpus, run, score,
+    write_corpus,
 };
 
 /// Its first cases are made quickly.
 const SEED: u64 = 17;
 
-fn order(plant: Plant, split: Split, count: usize) -> Order {
-    Order { plant, split, count, seed: SEED, shard: (1, 1) }
+fn order(plant: TrialPlant, split: TrialSplit, count: usize) -> TrialOrder {
+    TrialOrder { plant, split, count, seed: SEED, shard: (1, 1) }
 }
 
 fn to(directory: &Path) -> Folders<'_> {
@@ -38,24 +39,24 @@ fn contents(path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 #[test]
 #[ignore = "generates cases of an arm: ./test --full"]
 fn a_case_of_an_arm_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
-    twice(Plant::Manipulator);
+    twice(TrialPlant::Manipulator);
 }
 
 #[test]
 #[ignore = "long: ./test --full runs it"]
 fn a_case_of_a_joint_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
-    twice(Plant::Joint);
+    twice(TrialPlant::Joint);
 }
 
 /// Two cases, made in one go and in two shards.
-fn twice(plant: Plant) {
+fn twice(plant: TrialPlant) {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let all = order(plant, Split::Single, 2);
+    let all = order(plant, TrialSplit::Single, 2);
     std::thread::scope(|scope| {
         scope.spawn(|| generate(to(a.path()), &all, |_, _| {}).unwrap());
         // In two shards, the second one first.
         for i in [2, 1] {
-            generate(to(b.path()), &Order { shard: (i, 2), ..all }, |_, _| {}).unwrap();
+            generate(to(b.path()), &TrialOrder { shard: (i, 2), ..all }, |_, _| {}).unwrap();
         }
     });
     let (first, second) = (contents(a.path()), contents(b.path()));
@@ -65,7 +66,7 @@ fn twice(plant: Plant) {
         assert!(x == y, "{} differs", name.display());
     }
     for key in files(&a.path().join("keys")) {
-        let key: Key = toml::from_str(&fs::read_to_string(key).unwrap()).unwrap();
+        let key: TruthKey = toml::from_str(&fs::read_to_string(key).unwrap()).unwrap();
         assert!(key.ratio > 1.1 && key.effects.len() == 1);
         let case = a.path().join("cases").join(&key.case);
         for file in files(&case) {
@@ -128,7 +129,7 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
         ],
     );
 
-    let answer = |case: &Path, out: &Path| -> Result<Took, Failure> {
+    let answer = |case: &Path, out: &Path| -> Result<TimeTaken, CaseFailure> {
         match case.file_name().unwrap().to_str().unwrap() {
             "a" => says(out, "effects", &["backlash"], "[]", 0.9),
             // The wrong id, but of a class with the right one.
@@ -140,21 +141,21 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
                 0.8,
             ),
             "c" => says(out, "ambiguous", &["presliding-friction", "stribeck-friction"], "[]", 0.7),
-            "d" => return Err(Failure::Said("no".into())),
+            "d" => return Err(CaseFailure::Said("no".into())),
             "e" => says(out, "no-gap", &[], "[]", 0.0),
             "f" => says(out, "effects", &["backlash"], "[]", 0.0),
             "g" => says(out, "effects", &["actuator-lag", "backlash"], "[]", 0.9),
             _ => says(out, "ambiguous", &["cable-stiffness", "gravity-torque"], "[]", 0.9),
         }
-        Ok(Took::default())
+        Ok(TimeTaken::default())
     };
     let results = dir.path().join("results");
-    let all = Run { trials: dir.path(), results: &results, shard: (1, 1), limit: None };
+    let all = JudgedRun { trials: dir.path(), results: &results, shard: (1, 1), limit: None };
     run(&all, answer, |_, _| {}).unwrap();
     // Again: only what failed is tried.
     let mut tried = Vec::new();
     run(&all, answer, |name, ran| {
-        if *ran != Ran::Kept {
+        if *ran != CaseEnd::Kept {
             tried.push(name.to_owned());
         }
     })
@@ -195,21 +196,21 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
 fn a_rig_says_what_it_doubts_and_its_key_what_is_off() {
     let dir = tempfile::tempdir().unwrap();
     // The second of its kinds alone: the offset of a current.
-    let one = Order { shard: (2, 6), ..order(Plant::Joint, Split::Rig, 6) };
+    let one = TrialOrder { shard: (2, 6), ..order(TrialPlant::Joint, TrialSplit::Rig, 6) };
     generate(to(dir.path()), &one, |_, _| {}).unwrap();
     let key = fs::read_to_string(&files(&dir.path().join("keys"))[0]).unwrap();
-    let key: Key = toml::from_str(&key).unwrap();
+    let key: TruthKey = toml::from_str(&key).unwrap();
     let off = key.moved["motorCurrent.offset"];
     assert!(key.verdict == "parameters" && key.effects.is_empty() && off.from == 0.0 && off.to != 0.0);
     let case = fs::read_to_string(dir.path().join("cases").join(&key.case).join("case.toml")).unwrap();
     let case: toml::Table = case.parse().unwrap();
     assert_eq!(case["channels"]["motorCurrent"]["offset"].as_str(), Some("estimate"));
     // Each kind in its turn; a rig of whose load little is known.
-    let one = Order { shard: (3, 6), ..one };
+    let one = TrialOrder { shard: (3, 6), ..one };
     generate(to(dir.path()), &one, |_, _| {}).unwrap();
     let mut kinds: Vec<String> = files(&dir.path().join("keys"))
         .iter()
-        .flat_map(|f| toml::from_str::<Key>(&fs::read_to_string(f).unwrap()).unwrap().moved.into_keys())
+        .flat_map(|f| toml::from_str::<TruthKey>(&fs::read_to_string(f).unwrap()).unwrap().moved.into_keys())
         .collect();
     kinds.sort();
     assert_eq!(kinds, ["loadInertia", "motorCurrent.offset"]);
@@ -218,7 +219,7 @@ fn a_rig_says_what_it_doubts_and_its_key_what_is_off() {
 #[test]
 fn a_case_that_is_kept_is_not_made_again() {
     let [cache, a, b] = [(); 3].map(|()| tempfile::tempdir().unwrap());
-    let one = order(Plant::Joint, Split::None, 1);
+    let one = order(TrialPlant::Joint, TrialSplit::None, 1);
     let into = |directory| Folders { directory, cache: Some(cache.path()) };
     generate(into(a.path()), &one, |_, _| {}).unwrap();
     generate(into(b.path()), &one, |_, _| {}).unwrap();
@@ -241,16 +242,16 @@ fn a_case_that_was_stopped_is_a_miss_until_it_gets_more_time() {
     let results = dir.path().join("results");
     let with = |limit: f64| {
         let mut tried = Vec::new();
-        let all = Run { trials: dir.path(), results: &results, shard: (1, 1), limit: Some(limit) };
+        let all = JudgedRun { trials: dir.path(), results: &results, shard: (1, 1), limit: Some(limit) };
         let answer = |case: &Path, out: &Path| {
             if case.ends_with("a") && limit < 8.0 {
-                return Err(Failure::Stopped(limit));
+                return Err(CaseFailure::Stopped(limit));
             }
             says(out, "no-gap", &[], "[]", 0.0);
-            Ok(Took { seconds: 0.0, processor_seconds: Some(2.0) })
+            Ok(TimeTaken { seconds: 0.0, processor_seconds: Some(2.0) })
         };
         run(&all, answer, |name, ran| {
-            if *ran != Ran::Kept {
+            if *ran != CaseEnd::Kept {
                 tried.push(name.to_owned());
             }
         })
@@ -276,24 +277,24 @@ fn two_programs_are_compared_on_the_same_cases_alone() {
     let [a, b] = ["results", "other"].map(|name| dir.path().join(name));
     // Who is right of whom: the last but one is answered by the first alone.
     for (results, right) in [(&a, "abde"), (&b, "ac")] {
-        let all = Run { trials: dir.path(), results, shard: (1, 1), limit: None };
+        let all = JudgedRun { trials: dir.path(), results, shard: (1, 1), limit: None };
         let answer = |case: &Path, out: &Path| {
             let name = case.file_name().unwrap().to_str().unwrap();
             match (name, right.contains(name)) {
-                ("d", false) => return Err(Failure::Said("no".into())),
+                ("d", false) => return Err(CaseFailure::Said("no".into())),
                 ("e", true) => says(out, "no-gap", &[], "[]", 0.0),
                 (_, true) => says(out, "effects", &["backlash"], "[]", 0.9),
                 (_, false) => says(out, "unknown", &[], "[]", 0.0),
             }
             let processor_seconds = Some(if right == "ac" { 1.0 } else { 4.0 });
-            Ok(Took { seconds: 0.0, processor_seconds })
+            Ok(TimeTaken { seconds: 0.0, processor_seconds })
         };
         run(&all, answer, |_, _| {}).unwrap();
     }
     fs::remove_file(b.join("d.error")).unwrap();
     let [of_a, of_b] = [dir.path(), b.as_path()].map(|folder| Answers::find(folder).unwrap());
     let found = compare(&of_a, &of_b).unwrap();
-    assert_eq!(found.counts(Plant::Joint), Counts { both: 1, only_a: 2, only_b: 1, neither: 0 });
+    assert_eq!(found.counts(TrialPlant::Joint), PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 0 });
     assert_eq!(found.only, [vec!["d".to_owned()], vec![]]);
     let text = found.text();
     for words in [
@@ -314,10 +315,10 @@ fn two_programs_are_compared_on_the_same_cases_alone() {
     let other = tempfile::tempdir().unwrap();
     by_hand(other.path(), &[("a", "single", &["gravity-torque"], "effects")]);
     let results = other.path().join("results");
-    let all = Run { trials: other.path(), results: &results, shard: (1, 1), limit: None };
+    let all = JudgedRun { trials: other.path(), results: &results, shard: (1, 1), limit: None };
     let answer = |_: &Path, out: &Path| {
         says(out, "unknown", &[], "[]", 0.0);
-        Ok(Took::default())
+        Ok(TimeTaken::default())
     };
     run(&all, answer, |_, _| {}).unwrap();
     let of_c = Answers::find(other.path()).unwrap();
@@ -329,12 +330,12 @@ fn two_programs_are_compared_on_the_same_cases_alone() {
 #[ignore = "long: ./test --full runs it"]
 fn a_corpus_is_made_again_case_by_case_or_not_at_all() {
     let [first, again] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    generate(to(first.path()), &order(Plant::Joint, Split::None, 2), |_, _| {}).unwrap();
+    generate(to(first.path()), &order(TrialPlant::Joint, TrialSplit::None, 2), |_, _| {}).unwrap();
     let results = first.path().join("results");
-    let all = Run { trials: first.path(), results: &results, shard: (1, 1), limit: None };
+    let all = JudgedRun { trials: first.path(), results: &results, shard: (1, 1), limit: None };
     let answer = |_: &Path, out: &Path| {
         says(out, "unknown", &[], "[]", 0.0);
-        Ok(Took::default())
+        Ok(TimeTaken::default())
     };
     run(&all, answer, |_, _| {}).unwrap();
     let mut corpus = Vec::new();

@@ -14,7 +14,7 @@ use crate::describe;
 
 /// Version of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Version {
+pub enum BlockVersion {
     /// 2.0
     Two,
     /// 3.0
@@ -50,7 +50,7 @@ pub enum Dynamics {
 /// A block and what it can do. All variables are scalars of type Real (Float64); there are also the parameters
 /// `fault` (an integer, see `c/block.h`) and `faultTime`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
+pub struct BlockFmu {
     /// Name of the model.
     pub name: String,
     /// Names of the inputs.
@@ -79,7 +79,7 @@ pub fn compiler() -> bool {
     Command::new("cc").arg("--version").output().is_ok_and(|o| o.status.success())
 }
 
-impl Block {
+impl BlockFmu {
     /// Able to do everything, with inputs on a line within a step.
     pub fn new(
         name: &str,
@@ -121,7 +121,7 @@ impl Block {
     ///
     /// # Errors
     /// No C compiler, one that refuses the code, or files that cannot be written.
-    pub fn build(&self, version: Version, folder: &Path) -> Result<PathBuf, Error> {
+    pub fn build(&self, version: BlockVersion, folder: &Path) -> Result<PathBuf, Error> {
         static PACKED: LazyLock<Mutex<HashMap<String, Vec<u8>>>> = LazyLock::new(Mutex::default);
         let packed = || PACKED.lock().unwrap_or_else(PoisonError::into_inner);
         let key = format!("{version:?} {self:?}");
@@ -139,7 +139,7 @@ impl Block {
         Ok(file)
     }
 
-    fn pack(&self, version: Version) -> Result<Vec<u8>, Error> {
+    fn pack(&self, version: BlockVersion) -> Result<Vec<u8>, Error> {
         let work = tempfile::tempdir()?;
         fs::write(work.path().join("model.h"), self.model())?;
         fs::write(work.path().join("equations.h"), self.equations())?;
@@ -227,7 +227,7 @@ impl Block {
     }
 }
 
-impl Version {
+impl BlockVersion {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Two, Self::Three];
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::block::{Block, Version};
+use crate::block::{BlockFmu, BlockVersion};
 
 /// As in `c/block.h`.
 const INPUT: usize = 1;
@@ -10,15 +10,15 @@ const OUTPUT: usize = 101;
 const STATE: usize = 201;
 const FAULT: usize = 301;
 
-pub(crate) fn xml(block: &Block, version: Version) -> String {
+pub(crate) fn xml(block: &BlockFmu, version: BlockVersion) -> String {
     match version {
-        Version::Two => two(block),
-        Version::Three => three(block),
+        BlockVersion::Two => two(block),
+        BlockVersion::Three => three(block),
     }
 }
 
 /// The inputs on which output `i` depends directly.
-fn inputs_of(block: &Block, i: usize) -> impl Iterator<Item = usize> + '_ {
+fn inputs_of(block: &BlockFmu, i: usize) -> impl Iterator<Item = usize> + '_ {
     (0..block.inputs.len()).filter(move |j| block.feeds_through(i, *j))
 }
 
@@ -26,7 +26,7 @@ fn join(numbers: impl Iterator<Item = usize>) -> String {
     numbers.map(|n| n.to_string()).collect::<Vec<_>>().join(" ")
 }
 
-fn two(b: &Block) -> String {
+fn two(b: &BlockFmu) -> String {
     let mut variables = String::new();
     let mut real = |name: &str, reference: usize, attributes: &str, start: Option<f64>| {
         let start = start.map_or(String::new(), |x| format!(" start=\"{x:?}\""));
@@ -80,7 +80,7 @@ fn two(b: &Block) -> String {
     )
 }
 
-fn three(b: &Block) -> String {
+fn three(b: &BlockFmu) -> String {
     let mut variables = String::new();
     let mut float = |name: &str, reference: usize, attributes: &str, start: Option<f64>| {
         let start = start.map_or(String::new(), |x| format!(" start=\"{x:?}\""));

@@ -15,5 +15,5 @@ mod block;
 mod describe;
 pub mod problems;
 
-pub use block::{Block, Dynamics, Version, compiler};
-pub use problems::Problem;
+pub use block::{BlockFmu, BlockVersion, Dynamics, compiler};
+pub use problems::ShotProblem;

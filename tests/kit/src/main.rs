@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use trueup_testkit::{Block, Version, problems};
+use trueup_testkit::{BlockFmu, BlockVersion, problems};
 
 #[allow(clippy::print_stderr)]
 fn main() -> ExitCode {
@@ -23,7 +23,7 @@ fn main() -> ExitCode {
 fn build(folder: &Path) -> std::io::Result<()> {
     for (name, problem) in [
         ("two-mass", problems::two_mass()),
-        ("two-mass-plain", problems::two_mass().map(Block::plain)),
+        ("two-mass-plain", problems::two_mass().map(BlockFmu::plain)),
         ("two-mass-stiff", problems::stiff_two_mass()),
         ("quarter-car", problems::quarter_car()),
         ("lotka-volterra", problems::lotka_volterra()),
@@ -36,7 +36,7 @@ fn build(folder: &Path) -> std::io::Result<()> {
         let folder = folder.join(name);
         std::fs::create_dir_all(&folder)?;
         for block in &problem.blocks {
-            for version in Version::ALL {
+            for version in BlockVersion::ALL {
                 block.build(version, &folder)?;
             }
         }

@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::block::{Block, Dynamics};
+use crate::block::{BlockFmu, Dynamics};
 
 /// Blocks and what connects them. A block's name is that of its component.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Problem {
+pub struct ShotProblem {
     /// The blocks.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<BlockFmu>,
     /// Output to input, both as `block.variable`.
     pub connections: Vec<(String, String)>,
     /// End of the run in s; it begins at 0.
@@ -20,15 +20,15 @@ fn linear(a: &[&[f64]], b: &[&[f64]], c: &[&[f64]], d: &[&[f64]]) -> Dynamics {
     Dynamics::Linear { a: own(a), b: own(b), c: own(c), d: own(d) }
 }
 
-fn problem(blocks: Vec<Block>, connections: &[(&str, &str)], stop: f64) -> Problem {
+fn problem(blocks: Vec<BlockFmu>, connections: &[(&str, &str)], stop: f64) -> ShotProblem {
     let connections = connections.iter().map(|(a, b)| ((*a).into(), (*b).into())).collect();
-    Problem { blocks, connections, stop }
+    ShotProblem { blocks, connections, stop }
 }
 
 /// Two masses of 1 kg: `k` N/m and `c` N.s/m are those of mass 1 to the wall, between them, and of mass 2 to the wall;
 /// `x` where they are released. Block `left` is mass 1, moved by a force; block `right` is mass 2 with the spring
 /// between, which answers with that force at once.
-pub fn two_masses(k: [f64; 3], c: [f64; 3], x: [f64; 2], stop: f64) -> Problem {
+pub fn two_masses(k: [f64; 3], c: [f64; 3], x: [f64; 2], stop: f64) -> ShotProblem {
     let left = linear(
         &[&[0.0, 1.0], &[-k[0], -c[0]]],
         &[&[0.0], &[1.0]],
@@ -41,25 +41,25 @@ pub fn two_masses(k: [f64; 3], c: [f64; 3], x: [f64; 2], stop: f64) -> Problem {
         &[&[k[1], c[1]], &[1.0, 0.0], &[0.0, 1.0]],
         &[&[-k[1], -c[1]], &[0.0, 0.0], &[0.0, 0.0]],
     );
-    let left = Block::new("left", &["F"], &["x1", "v1"], &[("x1Start", x[0]), ("v1Start", 0.0)], left);
+    let left = BlockFmu::new("left", &["F"], &["x1", "v1"], &[("x1Start", x[0]), ("v1Start", 0.0)], left);
     let starts = [("x2Start", x[1]), ("v2Start", 0.0)];
-    let right = Block::new("right", &["x1", "v1"], &["F", "x2", "v2"], &starts, right);
+    let right = BlockFmu::new("right", &["x1", "v1"], &["F", "x2", "v2"], &starts, right);
     let connections = [("left.x1", "right.x1"), ("left.v1", "right.v1"), ("right.F", "left.F")];
     problem(vec![left, right], &connections, stop)
 }
 
 /// Problem 1: two masses, mild (OMSimulator's DualMassOscillator).
-pub fn two_mass() -> Problem {
+pub fn two_mass() -> ShotProblem {
     two_masses([10.0, 10.0, 20.0], [0.2, 0.5, 0.3], [0.0, 0.5], 10.0)
 }
 
 /// Problem 2: two masses, stiff (modes of 232 and 1434 rad/s, damped by 1 %).
-pub fn stiff_two_mass() -> Problem {
+pub fn stiff_two_mass() -> ShotProblem {
     two_masses([1e4, 1e6, 1e5], [2.0, 14.1421, 6.3246], [1.0, 2.0], 1.0)
 }
 
 /// Problem 3: quarter car on a road that steps by 0.1 m; block `chassis`, and block `wheel` with the suspension.
-pub fn quarter_car() -> Problem {
+pub fn quarter_car() -> ShotProblem {
     let (mc, mw, kc, kw, dc) = (400.0, 40.0, 15e3, 150e3, 1e3);
     let chassis = linear(
         &[&[0.0, 1.0], &[0.0, 0.0]],
@@ -73,9 +73,9 @@ pub fn quarter_car() -> Problem {
         &[&[kc, dc, 0.0], &[1.0, 0.0, 0.0]],
         &[&[-kc, -dc], &[0.0, 0.0]],
     );
-    let chassis = Block::new("chassis", &["F"], &["z", "v"], &[("zStart", 0.0), ("vStart", 0.0)], chassis);
+    let chassis = BlockFmu::new("chassis", &["F"], &["z", "v"], &[("zStart", 0.0), ("vStart", 0.0)], chassis);
     let starts = [("zStart", 0.0), ("vStart", 0.0), ("road", 0.1)];
-    let wheel = Block::new("wheel", &["zChassis", "vChassis"], &["F", "z"], &starts, wheel);
+    let wheel = BlockFmu::new("wheel", &["zChassis", "vChassis"], &["F", "z"], &starts, wheel);
     let connections =
         [("chassis.z", "wheel.zChassis"), ("chassis.v", "wheel.vChassis"), ("wheel.F", "chassis.F")];
     problem(vec![chassis, wheel], &connections, 1.0)
@@ -83,22 +83,22 @@ pub fn quarter_car() -> Problem {
 
 /// Problem 4: prey `x' = x (0.1 - 0.02 y)` and predator `y' = y (0.02 x - 0.4)`. Each half is exact for an input on a
 /// line.
-pub fn lotka_volterra() -> Problem {
+pub fn lotka_volterra() -> ShotProblem {
     let half = |a: f64, b: f64| Dynamics::Equations {
         flow: vec![format!("x(0) * exp(h * ({a:?} + {b:?} * (u(0) + slope(0) * h / 2)))")],
         outputs: vec!["x(0)".into()],
         feedthrough: vec![vec![None]],
     };
-    let prey = Block::new("prey", &["y"], &["x"], &[("xStart", 10.0)], half(0.1, -0.02));
-    let predator = Block::new("predator", &["x"], &["y"], &[("yStart", 10.0)], half(-0.4, 0.02));
+    let prey = BlockFmu::new("prey", &["y"], &["x"], &[("xStart", 10.0)], half(0.1, -0.02));
+    let predator = BlockFmu::new("predator", &["x"], &["y"], &[("yStart", 10.0)], half(-0.4, 0.02));
     problem(vec![prey, predator], &[("prey.x", "predator.x"), ("predator.y", "prey.y")], 100.0)
 }
 
 /// Problem 5: a loop with direct feedthrough of gain `d2`; with -0.9 stable and stiff, with 1.1 unstable (PyFMI).
-pub fn feedthrough_loop(d2: f64) -> Problem {
+pub fn feedthrough_loop(d2: f64) -> ShotProblem {
     let one = |name: &str, a: f64, b: f64, c: f64, d: f64| {
         let dynamics = linear(&[&[a]], &[&[b]], &[&[c]], &[&[d]]);
-        let mut block = Block::new(name, &["u"], &["y", "x"], &[("xStart", 1.0)], dynamics);
+        let mut block = BlockFmu::new(name, &["u"], &["y", "x"], &[("xStart", 1.0)], dynamics);
         if let Dynamics::Linear { c, d, .. } = &mut block.dynamics {
             c.push(vec![1.0]);
             d.push(vec![0.0]);
@@ -111,7 +111,7 @@ pub fn feedthrough_loop(d2: f64) -> Problem {
 
 /// Problem 6: `2 x1^2 + 5 x2 = 42`, `x1 - 6 x2 = 4`, solved at every point of time (OMSimulator's equationPair).
 /// `lower` takes the other branch of the root.
-pub fn equation_pair(lower: bool) -> Problem {
+pub fn equation_pair(lower: bool) -> ShotProblem {
     let sign = if lower { "-" } else { "" };
     let first = Dynamics::Equations {
         flow: vec![],
@@ -123,14 +123,14 @@ pub fn equation_pair(lower: bool) -> Problem {
         outputs: vec!["(u(0) - 4) / 6".into()],
         feedthrough: vec![vec![Some("1.0 / 6".into())]],
     };
-    let first = Block::new("first", &["x2"], &["x1"], &[], first);
-    let second = Block::new("second", &["x1"], &["x2"], &[], second);
+    let first = BlockFmu::new("first", &["x2"], &["x1"], &[], first);
+    let second = BlockFmu::new("second", &["x1"], &["x2"], &[], second);
     problem(vec![first, second], &[("first.x1", "second.x1"), ("second.x2", "first.x2")], 1.0)
 }
 
 /// Problem 7: an oscillator in two halves that both integrate the velocity; the difference of their positions drifts
 /// when the step changes while inputs are held.
-pub fn drift() -> Problem {
+pub fn drift() -> ShotProblem {
     let spring = linear(&[&[0.0]], &[&[1.0]], &[&[-1.0], &[1.0]], &[&[-1.0], &[0.0]]);
     let mass = linear(
         &[&[0.0, 1.0], &[0.0, 0.0]],
@@ -138,14 +138,14 @@ pub fn drift() -> Problem {
         &[&[0.0, 1.0], &[1.0, 0.0]],
         &[&[0.0], &[0.0]],
     );
-    let spring = Block::new("spring", &["v"], &["F", "x"], &[("xStart", 1.0)], spring);
-    let mass = Block::new("mass", &["F"], &["v", "x"], &[("xStart", 1.0), ("vStart", 0.0)], mass);
+    let spring = BlockFmu::new("spring", &["v"], &["F", "x"], &[("xStart", 1.0)], spring);
+    let mass = BlockFmu::new("mass", &["F"], &["v", "x"], &[("xStart", 1.0), ("vStart", 0.0)], mass);
     problem(vec![spring, mass], &[("spring.F", "mass.F"), ("mass.v", "spring.v")], 20.0)
 }
 
 /// Problem 8: `x1`, `x2` jump between 0 and 1; the controller switches by them and by x4; `x4' = 2 x3` (MasterSim's
 /// Math003). The end values, of the exact solution: `x4(2) = x4(6) = x4(10) = 2.5`, `x4(4.5) = -2.5`.
-pub fn jumps() -> Problem {
+pub fn jumps() -> ShotProblem {
     let source = Dynamics::Equations {
         flow: vec![],
         outputs: vec![
@@ -163,9 +163,9 @@ pub fn jumps() -> Problem {
     };
     let integrator = linear(&[&[0.0]], &[&[2.0]], &[&[1.0]], &[&[0.0]]);
     let blocks = vec![
-        Block::new("source", &[], &["x1", "x2"], &[], source),
-        Block::new("control", &["x1", "x2", "x4"], &["x3"], &[], control),
-        Block::new("integrator", &["x3"], &["x4"], &[("x4Start", 0.0)], integrator),
+        BlockFmu::new("source", &[], &["x1", "x2"], &[], source),
+        BlockFmu::new("control", &["x1", "x2", "x4"], &["x3"], &[], control),
+        BlockFmu::new("integrator", &["x3"], &["x4"], &[("x4Start", 0.0)], integrator),
     ];
     let connections = [
         ("source.x1", "control.x1"),
@@ -176,10 +176,10 @@ pub fn jumps() -> Problem {
     problem(blocks, &connections, 10.0)
 }
 
-impl Problem {
-    /// Every block by another; as [`Block::plain`].
+impl ShotProblem {
+    /// Every block by another; as [`BlockFmu::plain`].
     #[must_use]
-    pub fn map(self, change: impl FnMut(Block) -> Block) -> Self {
+    pub fn map(self, change: impl FnMut(BlockFmu) -> BlockFmu) -> Self {
         Self { blocks: self.blocks.into_iter().map(change).collect(), ..self }
     }
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use trueup_cosim::system::{Algorithm, Start, System};
-use trueup_cosim::{Master, Memory, check};
+use trueup_cosim::system::{Algorithm, CosimSystem, StartValue};
+use trueup_cosim::{Master, SeriesMemory, check};
 
 use super::monolith;
 
@@ -75,17 +75,17 @@ pub(crate) fn folder() -> Option<PathBuf> {
 }
 
 /// The system of `examples/<name>.<file>` with FMUs of that version of FMI.
-pub(crate) fn system(case: &Case, fmus: &Path, file: &str, version: u32) -> System {
+pub(crate) fn system(case: &Case, fmus: &Path, file: &str, version: u32) -> CosimSystem {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    let mut system = System::read(&examples.join(format!("{}.{file}", case.name))).unwrap();
+    let mut system = CosimSystem::read(&examples.join(format!("{}.{file}", case.name))).unwrap();
     for component in &mut system.components {
         let (_, model) = case.components.iter().find(|(name, _)| *name == component.name).unwrap();
         component.fmu = fmus.join(format!("{model}.fmi{version}.fmu"));
         let own = case.start.iter().filter(|(of, ..)| *of == component.name);
-        component.start.extend(own.map(|(_, variable, value)| Start {
+        component.start.extend(own.map(|(_, variable, value)| StartValue {
             variable: (*variable).into(),
             values: vec![(*value).into()],
-            ..Start::default()
+            ..StartValue::default()
         }));
     }
     system.run.start = Some(0.0);
@@ -96,8 +96,8 @@ pub(crate) fn system(case: &Case, fmus: &Path, file: &str, version: u32) -> Syst
 }
 
 /// The compared column at every communication point.
-pub(crate) fn run(system: &System, case: &Case) -> Vec<f64> {
-    let mut memory = Memory::default();
+pub(crate) fn run(system: &CosimSystem, case: &Case) -> Vec<f64> {
+    let mut memory = SeriesMemory::default();
     let mut master = Master::new(check(system).unwrap()).unwrap();
     master.run(&mut memory).unwrap_or_else(|e| panic!("{}: {e}", case.name));
     memory.column(case.column).unwrap().to_vec()

@@ -9,8 +9,8 @@ mod loops;
 mod monolith;
 
 use loops::{Case, LOOPS, errors, exact, folder, order, run, system};
-use trueup_cosim::system::{Algorithm, System};
-use trueup_cosim::{Master, Memory, check};
+use trueup_cosim::system::{Algorithm, CosimSystem};
+use trueup_cosim::{Master, SeriesMemory, check};
 
 /// Steps of 8 : 4 : 2 : 1.
 fn halved(longest: f64) -> [f64; 4] {
@@ -94,13 +94,13 @@ fn the_adaptive_algorithm_keeps_its_tolerance_behind_a_limit() {
         let mut estimates = Vec::new();
         for tolerance in [1e-4, 1e-6] {
             let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/joint.toml");
-            let mut system = System::read(file.as_ref()).unwrap();
+            let mut system = CosimSystem::read(file.as_ref()).unwrap();
             for (component, model) in system.components.iter_mut().zip(["TwoMassJoint", "JointController"]) {
                 component.fmu = folder.join(format!("{model}.fmi{version}.fmu"));
             }
             system.run.algorithm = Some(Algorithm::Adaptive);
             system.run.tolerance = Some(tolerance);
-            let mut memory = Memory::default();
+            let mut memory = SeriesMemory::default();
             let mut master = Master::new(check(&system).unwrap()).unwrap();
             let log = master.run(&mut memory).unwrap_or_else(|e| panic!("{e}")).clone();
             let exact = monolith::limited_joint(reference, memory.time());

@@ -5,9 +5,9 @@ use trueup_models::controller::{self, JointController, ManipulatorController, St
 use trueup_models::joint::{self, TwoMassJoint};
 use trueup_models::presets;
 use trueup_numerics::Scalar;
-use trueup_numerics::driver::{Options, Run, simulate};
+use trueup_numerics::driver::{DriverOptions, SimulationRecord, simulate};
 use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// A plant whose fed back outputs are functions of its states alone, and its controller. States, parameters, modes and
 /// outputs: those of the plant, then those of the controller; inputs: those of the controller (references).
@@ -51,7 +51,7 @@ impl<P: Hybrid, C: Hybrid> Loop<P, C> {
         &self,
         at: &At<T>,
         out: &mut [T],
-        length: impl Fn(Sizes) -> usize,
+        length: impl Fn(ModelSizes) -> usize,
         plant: impl Fn(&P, At<T>, &mut [T]),
         controller: impl Fn(&C, At<T>, &mut [T]),
     ) {
@@ -63,9 +63,9 @@ impl<P: Hybrid, C: Hybrid> Loop<P, C> {
 }
 
 impl<P: Hybrid, C: Hybrid> Hybrid for Loop<P, C> {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         let (a, b) = (self.plant.sizes(), self.controller.sizes());
-        Sizes {
+        ModelSizes {
             states: a.states + b.states,
             inputs: b.inputs,
             parameters: a.parameters + b.parameters,
@@ -100,14 +100,14 @@ impl<P: Hybrid, C: Hybrid> Hybrid for Loop<P, C> {
         let n = self.plant.sizes().indicators;
         if indicator < n { self.plant.direction(indicator) } else { self.controller.direction(indicator - n) }
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let s = self.signals(&At { t, x, u, p, modes });
         let n = self.plant.sizes();
         let ((x, z), (p, q)) = (x.split_at_mut(n.states), p.split_at(n.parameters));
         let (first, second) = modes.split_at_mut(n.modes);
         let a = self.plant.update(t, x, &s.plant_in, p, first);
         let b = self.controller.update(t, z, &s.controller_in, q, second);
-        Update { modes: a.modes || b.modes, states: a.states || b.states }
+        EventUpdate { modes: a.modes || b.modes, states: a.states || b.states }
     }
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
         let n = self.plant.sizes();
@@ -123,8 +123,8 @@ fn run<P: Hybrid, C: Hybrid>(
     p: &[f64],
     reference: &[(usize, f64)],
     times: &[f64],
-) -> Run {
-    let options = Options { tolerance: 1e-12, max_step: 1e-3, ..Options::default() };
+) -> SimulationRecord {
+    let options = DriverOptions { tolerance: 1e-12, max_step: 1e-3, ..DriverOptions::default() };
     let inputs = |_: f64, u: &mut [f64]| {
         u.fill(0.0);
         reference.iter().for_each(|(i, value)| u[*i] = *value);

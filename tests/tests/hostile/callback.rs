@@ -6,7 +6,7 @@ use core::ffi::c_void;
 use core::ptr::null_mut;
 use std::sync::atomic::Ordering::Relaxed;
 use trueup_fmi::abi::fmi3::*;
-use trueup_fmi_description::description::Causality;
+use trueup_fmi_description::description::DescriptionCausality;
 
 pub unsafe extern "C" fn intermediate_update(
     e: *mut c_void,
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn intermediate_update(
             4 => refuse("fmi3EnterEventMode", (f.fmi3EnterEventMode)(c)),
             5 => refuse("fmi3SetTime", (f.fmi3SetTime)(c, time)),
             6 | 7 => {
-                let inputs = fmu.of(Causality::Input, Kind::Real);
+                let inputs = fmu.of(DescriptionCausality::Input, Kind::Real);
                 let v = inputs[r.below(inputs.len())];
                 let values: Vec<f64> = (0..v.len).map(|i| r.value(v, i)).collect();
                 let status = (f.fmi3SetFloat64)(c, &v.reference, 1, values.as_ptr(), v.len);
@@ -61,7 +61,7 @@ pub unsafe extern "C" fn intermediate_update(
                 }
             }
             8 => {
-                let parameters = fmu.of(Causality::Parameter, Kind::Real);
+                let parameters = fmu.of(DescriptionCausality::Parameter, Kind::Real);
                 let v = parameters[r.below(parameters.len())];
                 refuse(
                     "fmi3SetFloat64 of a parameter",
@@ -69,7 +69,7 @@ pub unsafe extern "C" fn intermediate_update(
                 );
             }
             9 | 10 => {
-                let outputs = fmu.of(Causality::Output, Kind::Real);
+                let outputs = fmu.of(DescriptionCausality::Output, Kind::Real);
                 let v = outputs[r.below(outputs.len())];
                 let mut values = vec![f64::NAN; v.len];
                 let status = (f.fmi3GetFloat64)(c, &v.reference, 1, values.as_mut_ptr(), v.len);

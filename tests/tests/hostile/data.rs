@@ -6,7 +6,7 @@ use super::subject::{Phase, Subject, ask};
 use core::ffi::{c_char, c_void};
 use core::ptr::{null, null_mut};
 use trueup_fmi::abi::fmi3::*;
-use trueup_fmi_description::description::{Causality, Variability};
+use trueup_fmi_description::description::{DescriptionCausality, DescriptionVariability};
 
 /// Serialized states of all instances of a sequence, with what they were taken from.
 #[derive(Default)]
@@ -94,7 +94,7 @@ impl Subject<'_> {
     pub fn write(&mut self, r: &mut Random, tune: bool) {
         let enumeration = tune && r.once_in(6);
         let kind = if enumeration { Kind::Enumeration } else { Kind::Real };
-        let causality = if tune { Causality::Parameter } else { Causality::Input };
+        let causality = if tune { DescriptionCausality::Parameter } else { DescriptionCausality::Input };
         let anything = r.once_in(15);
         let fits = |v: &Variable| v.kind == kind && (anything || v.causality == causality);
         if !self.fmu.variables.iter().any(fits) {
@@ -110,8 +110,8 @@ impl Subject<'_> {
             values.resize(len, 0.1);
         }
         let settable = |v: &Variable| {
-            matches!(v.causality, Causality::Input | Causality::Parameter)
-                && v.variability != Variability::Constant
+            matches!(v.causality, DescriptionCausality::Input | DescriptionCausality::Parameter)
+                && v.variability != DescriptionVariability::Constant
         };
         wrong |= !chosen.iter().all(|v| settable(v));
         wrong |= values.iter().any(|v| !v.is_finite());
@@ -273,9 +273,11 @@ impl Subject<'_> {
     pub fn directional(&mut self, r: &mut Random) {
         let sane = !r.once_in(5);
         let unknown = |v: &Variable| {
-            v.kind == Kind::Real && (!sane || v.causality == Causality::Output || v.name.starts_with("der("))
+            v.kind == Kind::Real
+                && (!sane || v.causality == DescriptionCausality::Output || v.name.starts_with("der("))
         };
-        let input = |v: &Variable| v.kind == Kind::Real && (!sane || v.causality == Causality::Input);
+        let input =
+            |v: &Variable| v.kind == Kind::Real && (!sane || v.causality == DescriptionCausality::Input);
         let (unknowns, u, w1) = self.choose(r, unknown);
         let (knowns, k, w2) = self.choose(r, input);
         let length = |vs: &[&Variable], all: usize| vs.iter().map(|v| v.len).sum::<usize>() + all - vs.len();
@@ -307,7 +309,7 @@ impl Subject<'_> {
     }
     /// Derivatives of inputs (FMI 2.0) and outputs in time.
     pub fn slopes(&mut self, r: &mut Random, of_inputs: bool) {
-        let causality = if of_inputs { Causality::Input } else { Causality::Output };
+        let causality = if of_inputs { DescriptionCausality::Input } else { DescriptionCausality::Output };
         let (references, chosen, mut wrong) =
             self.choose(r, |v| v.kind == Kind::Real && v.causality == causality);
         let len = chosen.iter().map(|v| v.len).sum::<usize>() + references.len() - chosen.len();

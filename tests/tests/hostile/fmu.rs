@@ -6,7 +6,7 @@ use std::ffi::CString;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use trueup_fmi_description::{Version, archive::Archive, description as md, read::read};
+use trueup_fmi_description::{FmiVersion, archive::Archive, description as md, read::read};
 
 /// A structure of function pointers from a list of functions.
 macro_rules! functions {
@@ -59,8 +59,8 @@ pub struct Variable {
     /// Number of elements.
     pub len: usize,
     pub kind: Kind,
-    pub causality: md::Causality,
-    pub variability: md::Variability,
+    pub causality: md::DescriptionCausality,
+    pub variability: md::DescriptionVariability,
     pub start: Vec<f64>,
     /// Of an enumeration: its last item, the first being 1.
     pub items: i64,
@@ -83,25 +83,25 @@ impl Fmu {
         archive.extract(folder.path()).unwrap();
         let d = read(&archive.description().unwrap()).unwrap();
         let interface = d.model_exchange.as_ref().or(d.co_simulation.as_ref()).unwrap();
-        let platform = if d.version == Version::V2 { "linux64" } else { "x86_64-linux" };
+        let platform = if d.version == FmiVersion::V2 { "linux64" } else { "x86_64-linux" };
         let library = folder.path().join(format!("binaries/{platform}/{}.so", interface.model_identifier));
         let library = match d.version {
-            Version::V2 => Library::Two(two::Functions::load(&library)),
-            Version::V3 => Library::Three(three::Functions::load(&library)),
+            FmiVersion::V2 => Library::Two(two::Functions::load(&library)),
+            FmiVersion::V3 => Library::Three(three::Functions::load(&library)),
         };
         let variables = d.variables.iter().map(|v| Variable {
             name: v.name.clone(),
             reference: v.value_reference,
             len: d.elements(v).unwrap(),
             kind: match v.kind {
-                md::Type::Boolean => Kind::Boolean,
-                md::Type::Enumeration => Kind::Enumeration,
+                md::VariableType::Boolean => Kind::Boolean,
+                md::VariableType::Enumeration => Kind::Enumeration,
                 t if t.is_float() => Kind::Real,
                 _ => Kind::Integer,
             },
             causality: v.causality,
             variability: v.variability,
-            start: v.start.as_ref().and_then(md::Values::as_f64).unwrap_or_default(),
+            start: v.start.as_ref().and_then(md::StartValues::as_f64).unwrap_or_default(),
             items: v.declared_type.as_deref().and_then(|t| d.declared_type(t)).map_or(0, |t| t.items.len())
                 as i64,
         });
@@ -124,7 +124,7 @@ impl Fmu {
         self.variables.iter().find(|v| v.name == name).unwrap_or_else(|| panic!("{}: no {name}", self.name))
     }
     /// Variables of a causality and data type.
-    pub fn of(&self, causality: md::Causality, kind: Kind) -> Vec<&Variable> {
+    pub fn of(&self, causality: md::DescriptionCausality, kind: Kind) -> Vec<&Variable> {
         self.variables.iter().filter(|v| v.causality == causality && v.kind == kind).collect()
     }
 }

@@ -5,7 +5,7 @@ use super::subject::{Phase, Subject, ask};
 use core::ptr::null_mut;
 use trueup_fmi::abi::fmi2::*;
 use trueup_fmi::abi::fmi3::*;
-use trueup_fmi_description::description::Causality;
+use trueup_fmi_description::description::DescriptionCausality;
 
 const STEP: f64 = 2e-3;
 const STEPS: u32 = 6;
@@ -185,13 +185,13 @@ impl Subject<'_> {
     /// From instantiation to termination, all legal; everything that was read, as bits.
     pub fn standard(&mut self) -> Vec<u64> {
         let fmu = self.fmu;
-        let outputs = fmu.of(Causality::Output, Kind::Real);
+        let outputs = fmu.of(DescriptionCausality::Output, Kind::Real);
         let references: Vec<u32> = outputs.iter().map(|v| v.reference).collect();
         let mut y = vec![0.0; outputs.iter().map(|v| v.len).sum()];
         let mut bits = Vec::new();
         let s = self.initialize(1e-6, 0.0, None);
         self.ok(s);
-        for (k, v) in fmu.of(Causality::Input, Kind::Real).into_iter().enumerate() {
+        for (k, v) in fmu.of(DescriptionCausality::Input, Kind::Real).into_iter().enumerate() {
             let s = self.set(&[v.reference], &vec![0.02 * (k + 1) as f64; v.len]);
             self.ok(s);
         }

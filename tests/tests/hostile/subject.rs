@@ -147,7 +147,7 @@ impl<'a> Subject<'a> {
         let required: Vec<u32> = fmu
             .variables
             .iter()
-            .filter(|v| v.causality == trueup_fmi_description::description::Causality::Input)
+            .filter(|v| v.causality == trueup_fmi_description::description::DescriptionCausality::Input)
             .map(|v| v.reference)
             .collect();
         // SAFETY: legal arguments.

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::rc::Rc;
 
 use serde_json::Value;
-use trueup_estimation::innovations::column::Column;
+use trueup_estimation::innovations::column::FilterColumn;
 use trueup_estimation::innovations::evidence::log_evidence;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep};
@@ -292,7 +292,7 @@ fn columns(
     let (packed, priors) = frame.packed(&[]);
     let base = frame.pass_base(&packed, &null.begin)?;
     let nuisances = frame.nuisances().0;
-    let mut all: Vec<Column> = nuisances.clone();
+    let mut all: Vec<FilterColumn> = nuisances.clone();
     let golden = list(&golden["columns"]);
     let along = JointAlong::new(frame, &null.sizes);
     for g in golden.iter().skip(nuisances.len()).filter(|g| g["amplitude"] == 0) {
@@ -303,7 +303,7 @@ fn columns(
     }
     let count = golden.len();
     said.say(all.len() != count, || format!("columns: {}, golden {count}", all.len()));
-    let groups: Vec<&[Column]> = all.chunks(1).collect();
+    let groups: Vec<&[FilterColumn]> = all.chunks(1).collect();
     let grams = frame.pass_groups(&packed, &base, &groups, &null.begin)?;
     for ((column, gram), g) in all.iter().zip(&grams).zip(golden) {
         let name = format!("column {} {}", text(g, "name"), g["amplitude"]);

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use trueup_signals::Case;
-use trueup_trials::{Folders, Order, Plant, Split, generate};
+use trueup_trials::{Folders, TrialOrder, TrialPlant, TrialSplit, generate};
 
 fn read(path: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
@@ -42,10 +42,10 @@ fn none(complaints: &[String]) {
 #[ignore = "generates and searches four cases: a minute"]
 fn every_stage_of_four_generated_joints_has_the_golden_numbers() {
     let kinds = [
-        ("none", Split::None),
-        ("single", Split::Single),
-        ("pairs", Split::Pairs),
-        ("outside", Split::Outside),
+        ("none", TrialSplit::None),
+        ("single", TrialSplit::Single),
+        ("pairs", TrialSplit::Pairs),
+        ("outside", TrialSplit::Outside),
     ];
     let mut complaints = Vec::new();
     for (name, split) in kinds {
@@ -54,8 +54,13 @@ fn every_stage_of_four_generated_joints_has_the_golden_numbers() {
         let (index, seed) = (number("index") as usize, number("seed"));
         let folder = tempfile::tempdir().unwrap();
         let to = Folders { directory: folder.path(), cache: None };
-        let order =
-            Order { plant: Plant::Joint, split, count: index + 1, seed, shard: (index + 1, index + 1) };
+        let order = TrialOrder {
+            plant: TrialPlant::Joint,
+            split,
+            count: index + 1,
+            seed,
+            shard: (index + 1, index + 1),
+        };
         generate(to, &order, |_, _| {}).unwrap();
         let case = golden["key"]["case"].as_str().unwrap();
         complaints.extend(check(&folder.path().join("cases").join(case), &golden, name));

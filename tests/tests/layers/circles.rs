@@ -10,7 +10,6 @@ const LEFT: &[&str] = &[
     "crates/cosim/src/couple.rs",
     "crates/diagnosis/src/diagnose.rs",
     "crates/diagnosis/src/engine/hypothesis/pose.rs",
-    "crates/fmi-import/src/integration.rs",
 ];
 
 /// A module's path within its crate.

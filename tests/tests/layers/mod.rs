@@ -8,6 +8,7 @@
 mod circles;
 mod documents;
 mod graph;
+mod names;
 mod plants;
 mod rust;
 mod sources;

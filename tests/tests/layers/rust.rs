@@ -43,6 +43,11 @@ impl Source {
     }
 }
 
+/// Code alone, test modules too; comments and literals are blank.
+pub(crate) fn code_of(file: &File) -> String {
+    split(&file.text).0
+}
+
 /// Code and string literals; non-ASCII bytes become blanks, so that positions stay.
 fn split(text: &str) -> (String, String) {
     let b = text.as_bytes();

@@ -9,42 +9,42 @@ mod sweep;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
-use trueup_cosim::system::{Algorithm, Interface};
+use trueup_cosim::system::{Algorithm, ComponentInterface};
 
-pub(crate) use arm::{Arm, ArmMap};
+pub(crate) use arm::{ArmCommand, ArmMap};
 pub(crate) use identify::{Identify, Statics};
-pub(crate) use scale::Scale;
+pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
-pub(crate) use sweep::{After, Map, Merge, Sweep};
+pub(crate) use sweep::{Merge, ReportMap, SweepCommand, SweepFollowUp};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
 #[derive(Debug, Parser)]
 #[command(name = "trueup", version)]
 pub(crate) struct Args {
     #[command(subcommand)]
-    pub(crate) command: Command,
+    pub(crate) command: CliCommand,
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+pub(crate) enum CliCommand {
     /// Pack, show and check FMUs
     #[command(subcommand)]
-    Fmu(Fmu),
+    Fmu(FmuCommand),
     /// Run an FMU, or a system of FMUs, and write its outputs as CSV or Parquet
     Simulate(Simulate),
     /// Bring parameters, a system or a recording to another size by the laws of scaling, and back
-    Scale(Scale),
+    Scale(ScaleCommand),
     /// Run a system many times with values that are varied, resumable and in shares
-    Sweep(Sweep),
+    Sweep(SweepCommand),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
     /// Analyse a pose of a robot on a free base: matrices, measures, singularities; surfaces over two joints
-    Robot(Robot),
+    Robot(RobotArgument),
     /// Show what bends of an arm on the ground, and how it vibrates
     #[command(subcommand)]
-    Arm(Arm),
+    Arm(ArmCommand),
     /// Locate the gap between a model and recordings, name the effect that causes it, and report how far it shrinks
     Diagnose(Diagnose),
     /// Show the whole work flow once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
@@ -62,7 +62,7 @@ pub(crate) enum Command {
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum Fmu {
+pub(crate) enum FmuCommand {
     /// Pack models as FMUs
     Pack(Box<Pack>),
     /// List models, presets and effects
@@ -74,7 +74,7 @@ pub(crate) enum Fmu {
 }
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Robot {
+pub(crate) struct RobotArgument {
     /// A file of TOML (see docs/robots.md) or URDF, or a preset of SpatialFreeFlyer (see `trueup fmu list`)
     pub(crate) file: PathBuf,
     /// Angles of all joints in rad (ways of prismatic ones in m); all 0 when not given
@@ -85,7 +85,7 @@ pub(crate) struct Robot {
     pub(crate) tip: Option<String>,
     /// Also look for singular poses along a joint, as in 3=-3..3
     #[arg(long, value_name = "JOINT=A..B", allow_hyphen_values = true)]
-    pub(crate) sweep: Option<Way>,
+    pub(crate) sweep: Option<JointWay>,
     /// Write measures and norms over two joints instead, as in 2,3
     #[arg(long, value_name = "I,J", value_delimiter = ',', conflicts_with_all = ["json", "sweep"])]
     pub(crate) surface: Option<Vec<usize>>,
@@ -108,13 +108,13 @@ pub(crate) struct Robot {
 
 /// A way along one joint, from 1.
 #[derive(Clone, Debug)]
-pub(crate) struct Way {
+pub(crate) struct JointWay {
     pub(crate) joint: usize,
     pub(crate) from: f64,
     pub(crate) to: f64,
 }
 
-impl std::str::FromStr for Way {
+impl std::str::FromStr for JointWay {
     type Err = String;
     fn from_str(s: &str) -> Result<Self, String> {
         let parsed = || {
@@ -134,18 +134,18 @@ impl std::str::FromStr for Way {
 
 /// What compares the causes of a gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Engine {
+pub(crate) enum EngineArgument {
     /// Balances of accelerations, and free runs
     Balances,
     /// Evidence of the innovations about a smoothed trajectory (TwoMassJoint; other cases by balances)
     Innovations,
 }
 
-impl From<Engine> for trueup_diagnosis::diagnose::Engine {
-    fn from(engine: Engine) -> Self {
+impl From<EngineArgument> for trueup_diagnosis::diagnose::DiagnosisEngine {
+    fn from(engine: EngineArgument) -> Self {
         match engine {
-            Engine::Balances => Self::Balances,
-            Engine::Innovations => Self::Innovations,
+            EngineArgument::Balances => Self::Balances,
+            EngineArgument::Innovations => Self::Innovations,
         }
     }
 }
@@ -171,7 +171,7 @@ pub(crate) struct Diagnose {
     pub(crate) watch: bool,
     /// What compares the causes; chosen by the case when not given
     #[arg(long, value_enum)]
-    pub(crate) engine: Option<Engine>,
+    pub(crate) engine: Option<EngineArgument>,
     /// Conclude even from recordings with a grave finding: a wrong sign or unit, a time that is not in s, a drive that was not
     /// recorded. Else the verdict is `unknown` then
     #[arg(long)]
@@ -294,7 +294,7 @@ pub(crate) struct Simulate {
     pub(crate) algorithm: Option<Algorithm>,
     /// Run all FMUs in Co-Simulation (cs) or Model Exchange (me)
     #[arg(long, value_name = "cs|me")]
-    pub(crate) interface: Option<Interface>,
+    pub(crate) interface: Option<ComponentInterface>,
     /// Give each FMU a process of its own: one that crashes, exits or hangs ends the run with an error, and what was computed
     /// before is kept (Linux)
     #[arg(long)]
@@ -372,7 +372,7 @@ pub(crate) struct TrialRun {
     pub(crate) watch: bool,
     /// What compares the causes; chosen by the case when not given
     #[arg(long, value_enum)]
-    pub(crate) engine: Option<Engine>,
+    pub(crate) engine: Option<EngineArgument>,
     /// Processor time after which a case is stopped and counts as a miss, s
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = seconds)]
     pub(crate) limit: f64,

@@ -4,34 +4,38 @@ mod findings;
 
 use std::path::Path;
 
-use trueup_identification::fmu::FmuModel;
-use trueup_identification::intake::{Intake, Purpose};
+use trueup_identification::fmu::FmuSubject;
+use trueup_identification::intake::{CaseIntake, Purpose};
 use trueup_signals::check;
 use trueup_signals::{Case, Finding, Loaded};
 
-use crate::error::Error;
+use crate::error::CliError;
 
 /// A case with its recordings, and what the intake noticed: all of it is reported on standard error, as are the parameters that
 /// the case leaves out.
 /// `with` are effects that are fitted in addition to those that it names.
-pub(crate) fn load(path: &Path, purpose: Purpose, with: &[String]) -> Result<(Loaded, Vec<Finding>), Error> {
-    let read = Intake::read(path, purpose, with).map_err(|e| Error::Failed(e.to_string()))?;
-    let Intake { loaded, findings, preset } = read;
+pub(crate) fn load(
+    path: &Path,
+    purpose: Purpose,
+    with: &[String],
+) -> Result<(Loaded, Vec<Finding>), CliError> {
+    let read = CaseIntake::read(path, purpose, with).map_err(|e| CliError::Failed(e.to_string()))?;
+    let CaseIntake { loaded, findings, preset } = read;
     if let Some(line) = preset {
         eprintln!("{line}");
     }
     tell(&findings);
-    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok((loaded, findings)) }
+    if findings.iter().any(Finding::is_error) { Err(CliError::Said) } else { Ok((loaded, findings)) }
 }
 
 /// The same for an FMU; which channels go with each other is not known there.
-pub(crate) fn load_for(path: &Path, model: &FmuModel) -> Result<Loaded, Error> {
+pub(crate) fn load_for(path: &Path, model: &FmuSubject) -> Result<Loaded, CliError> {
     let variables = model.variables();
     let (loaded, mut findings) =
-        Case::load(path, |_| Ok(variables.clone())).map_err(|e| Error::Failed(e.to_string()))?;
+        Case::load(path, |_| Ok(variables.clone())).map_err(|e| CliError::Failed(e.to_string()))?;
     findings.extend(check::case(&loaded, &variables, &[]));
     tell(&findings);
-    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
+    if findings.iter().any(Finding::is_error) { Err(CliError::Said) } else { Ok(loaded) }
 }
 
 fn tell(all: &[Finding]) {

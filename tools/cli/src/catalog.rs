@@ -1,19 +1,19 @@
 //! What can be packed: the models with their presets and effects.
 
-use trueup_models::effect::{self, Choice, Plant, Spec};
+use trueup_models::effect::{self, EffectChoice, PlantKind, Spec};
 use trueup_models::flexible_arm::presets as arm;
-use trueup_models::presets::{PRESETS, Preset};
+use trueup_models::presets::{PRESETS, ValuePreset};
 use trueup_models::space::presets as robots;
 
 /// A model.
 #[derive(Clone, Copy)]
-pub(crate) struct Model {
+pub(crate) struct CatalogModel {
     pub(crate) name: &'static str,
     pub(crate) description: &'static str,
 }
 
 /// An effect and the models in which it can act.
-pub(crate) struct Effect {
+pub(crate) struct CatalogEffect {
     pub(crate) id: &'static str,
     pub(crate) description: &'static str,
     pub(crate) models: Vec<String>,
@@ -21,8 +21,8 @@ pub(crate) struct Effect {
     pub(crate) places: Vec<&'static str>,
 }
 
-pub(crate) fn models() -> impl Iterator<Item = Model> {
-    let model = |name, description| Model { name, description };
+pub(crate) fn models() -> impl Iterator<Item = CatalogModel> {
+    let model = |name, description| CatalogModel { name, description };
     [
         model("TwoMassJoint", "flexible geared joint with true stick-slip"),
         model("PlanarManipulator", "free-floating planar manipulator with rigid and flexible joints"),
@@ -38,7 +38,7 @@ pub(crate) fn models() -> impl Iterator<Item = Model> {
 }
 
 /// Values of the parameters of this model, by a name.
-pub(crate) fn presets(model: &str) -> impl Iterator<Item = &'static Preset> {
+pub(crate) fn presets(model: &str) -> impl Iterator<Item = &'static ValuePreset> {
     PRESETS.iter().filter(move |p| p.model == model)
 }
 
@@ -63,13 +63,13 @@ pub(crate) fn preset_names(model: &str) -> Vec<(&'static str, &'static str)> {
 }
 
 /// What of the model's structure is chosen by name.
-pub(crate) fn choices(model: &str) -> &'static [fmu_library::Choice] {
+pub(crate) fn choices(model: &str) -> &'static [fmu_library::StructureOption] {
     fmu_library::choices(model)
 }
 
 /// Every effect, in the order in which they act.
-pub(crate) fn effects() -> impl Iterator<Item = Effect> {
-    effect::ALL.iter().map(|e| e.spec()).map(|s| Effect {
+pub(crate) fn effects() -> impl Iterator<Item = CatalogEffect> {
+    effect::ALL.iter().map(|e| e.spec()).map(|s| CatalogEffect {
         id: s.id,
         description: s.summary,
         models: s.plants.iter().map(|p| named(s, *p)).collect(),
@@ -82,28 +82,28 @@ pub(crate) fn in_order(model: &str, ids: &[String]) -> Option<Vec<String>> {
     if ids.is_empty() {
         return Some(Vec::new());
     }
-    let plant = [Plant::Joint, Plant::Arm].into_iter().find(|p| model_of(*p) == model)?;
-    let asked: Option<Vec<_>> = ids.iter().map(|id| Choice::parse(id, plant).ok()).collect();
+    let plant = [PlantKind::Joint, PlantKind::Arm].into_iter().find(|p| model_of(*p) == model)?;
+    let asked: Option<Vec<_>> = ids.iter().map(|id| EffectChoice::parse(id, plant).ok()).collect();
     let asked = asked?;
-    let named = |c: Choice| asked.iter().position(|a| *a == c).map(|i| ids[i].clone());
-    Some(Choice::all(plant).filter_map(named).collect())
+    let named = |c: EffectChoice| asked.iter().position(|a| *a == c).map(|i| ids[i].clone());
+    Some(EffectChoice::all(plant).filter_map(named).collect())
 }
 
 /// The model, with the base that it has to have.
-fn named(effect: &Spec, plant: Plant) -> String {
+fn named(effect: &Spec, plant: PlantKind) -> String {
     let base = if effect.acts_in(plant, false) { "" } else { " with base=fixed" };
     format!("{}{base}", model_of(plant))
 }
 
 /// An effect that acts in this model requires a fixed base.
 pub(crate) fn wants_fixed_base(model: &str, id: &str) -> bool {
-    let of = |plant| Choice::parse(id, plant).is_ok_and(|c| !c.spec().acts_in(plant, false));
-    [Plant::Joint, Plant::Arm].into_iter().any(|p| model_of(p) == model && of(p))
+    let of = |plant| EffectChoice::parse(id, plant).is_ok_and(|c| !c.spec().acts_in(plant, false));
+    [PlantKind::Joint, PlantKind::Arm].into_iter().any(|p| model_of(p) == model && of(p))
 }
 
-fn model_of(plant: Plant) -> &'static str {
+fn model_of(plant: PlantKind) -> &'static str {
     match plant {
-        Plant::Joint => "TwoMassJoint",
-        Plant::Arm => "PlanarManipulator",
+        PlantKind::Joint => "TwoMassJoint",
+        PlantKind::Arm => "PlanarManipulator",
     }
 }

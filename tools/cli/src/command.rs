@@ -15,33 +15,33 @@ mod sweep;
 mod trial;
 mod validate;
 
-use crate::args::{Arm, Command, Fmu, Trial};
-use crate::error::Error;
+use crate::args::{ArmCommand, CliCommand, FmuCommand, Trial};
+use crate::error::CliError;
 
-pub(crate) fn run(command: Command) -> Result<(), Error> {
+pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
     match command {
-        Command::Demo(a) => demo::demo(&a),
-        Command::Identify(a) => identify::run(&a),
-        Command::Statics(a) => identify::statics::run(&a),
-        Command::Robot(a) => robot::run(&a),
-        Command::Arm(Arm::Map(a)) => arm::map(&a),
-        Command::Diagnose(a) => diagnose::run(&a),
-        Command::Simulate(a) => simulate::run(&a),
-        Command::Scale(a) => scale::run(&a),
-        Command::Sweep(a) => sweep::run(&a),
-        Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
-        Command::Fmu(Fmu::List) => list::run(),
-        Command::Fmu(Fmu::Info(a)) => info::run(&a),
-        Command::Fmu(Fmu::Validate(a)) => validate::run(&a),
+        CliCommand::Demo(a) => demo::demo(&a),
+        CliCommand::Identify(a) => identify::run(&a),
+        CliCommand::Statics(a) => identify::statics::run(&a),
+        CliCommand::Robot(a) => robot::run(&a),
+        CliCommand::Arm(ArmCommand::Map(a)) => arm::map(&a),
+        CliCommand::Diagnose(a) => diagnose::run(&a),
+        CliCommand::Simulate(a) => simulate::run(&a),
+        CliCommand::Scale(a) => scale::run(&a),
+        CliCommand::Sweep(a) => sweep::run(&a),
+        CliCommand::Fmu(FmuCommand::Pack(a)) => pack::run(&a),
+        CliCommand::Fmu(FmuCommand::List) => list::run(),
+        CliCommand::Fmu(FmuCommand::Info(a)) => info::run(&a),
+        CliCommand::Fmu(FmuCommand::Validate(a)) => validate::run(&a),
         // Served before it comes here.
-        Command::FmuHost => Ok(()),
-        Command::Trial(Trial::Generate(a)) => trial::generate(&a),
-        Command::Trial(Trial::Run(a)) => trial::run(&a),
-        Command::Trial(Trial::Score(a)) => trial::score(&a),
-        Command::Trial(Trial::Compare(a)) => trial::compare(&a),
-        Command::Trial(Trial::Decide(a)) => trial::decide(&a),
-        Command::Trial(Trial::Corpus(a)) => trial::corpus(&a),
-        Command::Completions(a) => shell::completions(&a),
-        Command::Man(a) => shell::man(&a),
+        CliCommand::FmuHost => Ok(()),
+        CliCommand::Trial(Trial::Generate(a)) => trial::generate(&a),
+        CliCommand::Trial(Trial::Run(a)) => trial::run(&a),
+        CliCommand::Trial(Trial::Score(a)) => trial::score(&a),
+        CliCommand::Trial(Trial::Compare(a)) => trial::compare(&a),
+        CliCommand::Trial(Trial::Decide(a)) => trial::decide(&a),
+        CliCommand::Trial(Trial::Corpus(a)) => trial::corpus(&a),
+        CliCommand::Completions(a) => shell::completions(&a),
+        CliCommand::Man(a) => shell::man(&a),
     }
 }

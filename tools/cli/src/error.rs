@@ -2,7 +2,7 @@
 
 /// Why a command did not do its work.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Error {
+pub(crate) enum CliError {
     /// The command line names something that does not exist: exit code 2.
     Usage(String),
     /// The work could not be done: exit code 1.
@@ -13,7 +13,7 @@ pub(crate) enum Error {
     Elsewhere(u8),
 }
 
-impl Error {
+impl CliError {
     pub(crate) fn message(&self) -> Option<&str> {
         match self {
             Self::Usage(m) | Self::Failed(m) => Some(m),

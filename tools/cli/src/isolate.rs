@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use trueup_cosim::plan::Planned;
-use trueup_cosim::system::Interface as SystemInterface;
+use trueup_cosim::plan::PlannedComponent;
+use trueup_cosim::system::ComponentInterface as SystemInterface;
 #[cfg(target_os = "linux")]
-use trueup_fmi_import::keeper::{self, End, Side};
-use trueup_fmi_import::{Interface, Isolation, NoIsolation, isolation};
+use trueup_fmi_import::keeper::{self, KeeperEnd, KeeperSide};
+use trueup_fmi_import::{Isolation, NoIsolation, UsedInterface, isolation};
 
-use crate::error::Error;
+use crate::error::CliError;
 
 /// Of the hidden command that serves.
 const COMMAND: &str = "__fmu-host";
@@ -28,9 +28,13 @@ pub(crate) fn isolation(deadline: Option<f64>) -> Result<Isolation, NoIsolation>
 ///
 /// # Errors
 /// Not on this platform; in the process that waits: all is done and reported.
-pub(crate) fn components(of: &[Planned], isolate: bool, deadline: Option<f64>) -> Result<(), Error> {
+pub(crate) fn components(
+    of: &[PlannedComponent],
+    isolate: bool,
+    deadline: Option<f64>,
+) -> Result<(), CliError> {
     if isolate || deadline.is_some() {
-        let isolation = isolation(deadline).map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
+        let isolation = isolation(deadline).map_err(|e| CliError::Failed(format!("--isolate: {e}")))?;
         of.iter().for_each(|component| component.fmu.isolate(&isolation));
         #[cfg(target_os = "linux")]
         let _ = keeper::adopt(); // else what an FMU that crashed has started lives on
@@ -38,8 +42,8 @@ pub(crate) fn components(of: &[Planned], isolate: bool, deadline: Option<f64>) -
     }
     let strange = of.iter().filter(|component| {
         !component.fmu.is_ours(match component.interface {
-            SystemInterface::CoSimulation => Interface::CoSimulation,
-            SystemInterface::ModelExchange => Interface::ModelExchange,
+            SystemInterface::CoSimulation => UsedInterface::CoSimulation,
+            SystemInterface::ModelExchange => UsedInterface::ModelExchange,
         })
     });
     let mut files: Vec<String> = strange.map(|c| c.fmu.file().display().to_string()).collect();
@@ -52,12 +56,12 @@ pub(crate) fn components(of: &[Planned], isolate: bool, deadline: Option<f64>) -
 /// # Errors
 /// In the one that waits: what the other one reported, or that it ended without a message.
 #[cfg(target_os = "linux")]
-pub(crate) fn keep(files: &str) -> Result<(), Error> {
+pub(crate) fn keep(files: &str) -> Result<(), CliError> {
     use nix::sys::signal::{Signal, kill};
     if keeper::is_worker() {
         return Ok(());
     }
-    let Ok(Side::Keeper(keeper)) = keeper::divide() else {
+    let Ok(KeeperSide::Keeper(keeper)) = keeper::divide() else {
         return Ok(()); // the worker; or there is no other process to be had, and the work is done all the same
     };
     let worker = nix::unistd::Pid::from_raw(keeper.worker());
@@ -68,11 +72,11 @@ pub(crate) fn keep(files: &str) -> Result<(), Error> {
         _ = kill(worker, Signal::SIGTERM);
     });
     match keeper.wait() {
-        End::Said(status) => Err(Error::Elsewhere(status)),
-        End::Silent(_) if interrupted.load(Ordering::Relaxed) => {
-            Err(Error::Failed("interrupted; nothing of this run is kept".into()))
+        KeeperEnd::Said(status) => Err(CliError::Elsewhere(status)),
+        KeeperEnd::Silent(_) if interrupted.load(Ordering::Relaxed) => {
+            Err(CliError::Failed("interrupted; nothing of this run is kept".into()))
         }
-        End::Silent(how) => Err(Error::Failed(format!(
+        KeeperEnd::Silent(how) => Err(CliError::Failed(format!(
             "{files}: the process in which the FMU ran {how} before the run had ended, and nothing of this run is kept; with \
              --isolate it has a process of its own: then its last call is named, and what was computed before is kept"
         ))),
@@ -80,7 +84,7 @@ pub(crate) fn keep(files: &str) -> Result<(), Error> {
 }
 
 #[cfg(not(target_os = "linux"))]
-pub(crate) fn keep(_: &str) -> Result<(), Error> {
+pub(crate) fn keep(_: &str) -> Result<(), CliError> {
     Ok(())
 }
 
@@ -109,10 +113,10 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::args::{Args, Command};
+    use crate::args::{Args, CliCommand};
 
     #[test]
     fn the_command_is_what_the_command_line_knows() {
-        assert!(matches!(Args::parse_from(["trueup", COMMAND]).command, Command::FmuHost));
+        assert!(matches!(Args::parse_from(["trueup", COMMAND]).command, CliCommand::FmuHost));
     }
 }

@@ -23,18 +23,18 @@ mod voice;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
-use trueup_numerics::Figure;
+use trueup_numerics::ShortNumber;
 
 fn main() -> ExitCode {
     let matches = help::dressed(args::Args::command()).get_matches();
     let command = args::Args::from_arg_matches(&matches).unwrap_or_else(|e| e.exit()).command;
-    if matches!(command, args::Command::FmuHost) {
+    if matches!(command, args::CliCommand::FmuHost) {
         return isolate::serve();
     }
     voice::keep();
     progress::keep_hangup_ignored();
     let _watch = trueup_fmi_import::exit::watch(|time, what| {
-        let at = time.map_or_else(String::new, |t| format!("at t = {} s: ", Figure(t)));
+        let at = time.map_or_else(String::new, |t| format!("at t = {} s: ", ShortNumber(t)));
         voice::error(&format!("{at}{what}"));
         isolate::say(1);
     });

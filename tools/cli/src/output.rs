@@ -3,22 +3,22 @@
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use crate::error::Error;
+use crate::error::CliError;
 
 /// Writes a text to standard output. A reader that has seen enough (`trueup fmu list | head`) is no error.
-pub(crate) fn say(text: &str) -> Result<(), Error> {
+pub(crate) fn say(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Failed(format!("standard output: {e}"))),
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(CliError::Failed(format!("standard output: {e}"))),
         _ => Ok(()),
     }
 }
 
 /// Makes the folder that `--output` names, if it is not there.
-pub(crate) fn folder(path: &Path) -> Result<(), Error> {
+pub(crate) fn folder(path: &Path) -> Result<(), CliError> {
     std::fs::create_dir_all(path).map_err(|e| {
         let why = if path.exists() { "it is a file".to_owned() } else { e.to_string() };
-        Error::Failed(format!(
+        CliError::Failed(format!(
             "the folder {} cannot be made: {why}; name another one with --output",
             path.display()
         ))
@@ -30,7 +30,7 @@ static PROBE: [u8; 1 << 16] = [0; 1 << 16];
 
 /// Whether [`folder`] will be able to make it and files can be written there, without leaving an empty one behind for work
 /// that may be interrupted.
-pub(crate) fn can_be_made(path: &Path) -> Result<(), Error> {
+pub(crate) fn can_be_made(path: &Path) -> Result<(), CliError> {
     let there = path.exists();
     folder(path)?;
     let probe = tempfile::Builder::new().prefix(".trueup-").tempfile_in(path);
@@ -40,7 +40,7 @@ pub(crate) fn can_be_made(path: &Path) -> Result<(), Error> {
         let _ = std::fs::remove_dir(path);
     }
     probe.map_err(|e| {
-        Error::at(
+        CliError::at(
             path,
             format!("nothing can be written there: {}; name another folder with --output", cause(&e)),
         )
@@ -53,7 +53,7 @@ fn cause(e: &std::io::Error) -> String {
 }
 
 /// Writes a file under another name first, so that it is there whole or not at all.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     trueup_fmi_description::whole::write(path, bytes)
-        .map_err(|e| Error::at(path, format!("it cannot be written: {e}")))
+        .map_err(|e| CliError::at(path, format!("it cannot be written: {e}")))
 }

@@ -1,6 +1,6 @@
 //! The page of `trueup simulate --plot`: one chart per unit, a table, the log of the run.
 
-use trueup_cosim::{Kind, Memory};
+use trueup_cosim::{ColumnKind, SeriesMemory};
 use trueup_report::{Chart, Page, Style, escape, number};
 
 /// Curves that can be distinguished in one chart.
@@ -10,7 +10,7 @@ const MOST: usize = 8;
 const FLAT: f64 = 200.0;
 
 /// One HTML file.
-pub(crate) fn page(title: &str, results: &Memory, log: &str) -> String {
+pub(crate) fn page(title: &str, results: &SeriesMemory, log: &str) -> String {
     let time = results.time();
     let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
     let lead = format!("{} rows from {} s to {} s.", time.len(), number(first), number(last));
@@ -25,7 +25,7 @@ pub(crate) fn page(title: &str, results: &Memory, log: &str) -> String {
         };
         let unit = columns.clone().next().map_or("", |c| c.unit.as_str());
         let chart = group.iter().zip(columns).fold(Chart::over_time(&title, unit), |chart, (k, column)| {
-            let float = matches!(column.kind, Kind::Real | Kind::Single);
+            let float = matches!(column.kind, ColumnKind::Real | ColumnKind::Single);
             let style = if float { Style::Line } else { Style::Step };
             chart.series(&column.name, time, &results.series()[*k], style)
         });
@@ -41,13 +41,17 @@ pub(crate) fn page(title: &str, results: &Memory, log: &str) -> String {
 }
 
 /// Numbers of the same unit and sort, in the order of the columns, cut into charts.
-fn groups(results: &Memory) -> Vec<Vec<usize>> {
+fn groups(results: &SeriesMemory) -> Vec<Vec<usize>> {
     let sort = |k: &usize| {
         let column = &results.columns()[*k];
-        (column.unit.as_str(), matches!(column.kind, Kind::Real | Kind::Single), column.kind == Kind::Boolean)
+        (
+            column.unit.as_str(),
+            matches!(column.kind, ColumnKind::Real | ColumnKind::Single),
+            column.kind == ColumnKind::Boolean,
+        )
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    for k in (0..results.columns().len()).filter(|k| results.columns()[*k].kind != Kind::Text) {
+    for k in (0..results.columns().len()).filter(|k| results.columns()[*k].kind != ColumnKind::Text) {
         match groups.iter_mut().find(|g| sort(&g[0]) == sort(&k)) {
             Some(group) => group.push(k),
             None => groups.push(vec![k]),
@@ -59,7 +63,7 @@ fn groups(results: &Memory) -> Vec<Vec<usize>> {
 }
 
 /// Cuts a group so that no curve is flat next to another one: an angle before a gear and one behind it.
-fn magnitudes(results: &Memory, mut group: Vec<usize>) -> Vec<Vec<usize>> {
+fn magnitudes(results: &SeriesMemory, mut group: Vec<usize>) -> Vec<Vec<usize>> {
     let size = |k: &usize| {
         let finite = results.series()[*k].iter().filter(|v| v.is_finite());
         finite.fold(0.0, |m: f64, v| m.max(v.abs()))
@@ -74,8 +78,8 @@ fn magnitudes(results: &Memory, mut group: Vec<usize>) -> Vec<Vec<usize>> {
     cut
 }
 
-fn ranges(results: &Memory) -> Vec<Vec<String>> {
-    let row = |(column, values): (&trueup_cosim::Column, &Vec<f64>)| {
+fn ranges(results: &SeriesMemory) -> Vec<Vec<String>> {
+    let row = |(column, values): (&trueup_cosim::ResultColumn, &Vec<f64>)| {
         let finite = || values.iter().copied().filter(|v| v.is_finite());
         let shown = |v: Option<f64>| v.map_or_else(String::new, number);
         vec![
@@ -92,18 +96,18 @@ fn ranges(results: &Memory) -> Vec<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trueup_cosim::{Column, Row, Sink, Values};
+    use trueup_cosim::{ResultColumn, ResultRow, ResultSink, RowValues};
 
     #[test]
     fn one_chart_per_unit_and_no_more_curves_than_colours() {
-        let mut columns: Vec<Column> =
-            (0..10).map(|k| Column::new(format!("a[{k}]"), Kind::Real, "rad")).collect();
-        columns.push(Column::new("stuck", Kind::Boolean, ""));
-        columns.push(Column::new("says", Kind::Text, ""));
-        columns.push(Column::new("v", Kind::Real, "rad/s"));
-        let (mut results, values) = (Memory::default(), Values::of(&columns));
+        let mut columns: Vec<ResultColumn> =
+            (0..10).map(|k| ResultColumn::new(format!("a[{k}]"), ColumnKind::Real, "rad")).collect();
+        columns.push(ResultColumn::new("stuck", ColumnKind::Boolean, ""));
+        columns.push(ResultColumn::new("says", ColumnKind::Text, ""));
+        columns.push(ResultColumn::new("v", ColumnKind::Real, "rad/s"));
+        let (mut results, values) = (SeriesMemory::default(), RowValues::of(&columns));
         assert!(results.begin(&columns).is_ok());
-        assert!(results.row(Row { time: 0.0, point: Some(0), values: &values }).is_ok());
+        assert!(results.row(ResultRow { time: 0.0, point: Some(0), values: &values }).is_ok());
         let sizes: Vec<usize> = groups(&results).iter().map(Vec::len).collect();
         assert_eq!(sizes, [5, 5, 1, 1]);
         let html = page("<run>", &results, "log & all");

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use trueup_cosim::{Column, Error, Row, Sink};
+use trueup_cosim::{CosimError, ResultColumn, ResultRow, ResultSink};
 use trueup_fmi_import::interrupt;
 
 /// Divisions of the bar.
@@ -12,14 +12,14 @@ pub(crate) const PARTS: f64 = 1000.0;
 
 /// A sink that shows how far the run is, and ends it when the user does: what was computed is then kept as partial.
 pub(crate) struct Progress {
-    shown: Shown,
+    shown: ProgressOutput,
     start: f64,
     stop: f64,
     begun: Instant,
     next: Instant,
 }
 
-enum Shown {
+enum ProgressOutput {
     /// On a terminal: one line that moves.
     Bar(ProgressBar),
     /// Into a file or a pipe, if requested: a line now and then.
@@ -31,9 +31,9 @@ impl Progress {
     /// Of a run from `start` to `stop` in s.
     pub(crate) fn new(start: f64, stop: f64, asked_for: bool) -> Self {
         let shown = match std::io::stderr().is_terminal() {
-            true => Shown::Bar(bar()),
-            false if asked_for => Shown::Lines,
-            false => Shown::Nothing,
+            true => ProgressOutput::Bar(bar()),
+            false if asked_for => ProgressOutput::Lines,
+            false => ProgressOutput::Nothing,
         };
         end_by_signal();
         let now = Instant::now();
@@ -44,16 +44,16 @@ impl Progress {
         let part = ((time - self.start) / (self.stop - self.start)).clamp(0.0, 1.0);
         let message = message(time, part, now - self.begun);
         match &self.shown {
-            Shown::Bar(bar) => {
+            ProgressOutput::Bar(bar) => {
                 bar.set_position((PARTS * part) as u64);
                 bar.set_message(message);
                 self.next = now + Duration::from_millis(100);
             }
-            Shown::Lines => {
+            ProgressOutput::Lines => {
                 eprintln!("{:3.0} %  {message}", 100.0 * part);
                 self.next = now + Duration::from_secs(2);
             }
-            Shown::Nothing => self.next = now + Duration::from_secs(3600),
+            ProgressOutput::Nothing => self.next = now + Duration::from_secs(3600),
         }
     }
 }
@@ -94,20 +94,20 @@ pub(crate) fn bar() -> ProgressBar {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Shown::Bar(bar) = &self.shown {
+        if let ProgressOutput::Bar(bar) = &self.shown {
             bar.finish_and_clear();
         }
     }
 }
 
-impl Sink for Progress {
-    fn begin(&mut self, _: &[Column]) -> Result<(), Error> {
+impl ResultSink for Progress {
+    fn begin(&mut self, _: &[ResultColumn]) -> Result<(), CosimError> {
         Ok(())
     }
 
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         if interrupt::requested() {
-            return Err(Error::Interrupted { time: row.time });
+            return Err(CosimError::Interrupted { time: row.time });
         }
         let now = Instant::now();
         if now >= self.next {

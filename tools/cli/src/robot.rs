@@ -10,14 +10,14 @@ use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
-use trueup_models::space::design::{Design, Link, Motor, Thruster, Tip};
+use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, RobotDesign, Thruster};
 use trueup_models::space::presets::PRESETS;
-use trueup_models::space::tree::Joint;
+use trueup_models::space::tree::JointType;
 
-use crate::error::Error;
+use crate::error::CliError;
 use crate::near::suggestion;
 pub(crate) use urdf::JointFriction;
-use wrong::Wrong;
+use wrong::RobotFileError;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -29,11 +29,11 @@ struct File {
     /// Bending shortens links; left out: where the base is held and every link that bends is a beam.
     #[serde(rename = "axial-stiffening")]
     axial_stiffening: Option<Spanned<bool>>,
-    base: Base,
+    base: BaseEntry,
     #[serde(default)]
-    body: Vec<Body>,
+    body: Vec<BodyEntry>,
     #[serde(default)]
-    tip: Vec<Hand>,
+    tip: Vec<HandEntry>,
     #[serde(default)]
     thruster: Vec<Nozzle>,
     #[serde(default)]
@@ -42,7 +42,7 @@ struct File {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Base {
+struct BaseEntry {
     mass: f64,
     inertia: [[f64; 3]; 3],
     /// It does not move.
@@ -52,7 +52,7 @@ struct Base {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct Drive {
+struct DriveEntry {
     #[serde(default)]
     flexible: bool,
     #[serde(default)]
@@ -74,12 +74,12 @@ struct Nozzle {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct Body {
+struct BodyEntry {
     name: Option<String>,
     /// By name; the one before when left out.
     parent: Option<String>,
     #[serde(default)]
-    joint: Kind,
+    joint: RobotJointKind,
     mass: f64,
     center_of_mass: [f64; 3],
     inertia: [[f64; 3]; 3],
@@ -88,14 +88,14 @@ struct Body {
     orientation: [f64; 4],
     #[serde(default = "along_z")]
     axis: [f64; 3],
-    motor: Option<Drive>,
+    motor: Option<DriveEntry>,
     /// What bends between its joint and what it carries.
-    link: Option<Spanned<flexure::Bends>>,
+    link: Option<Spanned<flexure::BendingEntry>>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Kind {
+enum RobotJointKind {
     #[default]
     Revolute,
     Prismatic,
@@ -103,7 +103,7 @@ enum Kind {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Hand {
+struct HandEntry {
     name: Option<String>,
     /// By name; the last one when left out.
     body: Option<String>,
@@ -121,8 +121,8 @@ fn along_z() -> [f64; 3] {
 }
 
 /// A robot with what was read of it beyond its design.
-pub(crate) struct Robot {
-    pub(crate) design: Design,
+pub(crate) struct RobotFile {
+    pub(crate) design: RobotDesign,
     /// What joints lose, of each moving body; empty where the file has no words for it.
     pub(crate) friction: Vec<JointFriction>,
     /// What of the file is not used, or was chosen.
@@ -134,13 +134,13 @@ pub(crate) struct Robot {
 }
 
 /// A robot by the name of a preset, or read from a file and checked.
-pub(crate) fn read(path: &Path) -> Result<Robot, Error> {
+pub(crate) fn read(path: &Path) -> Result<RobotFile, CliError> {
     read_among(path, &[])
 }
 
 /// The same where there are presets of other names, too, which the caller has.
-pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Robot, Error> {
-    let plain = |design| Robot {
+pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<RobotFile, CliError> {
+    let plain = |design| RobotFile {
         design,
         friction: Vec::new(),
         notes: Vec::new(),
@@ -154,13 +154,13 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Robot, Error> {
     let text = std::fs::read_to_string(path).map_err(|e| {
         let named = path.to_string_lossy();
         let all = format!("give a file of TOML or URDF, or one of {}", presets.join(", "));
-        Error::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
+        CliError::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
     })?;
     let urdf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
     let mut robot = if urdf || text.trim_start().starts_with('<') {
         let made = urdf::read(path, &text)?;
         let without_friction = made.without_friction();
-        Robot {
+        RobotFile {
             design: made.design,
             friction: made.friction,
             notes: made.notes,
@@ -171,20 +171,20 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Robot, Error> {
         let line = |byte: usize| text.as_bytes().iter().take(byte).filter(|b| **b == b'\n').count() + 1;
         let file: File = toml::from_str(&text).map_err(|e| {
             let line = e.span().map_or(1, |s| line(s.start));
-            Error::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
+            CliError::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
         })?;
         let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         plain(file.design(fallback).map_err(|wrong| match wrong.at {
-            Some(byte) => Error::Failed(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
-            None => Error::at(path, wrong.why),
+            Some(byte) => CliError::Failed(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
+            None => CliError::at(path, wrong.why),
         })?)
     };
     let design = &robot.design;
     design.check_bodies().map_err(|faults| {
         let all: Vec<_> = faults.iter().map(ToString::to_string).collect();
-        Error::at(path, all.join("\n  "))
+        CliError::at(path, all.join("\n  "))
     })?;
-    design.check().map_err(|why| Error::at(path, why))?;
+    design.check().map_err(|why| CliError::at(path, why))?;
     let doubts: Vec<_> = design.doubts().iter().map(ToString::to_string).collect();
     robot.notes.extend(doubts.into_iter().map(|doubt| format!("{doubt} It is used as it is")));
     let others = robot.floats.iter_mut().chain(&mut robot.without_friction);
@@ -197,7 +197,7 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Robot, Error> {
 }
 
 impl File {
-    fn design(self, fallback: String) -> Result<Design, Wrong> {
+    fn design(self, fallback: String) -> Result<RobotDesign, RobotFileError> {
         let names: Vec<String> = (self.body.iter().enumerate())
             .map(|(k, b)| b.name.clone().unwrap_or_else(|| format!("link {}", k + 1)))
             .collect();
@@ -216,16 +216,16 @@ impl File {
             if let Some(link) = b.link {
                 let begin = link.span().start;
                 match link.into_inner().of(k + 1, &names[k], begin)? {
-                    flexure::Link::Beam(beam) => flexures.push(beam),
-                    flexure::Link::Table(table) => link_tables.push(table),
+                    flexure::FlexibleLinkEntry::Beam(beam) => flexures.push(beam),
+                    flexure::FlexibleLinkEntry::Table(table) => link_tables.push(table),
                 }
             }
-            links.push(Link {
+            links.push(DesignLink {
                 parent: b.parent.as_deref().map_or(Ok(k), |name| find(&names[k], name))?,
                 name: names[k].clone(),
                 joint: match b.joint {
-                    Kind::Revolute => Joint::Revolute,
-                    Kind::Prismatic => Joint::Prismatic,
+                    RobotJointKind::Revolute => JointType::Revolute,
+                    RobotJointKind::Prismatic => JointType::Prismatic,
                 },
                 mass: b.mass,
                 center_of_mass: b.center_of_mass,
@@ -233,7 +233,7 @@ impl File {
                 position: b.position,
                 orientation: b.orientation,
                 axis: b.axis,
-                motor: b.motor.map_or_else(Motor::default, |m| Motor {
+                motor: b.motor.map_or_else(DesignMotor::default, |m| DesignMotor {
                     flexible: m.flexible,
                     inertia: m.inertia,
                     gear_ratio: m.gear_ratio,
@@ -248,10 +248,10 @@ impl File {
                 "axial-stiffening = true needs beams, and the link of `{}` is a table of modes, which does not give the shortening by bending; leave axial-stiffening out, or give that link as a beam",
                 table.table.name
             );
-            return Err(Wrong::at(stiffening.span().start, why));
+            return Err(RobotFileError::at(stiffening.span().start, why));
         }
         let (appendages, tables) = panel::sorted(self.appendage)?;
-        let mut design = Design {
+        let mut design = RobotDesign {
             name: self.name.unwrap_or(fallback),
             base_mass: self.base.mass,
             base_inertia: self.base.inertia,
@@ -273,7 +273,7 @@ impl File {
             let name = t.name.unwrap_or_else(|| format!("tip {}", k + 1));
             let body = t.body.as_deref().map_or(Ok(design.links.len()), |body| find(&name, body))?;
             let mount = t.mount.unwrap_or_else(|| design.mount(body));
-            design.tips.push(Tip { name, body, offset: t.offset, mount });
+            design.tips.push(DesignTip { name, body, offset: t.offset, mount });
         }
         Ok(design)
     }

@@ -25,11 +25,11 @@ const SILENCE: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(5)];
 /// A bar that moves on a terminal, lines elsewhere. Where the work is watched a thread of its own follows deadline and signals: when
 /// either comes the program ends with exit status 1, without waiting for the work, so that no loop can keep it.
 pub(crate) struct Stages {
-    shared: Arc<Shared>,
+    shared: Arc<SharedStages>,
     watch: Option<JoinHandle<()>>,
 }
 
-struct Shared {
+struct SharedStages {
     begun: Instant,
     deadline: Option<Duration>,
     over: AtomicBool,
@@ -51,13 +51,13 @@ struct Now {
 impl Stages {
     /// Of work that nothing ends but itself.
     pub(crate) fn new() -> Self {
-        Self { shared: Arc::new(Shared::new("", None)), watch: None }
+        Self { shared: Arc::new(SharedStages::new("", None)), watch: None }
     }
 
     /// Of work that writes nothing, which a deadline in s from now and signals may end; `what` is done first.
     pub(crate) fn watched(what: &str, deadline: Option<f64>) -> Self {
         end_by_signal();
-        let shared = Arc::new(Shared::new(what, deadline.map(Duration::from_secs_f64)));
+        let shared = Arc::new(SharedStages::new(what, deadline.map(Duration::from_secs_f64)));
         let watched = Arc::clone(&shared);
         // Without a thread there is neither deadline nor word of progress; the work is done all the same.
         let watch = std::thread::Builder::new().name("watch".into()).spawn(move || watched.watch()).ok();
@@ -110,7 +110,7 @@ impl Now {
     }
 }
 
-impl Shared {
+impl SharedStages {
     fn new(what: &str, deadline: Option<Duration>) -> Self {
         let begun = Instant::now();
         let now = Now { bar: None, reached: None, what: what.to_owned(), told: None, said: begun };

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use trueup_fmi_description::platform::Platform;
 use trueup_fmi_description::template::Template;
 
-use crate::error::Error;
+use crate::error::CliError;
 
 /// Name of the crate whose shared library every FMU carries.
 const LIBRARY: &str = "fmu_library";
 
 /// The platforms that `--platform` names; none when it is not given.
-pub(crate) fn platforms(names: &[String]) -> Result<Vec<Platform>, Error> {
+pub(crate) fn platforms(names: &[String]) -> Result<Vec<Platform>, CliError> {
     let mut out = Vec::new();
     for name in names {
         match (name.as_str(), Platform::named(name)) {
@@ -20,7 +20,7 @@ pub(crate) fn platforms(names: &[String]) -> Result<Vec<Platform>, Error> {
             (_, Some(platform)) => out.push(platform),
             (_, None) => {
                 let all = Platform::ALL.map(Platform::name).join(", ");
-                return Err(Error::Usage(format!(
+                return Err(CliError::Usage(format!(
                     "there is no platform `{name}`; there are {all}, and `all`"
                 )));
             }
@@ -33,7 +33,7 @@ pub(crate) fn platforms(names: &[String]) -> Result<Vec<Platform>, Error> {
 }
 
 /// The templates of these platforms; of none: that of this machine.
-pub(crate) fn read(platforms: &[Platform], named: Option<&Path>) -> Result<Vec<Template>, Error> {
+pub(crate) fn read(platforms: &[Platform], named: Option<&Path>) -> Result<Vec<Template>, CliError> {
     if platforms.is_empty() {
         return Ok(vec![load(own_platform()?, &own(named)?)?]);
     }
@@ -59,7 +59,7 @@ pub(crate) fn read(platforms: &[Platform], named: Option<&Path>) -> Result<Vec<T
     if missing.is_empty() {
         return Ok(out);
     }
-    Err(Error::Failed(format!(
+    Err(CliError::Failed(format!(
         "no template library for {} in {}: make them with `tools/release {}`, or name the folder above it with --library",
         missing.join(", "),
         templates.display(),
@@ -67,21 +67,23 @@ pub(crate) fn read(platforms: &[Platform], named: Option<&Path>) -> Result<Vec<T
     )))
 }
 
-fn own_platform() -> Result<Platform, Error> {
+fn own_platform() -> Result<Platform, CliError> {
     Platform::host().ok_or_else(|| {
         let all = Platform::ALL.map(Platform::name).join(", ");
-        Error::Failed(format!("FMUs are not made for this machine; name other ones with --platform: {all}"))
+        CliError::Failed(format!(
+            "FMUs are not made for this machine; name other ones with --platform: {all}"
+        ))
     })
 }
 
-fn program_folder() -> Result<PathBuf, Error> {
-    let program = std::env::current_exe().map_err(|e| Error::Failed(e.to_string()))?;
+fn program_folder() -> Result<PathBuf, CliError> {
+    let program = std::env::current_exe().map_err(|e| CliError::Failed(e.to_string()))?;
     Ok(program.parent().unwrap_or(Path::new(".")).to_owned())
 }
 
 /// The library that cargo built with the program: in the folder named, or next to the program, or where cargo puts the library of a
 /// dependency; the newest.
-fn own(named: Option<&Path>) -> Result<PathBuf, Error> {
+fn own(named: Option<&Path>) -> Result<PathBuf, CliError> {
     let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, LIBRARY, std::env::consts::DLL_SUFFIX);
     let folders = match named {
         Some(folder) => vec![folder.to_owned()],
@@ -94,7 +96,7 @@ fn own(named: Option<&Path>) -> Result<PathBuf, Error> {
     let found = folders.iter().map(|f| f.join(&file)).filter(|p| modified(p).is_some()).max_by_key(modified);
     found.ok_or_else(|| {
         let places: Vec<_> = folders.iter().map(|f| f.display().to_string()).collect();
-        Error::Failed(format!(
+        CliError::Failed(format!(
             "{file}, the template of every FMU, is not in {}: build it with `cargo build --release`, \
              or name its folder with --library",
             places.join(" nor in ")
@@ -103,14 +105,14 @@ fn own(named: Option<&Path>) -> Result<PathBuf, Error> {
 }
 
 /// The one library in `<templates>/<platform>`.
-fn cross_built(platform: Platform, templates: &Path) -> Result<Option<PathBuf>, Error> {
+fn cross_built(platform: Platform, templates: &Path) -> Result<Option<PathBuf>, CliError> {
     let folder = templates.join(platform.name());
     if !folder.is_dir() {
         return Ok(None);
     }
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(&folder).map_err(|e| Error::at(&folder, e))? {
-        let path = entry.map_err(|e| Error::at(&folder, e))?.path();
+    for entry in std::fs::read_dir(&folder).map_err(|e| CliError::at(&folder, e))? {
+        let path = entry.map_err(|e| CliError::at(&folder, e))?.path();
         if path.to_string_lossy().ends_with(platform.suffix()) {
             found.push(path);
         }
@@ -119,7 +121,7 @@ fn cross_built(platform: Platform, templates: &Path) -> Result<Option<PathBuf>, 
     match &found[..] {
         [] => Ok(None),
         [one] => Ok(Some(one.clone())),
-        [one, two, ..] => Err(Error::Failed(format!(
+        [one, two, ..] => Err(CliError::Failed(format!(
             "{} and {} are both template libraries for {platform}: take one away",
             one.display(),
             two.display()
@@ -127,17 +129,17 @@ fn cross_built(platform: Platform, templates: &Path) -> Result<Option<PathBuf>, 
     }
 }
 
-fn load(platform: Platform, path: &Path) -> Result<Template, Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::at(path, e))?;
+fn load(platform: Platform, path: &Path) -> Result<Template, CliError> {
+    let bytes = std::fs::read(path).map_err(|e| CliError::at(path, e))?;
     let of = Platform::of_library(&bytes);
     if of != Some(platform) {
         let found = of.map_or("no library that is known".to_owned(), |p| format!("a library for {p}"));
-        return Err(Error::at(
+        return Err(CliError::at(
             path,
             format!("it is {found}, not one for {platform}: `tools/release {platform}` makes one"),
         ));
     }
     let template = Template { platform, bytes };
-    template.check(fmu_library::STAMP).map_err(|e| Error::at(path, e))?;
+    template.check(fmu_library::STAMP).map_err(|e| CliError::at(path, e))?;
     Ok(template)
 }

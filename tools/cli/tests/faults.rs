@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use tempfile::TempDir;
-use trueup_testkit::{Version, compiler, problems};
+use trueup_testkit::{BlockVersion, compiler, problems};
 
 // As in tests/kit/c/block.h.
 const WARNING: u32 = 1;
@@ -23,7 +23,7 @@ const OVERFLOW: u32 = 54;
 const CHDIR: u32 = 55;
 
 /// Two masses, each an FMU of its own, as `s.toml` in a folder; `None`, with a message: there is no C compiler.
-fn system(version: Version) -> Option<TempDir> {
+fn system(version: BlockVersion) -> Option<TempDir> {
     if !compiler() {
         eprintln!("SKIPPED: no C compiler (cc)");
         return None;
@@ -97,13 +97,13 @@ fn failed(folder: &Path, (code, said): &(Option<i32>, String), words: &[&str]) {
 
 #[test]
 fn every_fault_of_an_isolated_fmu_costs_that_fmu_alone() {
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let Some(folder) = system(version) else { return };
         let folder = folder.path();
         std::fs::write(folder.join("results.csv"), "of an earlier run\n").unwrap();
         let file = format!("\"right\" ({})", folder.join(format!("right.{}.fmu", version.tag())).display());
         let file = file.replace(&format!("{}/", folder.display()), "");
-        let step = if version == Version::Two { "fmi2DoStep" } else { "fmi3DoStep" };
+        let step = if version == BlockVersion::Two { "fmi2DoStep" } else { "fmi3DoStep" };
         for (fault, words) in [
             (ERROR, &["right", step, "returned Error", "fault 3 at 0.5 s"][..]),
             (DISCARD, &["right", "Discard", "fault 2"]),
@@ -134,7 +134,7 @@ fn every_fault_of_an_isolated_fmu_costs_that_fmu_alone() {
 /// Faults of coupled algorithms that repeat steps, which save and restore states.
 #[test]
 fn other_algorithms_end_as_well() {
-    let Some(folder) = system(Version::Three) else { return };
+    let Some(folder) = system(BlockVersion::Three) else { return };
     for algorithm in ["extrapolate", "iterative", "adaptive"] {
         std::fs::write(folder.path().join("results.csv"), "of an earlier run\n").unwrap();
         let more = ["--isolate", "--algorithm", algorithm, "--tolerance", "1e-4"];
@@ -182,7 +182,7 @@ fn an_exception_that_nobody_catches_ends_the_run() {
 /// Without a process of its own: at least the run does not look like a good one.
 #[test]
 fn exit_within_the_process_is_no_success() {
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let Some(folder) = system(version) else { return };
         std::fs::write(folder.path().join("results.csv"), "of an earlier run\n").unwrap();
         let (code, said) = failing(folder.path(), EXIT, &[]);
@@ -202,7 +202,7 @@ fn exit_within_the_process_is_no_success() {
 
 #[test]
 fn a_change_of_the_working_directory_is_told_and_undone() {
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let Some(folder) = system(version) else { return };
         std::fs::write(folder.path().join("results.csv"), "of an earlier run\n").unwrap();
         let (code, said) = failing(folder.path(), CHDIR, &["--log", "run.log"]);
@@ -219,7 +219,7 @@ fn a_change_of_the_working_directory_is_told_and_undone() {
 fn a_run_that_is_terminated_keeps_what_it_has() {
     use std::io::{BufRead, BufReader};
     for isolate in [&[][..], &["--isolate"]] {
-        let Some(folder) = system(Version::Two) else { return };
+        let Some(folder) = system(BlockVersion::Two) else { return };
         let mut program = Command::new(env!("CARGO_BIN_EXE_trueup"));
         program.args(["simulate", "s.toml", "--stop", "1e6", "--progress"]).args(isolate);
         program.current_dir(folder.path()).stderr(std::process::Stdio::piped());
@@ -240,7 +240,7 @@ fn a_run_that_is_terminated_keeps_what_it_has() {
 /// The master is killed: no process is left behind.
 #[test]
 fn no_fmu_outlives_its_master() {
-    let Some(folder) = system(Version::Three) else { return };
+    let Some(folder) = system(BlockVersion::Three) else { return };
     let mut program = Command::new(env!("CARGO_BIN_EXE_trueup"));
     let fault = ["--set", "right.fault=53", "--set", "right.faultTime=0.5", "--isolate"];
     program.args(["simulate", "s.toml"]).args(fault).current_dir(folder.path());

@@ -50,7 +50,7 @@ fn validate_names_variable_line_and_mend_and_exits_with_1() {
 #[test]
 fn a_library_without_the_functions_is_found() {
     let dir = folder(&MINIMAL.replace("<Real/>", "<Real start=\"0\"/>"));
-    let platform = trueup_fmi_description::Version::V2.platform();
+    let platform = trueup_fmi_description::FmiVersion::V2.platform();
     let binaries = dir.path().join("binaries").join(platform);
     std::fs::create_dir_all(&binaries).unwrap();
     let library = binaries.join(format!("m{}", std::env::consts::DLL_SUFFIX));

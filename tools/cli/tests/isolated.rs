@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use trueup_fmi_import::{Fmu, Interface};
-use trueup_testkit::{Version, compiler, problems};
+use trueup_fmi_import::{UnpackedFmu, UsedInterface};
+use trueup_testkit::{BlockVersion, compiler, problems};
 
 fn simulate(folder: &Path, arguments: &[&str]) -> String {
     let mut program = Command::new(env!("CARGO_BIN_EXE_trueup"));
@@ -98,7 +98,7 @@ fn a_stranger_is_identified_in_processes_of_its_own() {
 fn ours_is_what_has_our_configuration_with_its_token() {
     let folder = tempfile::tempdir().unwrap();
     let Some((_packed, files)) = packed() else { return };
-    let ours = |file: &Path| Fmu::open(file).unwrap().is_ours(Interface::ModelExchange);
+    let ours = |file: &Path| UnpackedFmu::open(file).unwrap().is_ours(UsedInterface::ModelExchange);
     assert!(files.iter().all(|file| ours(file)));
     let Some(()) = decay(folder.path(), "stranger", &[]) else { return };
     assert!(!ours(&folder.path().join("stranger")));
@@ -110,7 +110,7 @@ fn ours_is_what_has_our_configuration_with_its_token() {
     assert!(ours(&copy));
     let file = copy.join("modelDescription.xml");
     let text = std::fs::read_to_string(&file).unwrap();
-    let token = Fmu::open(&copy).unwrap().description().token.clone();
+    let token = UnpackedFmu::open(&copy).unwrap().description().token.clone();
     std::fs::write(&file, text.replace(&token, "{another}")).unwrap();
     assert!(!ours(&copy));
 }
@@ -172,7 +172,7 @@ fn coupled_strangers_give_the_same_bits_with_every_algorithm() {
         eprintln!("SKIPPED: no C compiler (cc)");
         return;
     }
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let folder = tempfile::tempdir().unwrap();
         let problem = problems::two_mass();
         let links: Vec<_> = problem.connections.iter().map(|(a, b)| format!("'{a} -> {b}'")).collect();

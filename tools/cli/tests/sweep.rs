@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use trueup_testkit::{Version, compiler, problems};
+use trueup_testkit::{BlockVersion, compiler, problems};
 
 const SWEEP: &str = r#"system = "left.fmi2.fmu"
 design = "sobol"
@@ -48,7 +48,7 @@ fn desk() -> Option<tempfile::TempDir> {
         return None;
     }
     let folder = tempfile::tempdir().unwrap();
-    problems::two_mass().blocks[0].build(Version::Two, folder.path()).unwrap();
+    problems::two_mass().blocks[0].build(BlockVersion::Two, folder.path()).unwrap();
     std::fs::write(folder.path().join("s.toml"), SWEEP).unwrap();
     Some(folder)
 }

@@ -15,7 +15,7 @@ const START: f64 = 5.0;
 
 /// Chooses steps so that the estimated error of the whole run stays at the tolerance.
 #[derive(Debug)]
-pub(super) struct Control {
+pub(super) struct StepControl {
     pub(super) tolerance: f64,
     span: f64,
     /// Length of the next step in s.
@@ -28,7 +28,7 @@ pub(super) struct Control {
     rejected: u32,
 }
 
-impl Control {
+impl StepControl {
     /// `span`: length of the run in s; `step`: the first one.
     pub(super) fn new(tolerance: f64, span: f64, step: f64) -> Self {
         Self { tolerance, span, step, error: 0.0, largest: 0.0, before: 1.0, rejected: 0 }

@@ -1,34 +1,36 @@
 //! Files that drive inputs: which column drives what, and what of the file nothing uses.
 
-use trueup_fmi_description::description::{Causality, Variability, Variable};
-use trueup_numerics::Figure;
+use trueup_fmi_description::description::{
+    DescriptionCausality, DescriptionVariability, DescriptionVariable,
+};
+use trueup_numerics::ShortNumber;
 
 use super::links::{Drivers, end};
 use super::names;
-use super::parts::Parts;
+use super::parts::CheckedParts;
 use super::report::Report;
-use crate::grid::Grid;
-use crate::inputs::{InputSignal, Inputs};
+use crate::grid::CommunicationGrid;
+use crate::inputs::{InputFileTable, InputSignal};
 use crate::mistake::suggestion;
-use crate::plan::{Driven, Element};
-use crate::system::Names;
-use crate::system::{InputFile, Port, System};
+use crate::plan::{DrivenInput, ElementIndex};
+use crate::system::ComponentNames;
+use crate::system::{CosimSystem, InputFile, VariablePort};
 
 /// A variable that may change while its FMU runs, without being an input.
-fn is_tunable(v: &Variable) -> bool {
-    v.causality == Causality::Parameter && v.variability == Variability::Tunable
+fn is_tunable(v: &DescriptionVariable) -> bool {
+    v.causality == DescriptionCausality::Parameter && v.variability == DescriptionVariability::Tunable
 }
 
 /// What drives nothing, and why.
-fn refusal(v: &Variable) -> Option<&'static str> {
+fn refusal(v: &DescriptionVariable) -> Option<&'static str> {
     match (v.causality, v.variability) {
-        (Causality::Input, _) => None,
+        (DescriptionCausality::Input, _) => None,
         _ if is_tunable(v) => None,
-        (Causality::Output, _) => Some("an output"),
-        (Causality::Parameter | Causality::StructuralParameter, _) => {
+        (DescriptionCausality::Output, _) => Some("an output"),
+        (DescriptionCausality::Parameter | DescriptionCausality::StructuralParameter, _) => {
             Some("a parameter that is fixed during a run: give it a start value")
         }
-        (Causality::Independent, _) => Some("the time"),
+        (DescriptionCausality::Independent, _) => Some("the time"),
         _ => Some("computed by the FMU"),
     }
 }
@@ -36,12 +38,12 @@ fn refusal(v: &Variable) -> Option<&'static str> {
 /// The elements that columns drive; the columns become what they are to them. Recordings hold outputs besides inputs: without a list
 /// of columns those are named and left alone.
 pub(super) fn driven<'a>(
-    system: &'a System,
-    parts: &Parts,
-    inputs: Option<&mut Inputs>,
+    system: &'a CosimSystem,
+    parts: &CheckedParts,
+    inputs: Option<&mut InputFileTable>,
     drivers: &mut Drivers<'a>,
     report: &mut Report,
-) -> Vec<Driven> {
+) -> Vec<DrivenInput> {
     let (Some(wanted), Some(inputs)) = (&system.inputs, inputs) else { return Vec::new() };
     let mut all = Driving {
         wanted,
@@ -63,7 +65,7 @@ pub(super) fn driven<'a>(
             }
         }
     }
-    let known = Names::of(&system.components);
+    let known = ComponentNames::of(&system.components);
     for column in &inputs.columns {
         let name = &column.name;
         if !wanted.columns.is_empty() {
@@ -99,17 +101,17 @@ pub(super) fn driven<'a>(
 
 struct Driving<'a, 'b, 'c> {
     wanted: &'a InputFile,
-    parts: &'b Parts<'b>,
+    parts: &'b CheckedParts<'b>,
     drivers: &'b mut Drivers<'a>,
     report: &'c mut Report,
-    driven: Vec<Driven>,
+    driven: Vec<DrivenInput>,
     /// What the columns are to the elements that they drive.
     signals: Vec<InputSignal>,
     unused: Vec<String>,
 }
 
 impl Driving<'_, '_, '_> {
-    fn drive(&mut self, column: &InputSignal, port: &Port, asked: bool) {
+    fn drive(&mut self, column: &InputSignal, port: &VariablePort, asked: bool) {
         let place = &self.wanted.place;
         let name = &column.name;
         let Some((i, part)) = self.parts.find(port, place, self.report) else { return };
@@ -130,7 +132,7 @@ impl Driving<'_, '_, '_> {
             Some(why) => return self.unused.push(format!("`{name}` ({why})")),
             None => {}
         }
-        let to = Element { component: i, variable, element };
+        let to = ElementIndex { component: i, variable, element };
         if let Err(before) = self.drivers.claim(to, place) {
             return wrong(
                 self.report,
@@ -139,12 +141,12 @@ impl Driving<'_, '_, '_> {
                 ),
             );
         }
-        let continuous = v.kind.is_float() && v.variability == Variability::Continuous;
+        let continuous = v.kind.is_float() && v.variability == DescriptionVariability::Continuous;
         match column.drives(part.d(), v, continuous, &mut self.report.notes) {
             Ok((signal, linear)) => {
                 let known = self.signals.iter().position(|other| *other == signal);
                 let column = known.unwrap_or(self.signals.len());
-                self.driven.push(Driven { to, column, linear });
+                self.driven.push(DrivenInput { to, column, linear });
                 self.signals.extend(known.is_none().then_some(signal));
             }
             Err(why) => wrong(self.report, why),
@@ -153,27 +155,27 @@ impl Driving<'_, '_, '_> {
 }
 
 /// What of the file lies beside the run.
-pub(super) fn span(inputs: &Inputs, grid: &Grid, report: &mut Report) {
+pub(super) fn span(inputs: &InputFileTable, grid: &CommunicationGrid, report: &mut Report) {
     let times = || inputs.columns.iter().flat_map(|c| c.times.iter().copied());
     let Some(first) = times().min_by(f64::total_cmp) else { return };
     let last = times().max_by(f64::total_cmp).unwrap_or(first);
     let near = 1e-6 * grid.step;
     let file = inputs.file.display();
-    let (start, stop) = (Figure(grid.start), Figure(grid.stop));
+    let (start, stop) = (ShortNumber(grid.start), ShortNumber(grid.stop));
     let mend = "if its times are in another unit, declare it in a file next to it: [columns] time = { variable = \"time\", unit = \"ms\" }";
     if first > grid.stop + near || last < grid.start - near && first != last {
         report.note(format!(
             "{file} goes from {} s to {} s, and no row of it is within the run from {start} s to {stop} s; {mend}",
-            Figure(first),
-            Figure(last)
+            ShortNumber(first),
+            ShortNumber(last)
         ));
     } else if last > grid.stop + near {
-        let last = Figure(last);
+        let last = ShortNumber(last);
         report.note(format!(
             "{file} goes on to {last} s, the run ends at {stop} s: what comes later is not used; {mend}"
         ));
     } else if last < grid.stop - near && first != last {
-        let last = Figure(last);
+        let last = ShortNumber(last);
         report.note(format!(
             "{file} ends at {last} s, the run at {stop} s: the last values are held from there on"
         ));

@@ -1,32 +1,32 @@
 //! When: from where to where, in which steps.
 
-use trueup_numerics::Figure;
+use trueup_numerics::ShortNumber;
 
-use super::parts::Parts;
+use super::parts::CheckedParts;
 use super::report::Report;
-use crate::grid::Grid;
-use crate::inputs::Inputs;
+use crate::grid::CommunicationGrid;
+use crate::inputs::InputFileTable;
 use crate::step_rule::{internal_step, refusal};
-use crate::system::{Interface, Place, System};
+use crate::system::{ComponentInterface, CosimSystem, SourceSpan};
 
 /// Two times are the same within this part of a step.
 const ROUNDING: f64 = 1e-9;
 
 /// The communication points, and how many of their steps each component takes at once.
 pub(super) fn grid(
-    system: &System,
-    parts: &Parts,
-    inputs: Option<&Inputs>,
+    system: &CosimSystem,
+    parts: &CheckedParts,
+    inputs: Option<&InputFileTable>,
     report: &mut Report,
-) -> (Option<Grid>, Vec<u32>) {
+) -> (Option<CommunicationGrid>, Vec<u32>) {
     let loaded = || parts.list.iter().zip(&system.components).filter_map(|(p, c)| p.as_ref().map(|p| (p, c)));
     let said = || loaded().map(|(p, c)| (p.d().experiment, c));
     let run = &system.run;
-    let whole = Place { file: system.file.clone(), line: 0 };
+    let whole = SourceSpan { file: system.file.clone(), line: 0 };
     let place = if run.place.file.as_os_str().is_empty() { &whole } else { &run.place };
     let default = |what: &str, name: &str, value: f64, report: &mut Report| {
         let of = if name.is_empty() { String::new() } else { format!(" of `{name}`") };
-        report.note(format!("{what} {} s: from the default experiment{of}", Figure(value)));
+        report.note(format!("{what} {} s: from the default experiment{of}", ShortNumber(value)));
         value
     };
     let start = run.start.unwrap_or_else(|| {
@@ -40,11 +40,11 @@ pub(super) fn grid(
     let stop = run.stop.unwrap_or_else(|| match (latest, end) {
         (Some((t, c)), _) => default("stop", &c.name, t, report),
         (None, Some(t)) => {
-            report.note(format!("stop {} s: the end of the inputs", Figure(t)));
+            report.note(format!("stop {} s: the end of the inputs", ShortNumber(t)));
             t
         }
         (None, None) => {
-            report.note(format!("stop {} s: no stop time is given", Figure(start + 1.0)));
+            report.note(format!("stop {} s: no stop time is given", ShortNumber(start + 1.0)));
             start + 1.0
         }
     });
@@ -56,8 +56,10 @@ pub(super) fn grid(
             format!("the tolerance {tolerance:?} is none; write a number between 0 and 1, as in 1e-6"),
         );
     }
-    let Some(grid) = Grid::new(start, stop, step).filter(|_| stop > start || run.stop == Some(start)) else {
-        report.wrong(place, Grid::refusal(start, stop, step));
+    let Some(grid) =
+        CommunicationGrid::new(start, stop, step).filter(|_| stop > start || run.stop == Some(start))
+    else {
+        report.wrong(place, CommunicationGrid::refusal(start, stop, step));
         return (None, every);
     };
     for (at, (part, component)) in parts.list.iter().zip(&system.components).enumerate() {
@@ -73,7 +75,7 @@ pub(super) fn grid(
             }
             every[at] = n as u32;
         }
-        let stepped = part.interface == Interface::CoSimulation;
+        let stepped = part.interface == ComponentInterface::CoSimulation;
         let offered = part.d().co_simulation.as_ref().filter(|_| stepped);
         if let Some(why) = offered.and_then(|i| refusal(i, step * f64::from(every[at]), stop - start)) {
             let name = if component.name.is_empty() {
@@ -88,10 +90,10 @@ pub(super) fn grid(
 }
 
 /// The smallest that anybody names; else a 500th of the run.
-fn step(system: &System, parts: &Parts, start: f64, stop: f64, report: &mut Report) -> f64 {
+fn step(system: &CosimSystem, parts: &CheckedParts, start: f64, stop: f64, report: &mut Report) -> f64 {
     let loaded = parts.list.iter().zip(&system.components).filter_map(|(p, c)| p.as_ref().map(|p| (p, c)));
     let wanted = loaded.filter_map(|(part, c)| {
-        let stepped = part.interface == Interface::CoSimulation;
+        let stepped = part.interface == ComponentInterface::CoSimulation;
         let fixed = part.d().co_simulation.as_ref().filter(|_| stepped).and_then(internal_step);
         let default = part.d().experiment.step_size.filter(|h| *h > 0.0);
         let h = c.step.or(match (default, fixed) {
@@ -105,14 +107,14 @@ fn step(system: &System, parts: &Parts, start: f64, stop: f64, report: &mut Repo
     match wanted.min_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((h, c)) => {
             let of = if c.name.is_empty() { "of the FMU".to_owned() } else { format!("of `{}`", c.name) };
-            report.note(format!("communication step {} s: that {of}, the smallest", Figure(h)));
+            report.note(format!("communication step {} s: that {of}, the smallest", ShortNumber(h)));
             h
         }
         None => {
             let h = (stop - start).max(f64::MIN_POSITIVE) / 500.0;
             report.note(format!(
                 "communication step {} s: a 500th of the run, since no FMU names one",
-                Figure(h)
+                ShortNumber(h)
             ));
             h
         }

@@ -4,38 +4,38 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use trueup_fmi_import::Fmu;
+use trueup_fmi_import::UnpackedFmu;
 
-use crate::inputs::Inputs;
+use crate::inputs::InputFileTable;
 use crate::mistake::suggestion;
 use crate::store::Store;
 
 /// Files that were read, for [checks](super::check_with) of several systems.
 #[derive(Default)]
 pub struct Files {
-    fmus: HashMap<PathBuf, Result<Arc<Fmu>, String>>,
-    inputs: HashMap<PathBuf, Result<Inputs, String>>,
+    fmus: HashMap<PathBuf, Result<Arc<UnpackedFmu>, String>>,
+    inputs: HashMap<PathBuf, Result<InputFileTable, String>>,
     store: Store,
 }
 
 impl Files {
     /// An FMU that is open already stands for this file.
-    pub fn hold(&mut self, file: &Path, fmu: &Arc<Fmu>) {
+    pub fn hold(&mut self, file: &Path, fmu: &Arc<UnpackedFmu>) {
         self.fmus.insert(file.to_owned(), Ok(Arc::clone(fmu)));
     }
 
     /// Inputs from memory stand for the file that they name; a column that drives nothing is a mistake, as in a file.
-    pub fn hold_inputs(&mut self, inputs: Inputs) {
+    pub fn hold_inputs(&mut self, inputs: InputFileTable) {
         self.inputs.insert(inputs.file.clone(), Ok(inputs));
     }
 
-    pub(super) fn fmu(&mut self, file: &Path) -> Result<Arc<Fmu>, String> {
+    pub(super) fn fmu(&mut self, file: &Path) -> Result<Arc<UnpackedFmu>, String> {
         if let Some(known) = self.fmus.get(file) {
             return known.clone();
         }
         let missing = || format!("there is no file {}{}", file.display(), beside(file));
         let opened = match self.store.on_disk(file) {
-            Ok(disk) => Fmu::open_as(&disk, file).map_err(|e| {
+            Ok(disk) => UnpackedFmu::open_as(&disk, file).map_err(|e| {
                 // In an archive: as the user knows it.
                 e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
             }),
@@ -52,14 +52,14 @@ impl Files {
         file: &Path,
         system: &Path,
         start: Option<f64>,
-    ) -> Result<Inputs, String> {
+    ) -> Result<InputFileTable, String> {
         if let Some(known) = self.inputs.get(file) {
             return known.clone();
         }
         let read = match self.store.on_disk(file) {
             Err(why) => Err(format!("{}: {why}", file.display())),
-            Ok(disk) => Inputs::read(&disk, system, start)
-                .map(|inputs| Inputs { file: file.to_owned(), ..inputs })
+            Ok(disk) => InputFileTable::read(&disk, system, start)
+                .map(|inputs| InputFileTable { file: file.to_owned(), ..inputs })
                 .map_err(|e| e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())),
         };
         self.inputs.insert(file.to_owned(), read.clone());

@@ -2,23 +2,23 @@
 
 use std::collections::HashMap;
 
-use trueup_fmi_description::description::Causality;
+use trueup_fmi_description::description::DescriptionCausality;
 
-use super::parts::{Part, Parts};
+use super::parts::{CheckedPart, CheckedParts};
 use super::report::Report;
-use super::types::{Hand, Typed, hand_on};
+use super::types::{Typed, ValueConversion, hand_on};
 use super::units::Conversion;
 use super::{names, units};
-use crate::plan::{Element, Link};
-use crate::system::{Connection, Hop, Place, Port, System};
+use crate::plan::{ElementIndex, LinearLink};
+use crate::system::{Connection, ConnectionHop, CosimSystem, SourceSpan, VariablePort};
 
 /// Which element is driven from where: nothing has two sources.
 #[derive(Default)]
-pub(super) struct Drivers<'a>(HashMap<Element, &'a Place>);
+pub(super) struct Drivers<'a>(HashMap<ElementIndex, &'a SourceSpan>);
 
 impl<'a> Drivers<'a> {
     /// Claims an input; says where it was claimed before.
-    pub(super) fn claim(&mut self, to: Element, place: &'a Place) -> Result<(), &'a Place> {
+    pub(super) fn claim(&mut self, to: ElementIndex, place: &'a SourceSpan) -> Result<(), &'a SourceSpan> {
         match self.0.insert(to, place) {
             Some(before) => Err(before),
             None => Ok(()),
@@ -29,11 +29,11 @@ impl<'a> Drivers<'a> {
 type Maps = Vec<Vec<(i64, i64)>>;
 
 pub(super) fn links<'a>(
-    system: &'a System,
-    parts: &Parts,
+    system: &'a CosimSystem,
+    parts: &CheckedParts,
     drivers: &mut Drivers<'a>,
     report: &mut Report,
-) -> (Vec<Link>, Maps) {
+) -> (Vec<LinearLink>, Maps) {
     let (mut links, mut maps) = (Vec::new(), Vec::new());
     for c in &system.connections {
         let (from, to) = (parts.find(&c.from, &c.place, report), parts.find(&c.to, &c.place, report));
@@ -48,7 +48,12 @@ pub(super) fn links<'a>(
 }
 
 /// The elements of a port.
-pub(super) fn end(part: &Part, port: &Port, place: &Place, report: &mut Report) -> Option<names::Found> {
+pub(super) fn end(
+    part: &CheckedPart,
+    port: &VariablePort,
+    place: &SourceSpan,
+    report: &mut Report,
+) -> Option<names::ResolvedName> {
     names::find(part.d(), &port.variable).map_err(|why| report.wrong(place, format!("`{port}`: {why}"))).ok()
 }
 
@@ -59,9 +64,9 @@ fn squeezed(shape: &[usize]) -> Vec<usize> {
 
 fn connect<'a>(
     c: &'a Connection,
-    (i, source, from): (usize, &Part, names::Found),
-    (j, target, to): (usize, &Part, names::Found),
-    (links, maps): (&mut Vec<Link>, &mut Maps),
+    (i, source, from): (usize, &CheckedPart, names::ResolvedName),
+    (j, target, to): (usize, &CheckedPart, names::ResolvedName),
+    (links, maps): (&mut Vec<LinearLink>, &mut Maps),
     drivers: &mut Drivers<'a>,
     report: &mut Report,
 ) {
@@ -76,16 +81,20 @@ fn connect<'a>(
     let a = Typed { d: source.d(), v: &source.d().variables[a.0] };
     let b = Typed { d: target.d(), v: &target.d().variables[b.0] };
     match (a.v.causality, b.v.causality) {
-        (Causality::Input, Causality::Output) => {
+        (DescriptionCausality::Input, DescriptionCausality::Output) => {
             wrong(format!("`{}` is an input and `{}` an output; swap them", c.from, c.to));
         }
-        (Causality::Input, _) => {
+        (DescriptionCausality::Input, _) => {
             wrong(format!("`{}` is an input; only what an FMU computes can be handed on", c.from));
         }
-        (Causality::Independent, _) => wrong(format!("`{}` is the time; it cannot be handed on", c.from)),
-        (_, Causality::Input) => {}
-        (_, Causality::Output) => wrong(format!("`{}` is an output; only inputs can be driven", c.to)),
-        (_, Causality::Parameter | Causality::StructuralParameter) => {
+        (DescriptionCausality::Independent, _) => {
+            wrong(format!("`{}` is the time; it cannot be handed on", c.from))
+        }
+        (_, DescriptionCausality::Input) => {}
+        (_, DescriptionCausality::Output) => {
+            wrong(format!("`{}` is an output; only inputs can be driven", c.to))
+        }
+        (_, DescriptionCausality::Parameter | DescriptionCausality::StructuralParameter) => {
             wrong(format!("`{}` is a parameter; give it a start value instead of a connection", c.to));
         }
         _ => wrong(format!("`{}` is no input; only inputs can be driven", c.to)),
@@ -102,16 +111,16 @@ fn connect<'a>(
         Ok(hand) => hand,
         Err(why) => {
             wrong(said(why));
-            Hand::Plain
+            ValueConversion::Plain
         }
     };
     let mut notes = Vec::new();
     match hand {
-        Hand::Plain => {}
-        Hand::Converted => {
+        ValueConversion::Plain => {}
+        ValueConversion::Converted => {
             notes.push(said(format!("{} is handed on as {}, without loss", a.name(), b.name())));
         }
-        Hand::Item => notes.push(said(format!(
+        ValueConversion::Item => notes.push(said(format!(
             "{} is handed on as the number of an item; a number that is none is not noticed here",
             a.name()
         ))),
@@ -120,7 +129,12 @@ fn connect<'a>(
     let mut unit = units::of(a.d, a.v);
     let own = units::of(b.d, b.v);
     let relative = b.d.attributes(b.v).relative_quantity;
-    let last = Hop { unit: own.clone(), factor: c.factor, offset: c.offset, convert_units: c.convert_units };
+    let last = ConnectionHop {
+        unit: own.clone(),
+        factor: c.factor,
+        offset: c.offset,
+        convert_units: c.convert_units,
+    };
     for hop in c.through.iter().chain([&last]) {
         let converted = match (&unit, &hop.unit) {
             (Some(u), Some(v)) if hop.convert_units => units::conversion(u, v, relative),
@@ -173,9 +187,10 @@ fn connect<'a>(
     });
     let elements: Vec<_> = from.elements.iter().zip(&to.elements).collect();
     for (_, to) in &elements {
-        let element = Element { component: j, variable: to.0, element: to.1 };
+        let element = ElementIndex { component: j, variable: to.0, element: to.1 };
         if let Err(before) = drivers.claim(element, &c.place) {
-            let name = Port { component: c.to.component.clone(), variable: names::element(b.d, to.0, to.1) };
+            let name =
+                VariablePort { component: c.to.component.clone(), variable: names::element(b.d, to.0, to.1) };
             wrong(format!("`{name}` is driven twice, see {before}; remove one"));
         }
     }
@@ -187,9 +202,9 @@ fn connect<'a>(
         maps.push(map);
         maps.len() - 1
     });
-    links.extend(elements.into_iter().map(|(from, to)| Link {
-        from: Element { component: i, variable: from.0, element: from.1 },
-        to: Element { component: j, variable: to.0, element: to.1 },
+    links.extend(elements.into_iter().map(|(from, to)| LinearLink {
+        from: ElementIndex { component: i, variable: from.0, element: from.1 },
+        to: ElementIndex { component: j, variable: to.0, element: to.1 },
         factor,
         offset,
         map,

@@ -1,12 +1,12 @@
 //! Variables and elements by the names that a user writes.
 
-use trueup_fmi_description::description::{Description, Dimension, Variable};
+use trueup_fmi_description::description::{ArrayDimension, Description, DescriptionVariable};
 
 use crate::mistake::suggestion;
 
 /// What a name stands for: elements (variable, position in it), row by row, and their shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct ResolvedName {
     /// Variable and position in it, row by row.
     pub elements: Vec<(usize, usize)>,
     /// Empty for a scalar.
@@ -18,11 +18,11 @@ pub struct Found {
 ///
 /// # Errors
 /// There is none, with the name that may have been meant.
-pub fn find(d: &Description, name: &str) -> Result<Found, String> {
+pub fn find(d: &Description, name: &str) -> Result<ResolvedName, String> {
     if let Some(at) = d.position(name) {
         let shape = shape(d, &d.variables[at])?;
         let n = shape.iter().product();
-        return Ok(Found { elements: (0..n).map(|i| (at, i)).collect(), shape });
+        return Ok(ResolvedName { elements: (0..n).map(|i| (at, i)).collect(), shape });
     }
     if let Some(found) = flattened(d, name) {
         return Ok(found);
@@ -47,18 +47,18 @@ pub fn find(d: &Description, name: &str) -> Result<Found, String> {
         Some(at) => (at, indices.iter().zip(&whole).fold(0, |at, (i, n)| at * n + i - 1)),
         None => (d.position(&indexed(array, &indices)).ok_or_else(unknown)?, 0),
     };
-    Ok(Found { elements: vec![(variable, element)], shape: Vec::new() })
+    Ok(ResolvedName { elements: vec![(variable, element)], shape: Vec::new() })
 }
 
 /// Lengths of the dimensions of a variable.
-fn shape(d: &Description, v: &Variable) -> Result<Vec<usize>, String> {
+fn shape(d: &Description, v: &DescriptionVariable) -> Result<Vec<usize>, String> {
     let unknown = || format!("the size of `{}` is not known", v.name);
     // A size that no memory holds is no size.
     let total = d.elements(v).filter(|n| *n < 1 << 22).ok_or_else(unknown)?;
     if v.dimensions.len() < 2 {
         return Ok(vec![total; v.dimensions.len()]);
     }
-    let one = |dimension: &Dimension| {
+    let one = |dimension: &ArrayDimension| {
         let mut single = v.clone();
         single.dimensions = vec![*dimension];
         d.elements(&single).ok_or_else(unknown)
@@ -67,7 +67,7 @@ fn shape(d: &Description, v: &Variable) -> Result<Vec<usize>, String> {
 }
 
 /// An array of FMI 2.0.
-fn flattened(d: &Description, name: &str) -> Option<Found> {
+fn flattened(d: &Description, name: &str) -> Option<ResolvedName> {
     let rank = (1..=3).find(|rank| d.position(&indexed(name, &vec![1; *rank])).is_some())?;
     let length = |k: usize| {
         let mut at = vec![1; rank];
@@ -81,7 +81,7 @@ fn flattened(d: &Description, name: &str) -> Option<Found> {
     let shape: Vec<usize> = (0..rank).map(length).collect();
     let n = shape.iter().product();
     let elements = (0..n).map(|i| Some((d.position(&indexed(name, &position(&shape, i)))?, 0)));
-    Some(Found { elements: elements.collect::<Option<_>>()?, shape })
+    Some(ResolvedName { elements: elements.collect::<Option<_>>()?, shape })
 }
 
 /// Indices from 1 of an element, counted row by row from 0.

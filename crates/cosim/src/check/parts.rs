@@ -4,36 +4,36 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use trueup_fmi_description::description::Description;
-use trueup_fmi_import::Fmu;
+use trueup_fmi_import::UnpackedFmu;
 
 use super::files::Files;
 use super::report::Report;
 use super::start::{Starts, starts};
 use crate::mistake::suggestion;
-use crate::place::Place;
-use crate::system::{Component, Interface, Port, System};
+use crate::place::SourceSpan;
+use crate::system::{ComponentInterface, CosimSystem, SystemComponent, VariablePort};
 
 /// A component with its FMU.
-pub(super) struct Part {
-    pub(super) fmu: Arc<Fmu>,
-    pub(super) interface: Interface,
+pub(super) struct CheckedPart {
+    pub(super) fmu: Arc<UnpackedFmu>,
+    pub(super) interface: ComponentInterface,
     pub(super) starts: Starts,
 }
 
-impl Part {
+impl CheckedPart {
     pub(super) fn d(&self) -> &Description {
         self.starts.resized.as_deref().unwrap_or_else(|| self.fmu.description())
     }
 }
 
 /// The components; what could not be loaded is said once and left out.
-pub(super) struct Parts<'a> {
-    pub(super) list: Vec<Option<Part>>,
+pub(super) struct CheckedParts<'a> {
+    pub(super) list: Vec<Option<CheckedPart>>,
     pub(super) by_name: HashMap<&'a str, usize>,
 }
 
-impl<'a> Parts<'a> {
-    pub(super) fn of(system: &'a System, files: &mut Files, report: &mut Report) -> Self {
+impl<'a> CheckedParts<'a> {
+    pub(super) fn of(system: &'a CosimSystem, files: &mut Files, report: &mut Report) -> Self {
         let mut by_name = HashMap::new();
         let mut list = Vec::with_capacity(system.components.len());
         for (i, component) in system.components.iter().enumerate() {
@@ -53,7 +53,12 @@ impl<'a> Parts<'a> {
     }
 
     /// The component of a port; `None` if it is not known (which is said here) or not loaded (which was said before).
-    pub(super) fn find(&self, port: &Port, place: &Place, report: &mut Report) -> Option<(usize, &Part)> {
+    pub(super) fn find(
+        &self,
+        port: &VariablePort,
+        place: &SourceSpan,
+        report: &mut Report,
+    ) -> Option<(usize, &CheckedPart)> {
         let Some(i) = self.by_name.get(port.component.as_str()) else {
             let near = suggestion(&port.component, self.by_name.keys().copied());
             report.wrong(place, format!("`{port}`: there is no component `{}`{near}", port.component));
@@ -63,14 +68,14 @@ impl<'a> Parts<'a> {
     }
 }
 
-fn part(component: &Component, files: &mut Files, report: &mut Report) -> Option<Part> {
+fn part(component: &SystemComponent, files: &mut Files, report: &mut Report) -> Option<CheckedPart> {
     let fmu = files.fmu(&component.fmu).map_err(|why| report.wrong_fmu(component, why)).ok()?;
     let d = fmu.description();
     let offered = |interface| match interface {
-        Interface::CoSimulation => d.co_simulation.is_some(),
-        Interface::ModelExchange => d.model_exchange.is_some(),
+        ComponentInterface::CoSimulation => d.co_simulation.is_some(),
+        ComponentInterface::ModelExchange => d.model_exchange.is_some(),
     };
-    let both = [Interface::CoSimulation, Interface::ModelExchange];
+    let both = [ComponentInterface::CoSimulation, ComponentInterface::ModelExchange];
     let file = component.fmu.display();
     let interface = match component.interface {
         Some(wanted) if !offered(wanted) => {
@@ -90,17 +95,17 @@ fn part(component: &Component, files: &mut Files, report: &mut Report) -> Option
         return None;
     };
     let starts = starts(component, d, report);
-    Some(Part { fmu, interface, starts })
+    Some(CheckedPart { fmu, interface, starts })
 }
 
 /// Some FMUs allow one instance per process.
-fn only_once(system: &System, list: &[Option<Part>], report: &mut Report) {
-    let mut used: HashMap<*const Fmu, usize> = HashMap::new();
+fn only_once(system: &CosimSystem, list: &[Option<CheckedPart>], report: &mut Report) {
+    let mut used: HashMap<*const UnpackedFmu, usize> = HashMap::new();
     for (part, component) in list.iter().zip(&system.components) {
         let Some(part) = part else { continue };
         let offered = match part.interface {
-            Interface::CoSimulation => &part.d().co_simulation,
-            Interface::ModelExchange => &part.d().model_exchange,
+            ComponentInterface::CoSimulation => &part.d().co_simulation,
+            ComponentInterface::ModelExchange => &part.d().model_exchange,
         };
         let count = used.entry(Arc::as_ptr(&part.fmu)).or_default();
         *count += 1;

@@ -2,37 +2,45 @@
 
 use std::collections::HashMap;
 
-use trueup_fmi_description::description::{Causality, Type};
+use trueup_fmi_description::description::{DescriptionCausality, VariableType};
 
 use super::names;
-use super::parts::Parts;
+use super::parts::CheckedParts;
 use super::report::Report;
-use crate::plan::{Element, Recorded};
-use crate::system::Names;
-use crate::system::{Place, Port, System};
+use crate::plan::{ElementIndex, RecordedElement};
+use crate::system::ComponentNames;
+use crate::system::{CosimSystem, SourceSpan, VariablePort};
 
 /// All outputs where nothing is asked for.
-pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> Vec<Recorded> {
-    let (mut list, mut columns): (Vec<Recorded>, HashMap<String, Place>) = Default::default();
-    let known = Names::of(&system.components);
-    let mut add = |column: String, from: Element, every: u32, place: &Place, report: &mut Report| {
-        if let Some(before) = columns.insert(column.clone(), place.clone()) {
-            return report.wrong(
-                place,
-                format!("the column `{column}` is there already, see {before}; name one of them with `as`"),
-            );
-        }
-        list.push(Recorded { from, name: column, every: every.max(1) });
-    };
+pub(super) fn recorded(
+    system: &CosimSystem,
+    parts: &CheckedParts,
+    report: &mut Report,
+) -> Vec<RecordedElement> {
+    let (mut list, mut columns): (Vec<RecordedElement>, HashMap<String, SourceSpan>) = Default::default();
+    let known = ComponentNames::of(&system.components);
+    let mut add =
+        |column: String, from: ElementIndex, every: u32, place: &SourceSpan, report: &mut Report| {
+            if let Some(before) = columns.insert(column.clone(), place.clone()) {
+                return report.wrong(
+                    place,
+                    format!(
+                        "the column `{column}` is there already, see {before}; name one of them with `as`"
+                    ),
+                );
+            }
+            list.push(RecordedElement { from, name: column, every: every.max(1) });
+        };
     let all = |i: usize,
                every: u32,
-               place: &Place,
+               place: &SourceSpan,
                report: &mut Report,
-               add: &mut dyn FnMut(String, Element, u32, &Place, &mut Report)| {
+               add: &mut dyn FnMut(String, ElementIndex, u32, &SourceSpan, &mut Report)| {
         let Some(part) = &parts.list[i] else { return };
         let d = part.d();
         let outputs = d.variables.iter().enumerate().filter(|(_, v)| {
-            v.causality == Causality::Output && !matches!(v.kind, Type::Binary | Type::Clock)
+            v.causality == DescriptionCausality::Output
+                && !matches!(v.kind, VariableType::Binary | VariableType::Clock)
         });
         for (variable, v) in outputs {
             let Ok(found) = names::find(d, &v.name) else {
@@ -42,8 +50,8 @@ pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> V
             for (_, element) in found.elements {
                 let name = names::element(d, variable, element);
                 let column =
-                    Port { component: system.components[i].name.clone(), variable: name }.to_string();
-                add(column, Element { component: i, variable, element }, every, place, report);
+                    VariablePort { component: system.components[i].name.clone(), variable: name }.to_string();
+                add(column, ElementIndex { component: i, variable, element }, every, place, report);
             }
         }
     };
@@ -78,7 +86,7 @@ pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> V
         };
         for (variable, element) in found.elements {
             let v = &d.variables[variable];
-            if matches!(v.kind, Type::Binary | Type::Clock) {
+            if matches!(v.kind, VariableType::Binary | VariableType::Clock) {
                 report.wrong(
                     &record.place,
                     format!("`{port}` is a {} and cannot be recorded", v.kind.name(d.version)),
@@ -92,9 +100,15 @@ pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> V
                     "{new}{}",
                     name.strip_prefix(names::stem(&port.variable, &name)).unwrap_or_default()
                 ),
-                None => Port { component: port.component.clone(), variable: name }.to_string(),
+                None => VariablePort { component: port.component.clone(), variable: name }.to_string(),
             };
-            add(column, Element { component: i, variable, element }, record.every, &record.place, report);
+            add(
+                column,
+                ElementIndex { component: i, variable, element },
+                record.every,
+                &record.place,
+                report,
+            );
         }
     }
     list

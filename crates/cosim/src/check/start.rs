@@ -3,37 +3,39 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use trueup_fmi_description::Version;
+use trueup_fmi_description::FmiVersion;
 use trueup_fmi_description::description::{
-    Causality, Description, Initial, Type, Values, Variability, Variable,
+    Description, DescriptionCausality, DescriptionVariability, DescriptionVariable, Initial, StartValues,
+    VariableType,
 };
 
 use super::report::Report;
 use super::{names, units};
-use crate::buffer::{Block, Buffer};
-use crate::system::{Component, Start};
+use crate::buffer::{ValueBuffer, VariableBlock};
+use crate::system::{StartValue, SystemComponent};
 use crate::value;
 
 /// What is set before initialization.
 #[derive(Default)]
 pub(super) struct Starts {
-    pub(super) structural: Vec<Block>,
+    pub(super) structural: Vec<VariableBlock>,
     pub(super) resized: Option<Arc<Description>>,
-    pub(super) start: Vec<Block>,
+    pub(super) start: Vec<VariableBlock>,
 }
 
 /// Values of one variable in the making.
 struct Making {
-    values: Buffer,
+    values: ValueBuffer,
     /// Elements that nobody has given a value yet.
     missing: Vec<bool>,
 }
 
 /// Structural parameters first, since they size the arrays.
-pub(super) fn starts(component: &Component, d: &Description, report: &mut Report) -> Starts {
+pub(super) fn starts(component: &SystemComponent, d: &Description, report: &mut Report) -> Starts {
     let (mut skipped, mut starts) = (Vec::new(), Starts::default());
-    let structural =
-        |s: &&Start| d.find(stem(&s.variable)).is_some_and(|v| v.causality == Causality::StructuralParameter);
+    let structural = |s: &&StartValue| {
+        d.find(stem(&s.variable)).is_some_and(|v| v.causality == DescriptionCausality::StructuralParameter)
+    };
     let (first, rest): (Vec<_>, Vec<_>) = component.start.iter().partition(structural);
     starts.structural = blocks(component, d, &first, report, &mut skipped);
     starts.resized = resized(d, &starts.structural).map(Arc::new);
@@ -55,7 +57,7 @@ fn stem(name: &str) -> &str {
 }
 
 /// The description with these structural parameters, if they change one.
-fn resized(d: &Description, structural: &[Block]) -> Option<Description> {
+fn resized(d: &Description, structural: &[VariableBlock]) -> Option<Description> {
     let mut resized = None;
     for block in structural {
         let wanted = block.references[0];
@@ -63,7 +65,7 @@ fn resized(d: &Description, structural: &[Block]) -> Option<Description> {
         let mut values = Vec::new();
         block.values.texts(&mut values);
         let start: Option<Vec<u64>> = values.iter().map(|t| t.parse().ok()).collect();
-        let start = start.map(Values::Unsigned);
+        let start = start.map(StartValues::Unsigned);
         if start.is_some() && start != d.variables[at].start {
             resized.get_or_insert_with(|| d.clone()).variables[at].start = start;
         }
@@ -72,12 +74,12 @@ fn resized(d: &Description, structural: &[Block]) -> Option<Description> {
 }
 
 fn blocks(
-    component: &Component,
+    component: &SystemComponent,
     d: &Description,
-    starts: &[&Start],
+    starts: &[&StartValue],
     report: &mut Report,
     skipped: &mut Vec<String>,
-) -> Vec<Block> {
+) -> Vec<VariableBlock> {
     let mut making: BTreeMap<usize, Making> = BTreeMap::new();
     for start in starts {
         match set(d, start, &mut making) {
@@ -99,12 +101,12 @@ fn blocks(
                 format!("`{}` has no start values of its own; give all elements, also `{name}`", v.name),
             );
         }
-        blocks.push(Block { references: vec![v.value_reference], values: made.values });
+        blocks.push(VariableBlock { references: vec![v.value_reference], values: made.values });
     }
     blocks
 }
 
-fn called(component: &Component, start: &Start) -> String {
+fn called(component: &SystemComponent, start: &StartValue) -> String {
     if component.name.is_empty() {
         format!("`{}`", start.variable)
     } else {
@@ -113,7 +115,11 @@ fn called(component: &Component, start: &Start) -> String {
 }
 
 /// `Err(None)`: there is no such variable, and there need not be one.
-fn set(d: &Description, start: &Start, making: &mut BTreeMap<usize, Making>) -> Result<(), Option<String>> {
+fn set(
+    d: &Description,
+    start: &StartValue,
+    making: &mut BTreeMap<usize, Making>,
+) -> Result<(), Option<String>> {
     let found = match names::find(d, &start.variable) {
         Err(_) if start.optional => return Err(None),
         found => found?,
@@ -122,7 +128,7 @@ fn set(d: &Description, start: &Start, making: &mut BTreeMap<usize, Making>) -> 
     let n = found.elements.len();
     let first = &d.variables
         [found.elements.first().ok_or_else(|| format!("`{}` has no elements", start.variable))?.0];
-    if let ([single], true, true) = (&texts[..], n != 1, first.kind != Type::String) {
+    if let ([single], true, true) = (&texts[..], n != 1, first.kind != VariableType::String) {
         texts = single.split(',').collect();
     }
     if texts.len() != n {
@@ -137,7 +143,7 @@ fn set(d: &Description, start: &Start, making: &mut BTreeMap<usize, Making>) -> 
             std::collections::btree_map::Entry::Occupied(made) => made.into_mut(),
             std::collections::btree_map::Entry::Vacant(slot) => {
                 let n = d.elements(v).unwrap_or(1);
-                let values = Buffer::new(v.kind, d.version, n);
+                let values = ValueBuffer::new(v.kind, d.version, n);
                 let values = values.ok_or_else(|| format!("{} cannot be set", v.kind.name(d.version)))?;
                 slot.insert(match value::start(d, v) {
                     Some(values) => Making { values, missing: vec![false; n] },
@@ -152,28 +158,37 @@ fn set(d: &Description, start: &Start, making: &mut BTreeMap<usize, Making>) -> 
     Ok(())
 }
 
-fn settable(d: &Description, v: &Variable) -> Result<(), String> {
+fn settable(d: &Description, v: &DescriptionVariable) -> Result<(), String> {
     let given = v.initial.is_some() && v.effective_initial() != Some(Initial::Calculated);
-    let free =
-        matches!(v.causality, Causality::Parameter | Causality::StructuralParameter | Causality::Input);
-    let known = v.kind != Type::Clock && v.kind != Type::Binary;
+    let free = matches!(
+        v.causality,
+        DescriptionCausality::Parameter
+            | DescriptionCausality::StructuralParameter
+            | DescriptionCausality::Input
+    );
+    let known = v.kind != VariableType::Clock && v.kind != VariableType::Binary;
     // FMI 2.0: `initial` of an output or local variable counts, of a constant nothing.
-    if v.variability != Variability::Constant && (free || given) && known {
+    if v.variability != DescriptionVariability::Constant && (free || given) && known {
         return Ok(());
     }
     let what = match (v.causality, d.version) {
         _ if !known => format!("a {}", v.kind.name(d.version)),
-        _ if v.variability == Variability::Constant => "a constant".into(),
-        (Causality::CalculatedParameter, _) => "calculated from other parameters".into(),
-        (Causality::Output, _) => "an output, which the FMU computes".into(),
-        (Causality::Independent, _) => "the time".into(),
-        (_, Version::V2 | Version::V3) => "computed by the FMU".into(),
+        _ if v.variability == DescriptionVariability::Constant => "a constant".into(),
+        (DescriptionCausality::CalculatedParameter, _) => "calculated from other parameters".into(),
+        (DescriptionCausality::Output, _) => "an output, which the FMU computes".into(),
+        (DescriptionCausality::Independent, _) => "the time".into(),
+        (_, FmiVersion::V2 | FmiVersion::V3) => "computed by the FMU".into(),
     };
     Err(format!("it is {what} and cannot be set; set a parameter or an input"))
 }
 
 /// The text in the unit of the variable.
-fn converted(d: &Description, v: &Variable, start: &Start, text: &str) -> Result<String, String> {
+fn converted(
+    d: &Description,
+    v: &DescriptionVariable,
+    start: &StartValue,
+    text: &str,
+) -> Result<String, String> {
     if start.unit.is_none() && start.linear.is_none() {
         return Ok(text.to_owned());
     }
@@ -231,7 +246,7 @@ fn converted(d: &Description, v: &Variable, start: &Start, text: &str) -> Result
     Ok(if v.kind.is_float() { format!("{y:?}") } else { format!("{y}") })
 }
 
-fn within(d: &Description, v: &Variable, values: &Buffer, at: usize) -> Result<(), String> {
+fn within(d: &Description, v: &DescriptionVariable, values: &ValueBuffer, at: usize) -> Result<(), String> {
     let Some(x) = values.number(at) else { return Ok(()) };
     let attributes = d.attributes(v);
     let unit = attributes.unit.as_deref().unwrap_or_default();

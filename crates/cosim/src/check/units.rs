@@ -1,20 +1,20 @@
 //! Units: may one be handed on as the other, and by which factor and offset?
 
-use trueup_fmi_description::description::{BaseUnit, Description, Unit, Variable};
+use trueup_fmi_description::description::{BaseUnit, Description, DescriptionUnit, DescriptionVariable};
 
 /// A unit that everybody knows by its name (mm, deg, rpm), as sidecars of recordings do.
-pub(crate) fn of_everybody(name: &str) -> Option<Unit> {
+pub(crate) fn of_everybody(name: &str) -> Option<DescriptionUnit> {
     // Some tools write `[rad]`.
     let bare = name.strip_prefix('[').and_then(|n| n.strip_suffix(']')).unwrap_or(name);
-    let known = trueup_signals::Unit::parse(bare)?;
+    let known = trueup_signals::SignalUnit::parse(bare)?;
     let [kg, m, s, a, k, rad, _cycles] = known.exponents.map(i32::from);
     let base =
         BaseUnit { exponents: [kg, m, s, a, k, 0, 0, rad], factor: known.factor, offset: known.offset };
-    Some(Unit { name: name.into(), base: Some(base), display: Vec::new(), line: 0 })
+    Some(DescriptionUnit { name: name.into(), base: Some(base), display: Vec::new(), line: 0 })
 }
 
 /// What a unit is, by its definition, else by what everybody means by its name.
-fn base(unit: &Unit) -> Option<BaseUnit> {
+fn base(unit: &DescriptionUnit) -> Option<BaseUnit> {
     unit.base.or_else(|| of_everybody(&unit.name)?.base)
 }
 
@@ -34,14 +34,14 @@ pub(crate) enum Conversion {
 }
 
 /// The unit of a variable, as far as it is described.
-pub(crate) fn of(d: &Description, v: &Variable) -> Option<Unit> {
+pub(crate) fn of(d: &Description, v: &DescriptionVariable) -> Option<DescriptionUnit> {
     let name = d.attributes(v).unit?;
     let unit = d.unit(&name).cloned();
-    Some(unit.unwrap_or(Unit { name, base: None, display: Vec::new(), line: 0 }))
+    Some(unit.unwrap_or(DescriptionUnit { name, base: None, display: Vec::new(), line: 0 }))
 }
 
 /// Values in `from` become values in `to`. A relative quantity (a difference of temperatures) has no offset.
-pub(crate) fn conversion(from: &Unit, to: &Unit, relative: bool) -> Conversion {
+pub(crate) fn conversion(from: &DescriptionUnit, to: &DescriptionUnit, relative: bool) -> Conversion {
     if from.name == to.name && (from.base.is_none() || to.base.is_none()) {
         return Conversion::Same;
     }
@@ -65,7 +65,7 @@ fn between(a: &BaseUnit, b: &BaseUnit, relative: bool) -> (f64, f64) {
 
 /// A unit that is known by its name alone, looked up among those of the FMU and among the display units of the
 /// variable's own, and among those of everybody.
-pub(super) fn named(d: &Description, own: Option<&Unit>, name: &str) -> Option<Unit> {
+pub(super) fn named(d: &Description, own: Option<&DescriptionUnit>, name: &str) -> Option<DescriptionUnit> {
     if let Some(unit) = d.unit(name) {
         return Some(unit.clone());
     }
@@ -74,11 +74,11 @@ pub(super) fn named(d: &Description, own: Option<&Unit>, name: &str) -> Option<U
     // displayed = factor * value + offset, base = base.factor * value + base.offset
     let factor = base.factor / shown.factor;
     let base = BaseUnit { factor, offset: base.offset - factor * shown.offset, ..base };
-    Some(Unit { name: name.into(), base: Some(base), display: Vec::new(), line: 0 })
+    Some(DescriptionUnit { name: name.into(), base: Some(base), display: Vec::new(), line: 0 })
 }
 
 /// Exponents as text, for messages.
-pub(crate) fn dimension(unit: &Unit) -> String {
+pub(crate) fn dimension(unit: &DescriptionUnit) -> String {
     let Some(base) = base(unit) else { return "unknown".into() };
     let names = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
     let factors: Vec<String> = names
@@ -94,9 +94,9 @@ pub(crate) fn dimension(unit: &Unit) -> String {
 mod tests {
     use super::*;
 
-    fn unit(name: &str, exponents: [i32; 8], factor: f64, offset: f64) -> Unit {
+    fn unit(name: &str, exponents: [i32; 8], factor: f64, offset: f64) -> DescriptionUnit {
         let base = Some(BaseUnit { exponents, factor, offset });
-        Unit { name: name.into(), base, display: Vec::new(), line: 0 }
+        DescriptionUnit { name: name.into(), base, display: Vec::new(), line: 0 }
     }
 
     #[test]
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(conversion(&celsius, &rad, false), Conversion::Different);
         let one = unit("1", [0; 8], 1.0, 0.0);
         assert_eq!(conversion(&one, &rad, false), Conversion::Angle(1.0, 0.0));
-        let odd = Unit { name: "odd".into(), base: None, display: Vec::new(), line: 0 };
+        let odd = DescriptionUnit { name: "odd".into(), base: None, display: Vec::new(), line: 0 };
         assert_eq!(conversion(&odd, &rad, false), Conversion::Unknown);
         assert_eq!(conversion(&odd, &odd, false), Conversion::Same);
     }

@@ -1,9 +1,9 @@
 //! A step that is repeated until its inputs settle, or taken back.
 
 use super::{Coupling, ITERATIONS};
-use crate::error::{Error, Residual};
+use crate::error::{ConnectionResidual, CosimError};
 use crate::node;
-use crate::stepper::{Advance, Within};
+use crate::stepper::{Advance, StepLimit};
 
 /// Values at the start of a step that may be repeated.
 #[derive(Default)]
@@ -49,7 +49,7 @@ impl Coupling {
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    pub fn save(&mut self, time: f64) -> Result<(), Error> {
+    pub fn save(&mut self, time: f64) -> Result<(), CosimError> {
         for (stepper, _) in self.steppers.iter_mut().zip(&self.turns).filter(|(_, t)| t.due) {
             stepper.save(&mut self.nodes, time)?;
         }
@@ -67,7 +67,7 @@ impl Coupling {
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    pub fn restore(&mut self, time: f64) -> Result<(), Error> {
+    pub fn restore(&mut self, time: f64) -> Result<(), CosimError> {
         for (stepper, _) in self.steppers.iter_mut().zip(&self.turns).filter(|(_, t)| t.due) {
             stepper.restore(&mut self.nodes, time)?;
         }
@@ -109,13 +109,13 @@ impl Coupling {
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    pub fn iterate(&mut self, from: f64, to: f64, tolerance: f64) -> Result<Attempt, Error> {
+    pub fn iterate(&mut self, from: f64, to: f64, tolerance: f64) -> Result<Attempt, CosimError> {
         let followed: Vec<(usize, f64)> = self.lines(to).map(|f| (f.slot, self.nominal(f.slot))).collect();
         self.anderson.begin(followed.len());
         let mut iterations = 0;
         loop {
             iterations += 1;
-            let advance = self.step(to, Within::Line)?;
+            let advance = self.step(to, StepLimit::Line)?;
             self.extrapolate_held(to);
             self.exchange(to)?;
             let Self { turns, unit, exchange, inputs, .. } = self;
@@ -153,11 +153,11 @@ impl Coupling {
     }
 
     /// The inputs that still change after a step, for an error.
-    pub(crate) fn unsettled(&self, time: f64, to: f64, tolerance: f64, reason: String) -> Error {
+    pub(crate) fn unsettled(&self, time: f64, to: f64, tolerance: f64, reason: String) -> CosimError {
         let sources: std::collections::HashMap<u32, u32> =
             self.exchange.sources().into_iter().map(|(from, to)| (to, from)).collect();
         let name = |slot: usize| node::name(&self.nodes, self.exchange.element(slot));
-        let one = |f: Followed| Residual {
+        let one = |f: Followed| ConnectionResidual {
             variable: name(f.slot),
             source: sources.get(&(f.slot as u32)).map_or_else(String::new, |s| name(*s as usize)),
             value: f.assumed,
@@ -165,6 +165,6 @@ impl Coupling {
         };
         let changes =
             |f: &Followed| (f.found - f.assumed).abs() > tolerance * f.found.abs().max(self.nominal(f.slot));
-        Error::Unsettled { time, reason, variables: self.lines(to).filter(changes).map(one).collect() }
+        CosimError::Unsettled { time, reason, variables: self.lines(to).filter(changes).map(one).collect() }
     }
 }

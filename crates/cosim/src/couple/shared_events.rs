@@ -1,18 +1,18 @@
 //! A step of all units that ends for all where an event stops one of them.
 
 use super::{Coupling, join};
-use crate::error::Error;
+use crate::error::CosimError;
 use crate::grid::ROUNDING;
-use crate::stepper::{Advance, Within};
+use crate::stepper::{Advance, StepLimit};
 
 /// How often a step may turn out to be shorter yet. What stops earlier each time is left where it is then.
 const PASSES: u32 = 100;
 
 /// How units come to their inputs over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum How {
+pub(super) enum EventTreatment {
     /// All with what was exchanged at its beginning.
-    Together(Within),
+    Together(StepLimit),
     /// Each with what those before it have reached.
     InOrder,
 }
@@ -59,7 +59,7 @@ impl SharedEvents {
     }
 
     /// All go to `to`, or to the first event on the way.
-    fn step(&mut self, all: &mut Coupling, to: f64, how: How) -> Result<Advance, Error> {
+    fn step(&mut self, all: &mut Coupling, to: f64, how: EventTreatment) -> Result<Advance, CosimError> {
         for ((begun, did), turn) in self.begun.iter_mut().zip(&mut self.did).zip(&all.turns) {
             (*begun, *did) = ((turn.time, false), Advance::default());
         }
@@ -89,7 +89,7 @@ impl SharedEvents {
     }
 
     /// Brings all units to `end`; where one of them stopped before.
-    fn pass(&mut self, all: &mut Coupling, end: f64, how: How) -> Result<Option<f64>, Error> {
+    fn pass(&mut self, all: &mut Coupling, end: f64, how: EventTreatment) -> Result<Option<f64>, CosimError> {
         for &u in &self.order {
             let (begun, gone) = self.begun[u];
             if gone && all.turns[u].time > end && self.goes_back[u] {
@@ -100,7 +100,7 @@ impl SharedEvents {
                 continue;
             }
             if !gone {
-                if how == How::InOrder {
+                if how == EventTreatment::InOrder {
                     all.take_inputs(u)?;
                 }
                 if self.goes_back[u] {
@@ -109,8 +109,8 @@ impl SharedEvents {
                 self.begun[u].1 = true;
             }
             let from = all.turns[u].time;
-            let within = if let How::Together(within) = how { within } else { Within::Line };
-            if how == How::InOrder {
+            let within = if let EventTreatment::Together(within) = how { within } else { StepLimit::Line };
+            if how == EventTreatment::InOrder {
                 all.aim_lines(u, from, end);
             }
             let done = match all.steppers[u].pace(&mut all.nodes, from, end, within) {
@@ -118,7 +118,7 @@ impl SharedEvents {
                 Err(error) => return Err(*error),
             };
             (all.turns[u].time, self.did[u]) = (done.time, done);
-            if how == How::InOrder {
+            if how == EventTreatment::InOrder {
                 all.hand_outputs(u, done.time)?;
             }
             if done.time < end {
@@ -138,7 +138,11 @@ impl Coupling {
 
     /// A step to `to`, or to the first event on the way; `None`: events are not shared.
     #[inline]
-    pub(super) fn step_to_event(&mut self, to: f64, how: How) -> Result<Option<Advance>, Error> {
+    pub(super) fn step_to_event(
+        &mut self,
+        to: f64,
+        how: EventTreatment,
+    ) -> Result<Option<Advance>, CosimError> {
         let Some(mut shared) = self.shared.take() else { return Ok(None) };
         let done = shared.step(self, to, how);
         self.shared = Some(shared);
@@ -155,7 +159,7 @@ impl Coupling {
                 "{}: cannot go back (canGetAndSetFMUState is not true), so that it was up to {} s behind the event of another FMU, {times} times; \
                  a shorter step makes that less",
                 names.join(", "),
-                trueup_numerics::Figure(*by)
+                trueup_numerics::ShortNumber(*by)
             )
         })
     }

@@ -2,22 +2,24 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use trueup_fmi_description::description::Type;
+use trueup_fmi_description::description::VariableType;
 
-use super::bank::{Bank, Converted, Copy, Others, Reals, Scaled, Spot};
+use super::bank::{
+    ConvertedElement, ElementBank, ElementCopy, OtherElements, RealElements, ScaledElement, ValueSlot,
+};
 use super::dependencies::dependencies;
 use super::{DrivenSpot, Exchange, Op, Phase, Wiring};
-use crate::buffer::{Block, Buffer};
-use crate::error::Error;
-use crate::exchange::newton::{Loop, Unknown as LoopUnknown};
+use crate::buffer::{ValueBuffer, VariableBlock};
+use crate::error::CosimError;
+use crate::exchange::newton::{Loop, LoopUnknown};
 use crate::graph;
-use crate::node::Node;
-use crate::plan::{Driven, Element, Link, Planned};
+use crate::node::InstanceNode;
+use crate::plan::{DrivenInput, ElementIndex, LinearLink, PlannedComponent};
 use crate::step_rule::is_continuous_input;
 use crate::value;
 
 /// A variable that takes part.
-struct Port {
+struct ExchangePort {
     node: usize,
     variable: usize,
     output: bool,
@@ -33,17 +35,17 @@ struct Port {
 }
 
 /// First value of an input: as planned, else as described, else zero.
-fn start(planned: &Planned, variable: usize) -> Option<Buffer> {
+fn start(planned: &PlannedComponent, variable: usize) -> Option<ValueBuffer> {
     let d = planned.description();
     let v = &d.variables[variable];
-    let empty = Buffer::new(v.kind, d.version, 0)?;
-    let same = |b: &&Block| {
+    let empty = ValueBuffer::new(v.kind, d.version, 0)?;
+    let same = |b: &&VariableBlock| {
         b.references.first() == Some(&v.value_reference)
             && std::mem::discriminant(&b.values) == std::mem::discriminant(&empty)
     };
     let planned = planned.start.iter().rev().find(same).map(|b| b.values.clone());
     let described = || value::start(d, v);
-    planned.or_else(described).or_else(|| Buffer::new(v.kind, d.version, d.elements(v)?))
+    planned.or_else(described).or_else(|| ValueBuffer::new(v.kind, d.version, d.elements(v)?))
 }
 
 impl Exchange {
@@ -52,14 +54,15 @@ impl Exchange {
     /// # Errors
     /// Sizes of arrays cannot be had from an FMU.
     pub fn new(
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         wiring: Wiring<'_>,
         phase: Phase,
         within: impl Fn(usize) -> bool,
-    ) -> Result<Self, Error> {
-        let inner = |l: &&Link| within(l.from.component) && within(l.to.component);
-        let links: Vec<Link> = wiring.links.iter().filter(inner).copied().collect();
-        let driven: Vec<Driven> = wiring.driven.iter().filter(|d| within(d.to.component)).copied().collect();
+    ) -> Result<Self, CosimError> {
+        let inner = |l: &&LinearLink| within(l.from.component) && within(l.to.component);
+        let links: Vec<LinearLink> = wiring.links.iter().filter(inner).copied().collect();
+        let driven: Vec<DrivenInput> =
+            wiring.driven.iter().filter(|d| within(d.to.component)).copied().collect();
         let mut ports = Ports::default();
         for link in &links {
             let (from, to) = (ports.add(nodes, link.from, true), ports.add(nodes, link.to, false));
@@ -72,8 +75,13 @@ impl Exchange {
         let components = graph::components(&ports.edges);
         ports.stages(&components);
         let acts = ports.acts(&components);
-        Builder { nodes, bank: Bank::new(wiring.maps), spots: vec![None; ports.list.len()], ports }
-            .build(&acts, &links, &driven)
+        ExchangeBuilder {
+            nodes,
+            bank: ElementBank::new(wiring.maps),
+            spots: vec![None; ports.list.len()],
+            ports,
+        }
+        .build(&acts, &links, &driven)
     }
 }
 
@@ -88,7 +96,7 @@ enum Act {
 
 #[derive(Default)]
 struct Ports {
-    list: Vec<Port>,
+    list: Vec<ExchangePort>,
     known: HashMap<(usize, usize), usize>,
     edges: Vec<Vec<usize>>,
     /// Of an output the inputs that it depends on.
@@ -96,13 +104,13 @@ struct Ports {
 }
 
 impl Ports {
-    fn add(&mut self, nodes: &[Node], at: Element, output: bool) -> usize {
+    fn add(&mut self, nodes: &[InstanceNode], at: ElementIndex, output: bool) -> usize {
         let (node, variable) = (at.component, at.variable);
         *self.known.entry((node, variable)).or_insert_with(|| {
             let d = nodes[node].description();
             let v = &d.variables[variable];
-            let (real, elements) = (v.kind == Type::Float64, d.elements(v).unwrap_or(1));
-            self.list.push(Port {
+            let (real, elements) = (v.kind == VariableType::Float64, d.elements(v).unwrap_or(1));
+            self.list.push(ExchangePort {
                 node,
                 variable,
                 output,
@@ -118,7 +126,7 @@ impl Ports {
         })
     }
 
-    fn of(&self, at: Element) -> usize {
+    fn of(&self, at: ElementIndex) -> usize {
         self.known[&(at.component, at.variable)]
     }
 
@@ -129,13 +137,13 @@ impl Ports {
     }
 
     /// Edges from inputs to the outputs that depend on them.
-    fn feedthrough(&mut self, nodes: &[Node], phase: Phase) {
+    fn feedthrough(&mut self, nodes: &[InstanceNode], phase: Phase) {
         let mut inputs: HashMap<usize, Vec<usize>> = HashMap::new();
         for (i, p) in self.list.iter().enumerate().filter(|(_, p)| !p.output) {
             inputs.entry(p.node).or_default().push(i);
         }
         for o in 0..self.list.len() {
-            let Port { node, variable, output: true, .. } = self.list[o] else { continue };
+            let ExchangePort { node, variable, output: true, .. } = self.list[o] else { continue };
             let known = dependencies(nodes[node].description(), variable, phase);
             for &i in inputs.get(&node).into_iter().flatten() {
                 if known.as_ref().is_none_or(|k| k.contains(&self.list[i].variable)) {
@@ -152,7 +160,7 @@ impl Ports {
             ports.iter().for_each(|p| self.list[*p].component = c);
         }
         let mut stage = vec![0; components.len()];
-        let forward = |list: &[Port], stage: &mut [usize], keep: &dyn Fn(usize) -> bool| {
+        let forward = |list: &[ExchangePort], stage: &mut [usize], keep: &dyn Fn(usize) -> bool| {
             for (c, ports) in components.iter().enumerate() {
                 for (p, q) in ports.iter().flat_map(|p| self.edges[*p].iter().map(move |q| (*p, *q))) {
                     let d = list[q].component;
@@ -180,7 +188,7 @@ impl Ports {
                 needed[c] = after(&needed, &p);
                 continue;
             }
-            let Port { node, real, .. } = self.list[p];
+            let ExchangePort { node, real, .. } = self.list[p];
             let latest = after(&needed, &p).saturating_sub(1);
             let together = (stage[c]..=latest.min(components.len())).rev();
             if let Some(s) = together.into_iter().find(|s| read.contains(&(node, real, *s))) {
@@ -207,7 +215,7 @@ impl Ports {
         order.sort_by_key(|p| self.list[*p].node); // what belongs together lies together
         let mut at: BTreeMap<usize, [Vec<usize>; 2]> = BTreeMap::new();
         for p in &order {
-            let Port { output, stage, needed, .. } = self.list[*p];
+            let ExchangePort { output, stage, needed, .. } = self.list[*p];
             match (in_loop(p), output) {
                 (false, true) => at.entry(stage).or_default()[0].push(*p),
                 (false, false) if needed != usize::MAX => at.entry(needed).or_default()[1].push(*p),
@@ -250,7 +258,7 @@ impl Ports {
     }
 }
 
-impl Bank {
+impl ElementBank {
     fn new(maps: &[Vec<(i64, i64)>]) -> Self {
         Self {
             reals: Vec::new(),
@@ -265,24 +273,29 @@ impl Bank {
     }
 }
 
-struct Builder<'a> {
-    nodes: &'a mut [Node],
+struct ExchangeBuilder<'a> {
+    nodes: &'a mut [InstanceNode],
     ports: Ports,
-    bank: Bank,
+    bank: ElementBank,
     /// Where the first element of a port lies.
-    spots: Vec<Option<Spot>>,
+    spots: Vec<Option<ValueSlot>>,
 }
 
 /// Blocks of reals and of others.
-type Blocks = [Vec<usize>; 2];
+type BlockPair = [Vec<usize>; 2];
 
-impl Builder<'_> {
-    fn build(mut self, acts: &[Act], links: &[Link], driven: &[Driven]) -> Result<Exchange, Error> {
+impl ExchangeBuilder<'_> {
+    fn build(
+        mut self,
+        acts: &[Act],
+        links: &[LinearLink],
+        driven: &[DrivenInput],
+    ) -> Result<Exchange, CosimError> {
         // All places first, then what is handed between them.
-        let mut blocks: Vec<[Blocks; 2]> = Vec::new();
+        let mut blocks: Vec<[BlockPair; 2]> = Vec::new();
         for act in acts {
             blocks.push(match act {
-                Act::Set(ports) | Act::Get(ports) => [self.blocks(ports)?, Blocks::default()],
+                Act::Set(ports) | Act::Get(ports) => [self.blocks(ports)?, BlockPair::default()],
                 Act::Solve(ports) => {
                     let (outputs, inputs): (Vec<_>, Vec<_>) =
                         ports.iter().partition(|p| self.ports.list[**p].output);
@@ -293,8 +306,8 @@ impl Builder<'_> {
         }
         let (mut ops, mut loops) = (Vec::new(), Vec::new());
         let component = |ports: &Ports, at| ports.list[ports.of(at)].component;
-        let mut by_stage: HashMap<usize, Vec<Link>> = HashMap::new();
-        let mut inside: HashMap<usize, Vec<Link>> = HashMap::new();
+        let mut by_stage: HashMap<usize, Vec<LinearLink>> = HashMap::new();
+        let mut inside: HashMap<usize, Vec<LinearLink>> = HashMap::new();
         for link in links {
             let c = component(&self.ports, link.from);
             if c == component(&self.ports, link.to) {
@@ -346,7 +359,7 @@ impl Builder<'_> {
         let mut inputs = Vec::new();
         for (p, spot) in self.ports.list.iter().zip(&self.spots) {
             let v = &self.nodes[p.node].description().variables[p.variable];
-            if let (false, Some(Spot::Real(first))) = (p.output, spot)
+            if let (false, Some(ValueSlot::Real(first))) = (p.output, spot)
                 && is_continuous_input(v)
             {
                 inputs.push((p.node, v.value_reference, *first..*first + p.elements));
@@ -357,26 +370,26 @@ impl Builder<'_> {
         Ok(exchange)
     }
 
-    fn spot(&self, at: Element) -> Option<Spot> {
+    fn spot(&self, at: ElementIndex) -> Option<ValueSlot> {
         Some(match self.spots[self.ports.of(at)]? {
-            Spot::Real(first) => Spot::Real(first + at.element),
-            Spot::Other(block, first) => Spot::Other(block, first + at.element),
+            ValueSlot::Real(first) => ValueSlot::Real(first + at.element),
+            ValueSlot::Other(block, first) => ValueSlot::Other(block, first + at.element),
         })
     }
 
-    fn real(&self, at: Element) -> Option<usize> {
+    fn real(&self, at: ElementIndex) -> Option<usize> {
         match self.spot(at) {
-            Some(Spot::Real(at)) => Some(at),
+            Some(ValueSlot::Real(at)) => Some(at),
             _ => None,
         }
     }
 
     /// One block per node and type.
-    fn blocks(&mut self, ports: &[usize]) -> Result<Blocks, Error> {
+    fn blocks(&mut self, ports: &[usize]) -> Result<BlockPair, CosimError> {
         let mut reals: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut others = Vec::new();
         for p in ports {
-            let Port { node, variable, output, real, elements, .. } = self.ports.list[*p];
+            let ExchangePort { node, variable, output, real, elements, .. } = self.ports.list[*p];
             if real {
                 reals.entry(node).or_default().push(*p);
                 continue;
@@ -385,11 +398,11 @@ impl Builder<'_> {
             let d = planned.description();
             let v = &d.variables[variable];
             let values =
-                if output { Buffer::new(v.kind, d.version, elements) } else { start(planned, variable) };
+                if output { ValueBuffer::new(v.kind, d.version, elements) } else { start(planned, variable) };
             let Some(values) = values else { continue }; // binaries and clocks were refused
-            let named = (0..elements).map(|element| Element { component: node, variable, element });
+            let named = (0..elements).map(|element| ElementIndex { component: node, variable, element });
             let same = |b: &&usize| {
-                let b: &Others = &self.bank.others[**b];
+                let b: &OtherElements = &self.bank.others[**b];
                 b.node == node && std::mem::discriminant(&b.block.values) == std::mem::discriminant(&values)
             };
             match others.iter().find(same).copied() {
@@ -397,13 +410,13 @@ impl Builder<'_> {
                     let block = &mut self.bank.others[b];
                     block.block.references.push(v.value_reference);
                     block.elements.extend(named);
-                    self.spots[*p] = Some(Spot::Other(b, block.block.values.append(values)));
+                    self.spots[*p] = Some(ValueSlot::Other(b, block.block.values.append(values)));
                 }
                 None => {
-                    let block = Block { references: vec![v.value_reference], values };
-                    self.bank.others.push(Others { node, block, elements: named.collect() });
+                    let block = VariableBlock { references: vec![v.value_reference], values };
+                    self.bank.others.push(OtherElements { node, block, elements: named.collect() });
                     others.push(self.bank.others.len() - 1);
-                    self.spots[*p] = Some(Spot::Other(self.bank.others.len() - 1, 0));
+                    self.spots[*p] = Some(ValueSlot::Other(self.bank.others.len() - 1, 0));
                 }
             }
         }
@@ -412,42 +425,43 @@ impl Builder<'_> {
             let first = self.bank.reals.len();
             let mut references = Vec::new();
             for p in ports {
-                let Port { variable, output, elements, .. } = self.ports.list[p];
+                let ExchangePort { variable, output, elements, .. } = self.ports.list[p];
                 let planned = &self.nodes[node].planned;
                 references.push(planned.description().variables[variable].value_reference);
                 let at = self.bank.reals.len();
-                self.spots[p] = Some(Spot::Real(at));
+                self.spots[p] = Some(ValueSlot::Real(at));
                 self.bank.reals.resize(at + elements, 0.0);
-                if let (false, Some(Buffer::Float64(v))) = (output, start(planned, variable))
+                if let (false, Some(ValueBuffer::Float64(v))) = (output, start(planned, variable))
                     && v.len() == elements
                 {
                     self.bank.reals[at..].copy_from_slice(&v);
                 }
-                let named = (0..elements).map(|element| Element { component: node, variable, element });
+                let named = (0..elements).map(|element| ElementIndex { component: node, variable, element });
                 self.bank.elements.extend(named);
             }
             let references = self.nodes[node].slave.prepare(&references)?;
-            self.bank.blocks.push(Reals { node, references, first, end: self.bank.reals.len() });
+            self.bank.blocks.push(RealElements { node, references, first, end: self.bank.reals.len() });
             list.push(self.bank.blocks.len() - 1);
         }
         Ok([list, others])
     }
 
     /// Appends copies.
-    fn hand(&mut self, links: &[Link]) -> [(u32, u32); 3] {
-        let lengths = |b: &Bank| [b.copies.len() as u32, b.scaled.len() as u32, b.converted.len() as u32];
+    fn hand(&mut self, links: &[LinearLink]) -> [(u32, u32); 3] {
+        let lengths =
+            |b: &ElementBank| [b.copies.len() as u32, b.scaled.len() as u32, b.converted.len() as u32];
         let before = lengths(&self.bank);
         for l in links {
             let (Some(from), Some(to)) = (self.spot(l.from), self.spot(l.to)) else { continue };
-            let Link { factor, offset, map, .. } = *l;
+            let LinearLink { factor, offset, map, .. } = *l;
             match (from, to) {
-                (Spot::Real(a), Spot::Real(b)) if (factor, offset) == (1.0, 0.0) => {
-                    self.bank.copies.push(Copy { from: a as u32, to: b as u32 });
+                (ValueSlot::Real(a), ValueSlot::Real(b)) if (factor, offset) == (1.0, 0.0) => {
+                    self.bank.copies.push(ElementCopy { from: a as u32, to: b as u32 });
                 }
-                (Spot::Real(a), Spot::Real(b)) => {
-                    self.bank.scaled.push(Scaled { from: a as u32, to: b as u32, factor, offset });
+                (ValueSlot::Real(a), ValueSlot::Real(b)) => {
+                    self.bank.scaled.push(ScaledElement { from: a as u32, to: b as u32, factor, offset });
                 }
-                _ => self.bank.converted.push(Converted { from, to, factor, offset, map }),
+                _ => self.bank.converted.push(ConvertedElement { from, to, factor, offset, map }),
             }
         }
         let after = lengths(&self.bank);
@@ -455,7 +469,7 @@ impl Builder<'_> {
     }
 
     /// Of the connections inside a loop those between reals, and copies of all others.
-    fn unknowns(&mut self, links: &[Link]) -> (Vec<LoopUnknown>, [(u32, u32); 3]) {
+    fn unknowns(&mut self, links: &[LinearLink]) -> (Vec<LoopUnknown>, [(u32, u32); 3]) {
         let (mut unknowns, mut rest) = (Vec::new(), Vec::new());
         for l in links {
             let (Some(from), Some(to)) = (self.real(l.from), self.real(l.to)) else {

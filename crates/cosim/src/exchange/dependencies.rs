@@ -2,22 +2,27 @@
 
 use std::collections::HashSet;
 
-use trueup_fmi_description::description::{Causality, Description, Initial, Unknown, Variability};
+use trueup_fmi_description::description::{
+    Description, DescriptionCausality, DescriptionVariability, Initial, StructureUnknown,
+};
 
 use super::Phase;
 
 /// The inputs on which a variable depends, as positions in the description; `None`: on all.
 pub(crate) fn dependencies(d: &Description, variable: usize, phase: Phase) -> Option<HashSet<usize>> {
     let v = &d.variables[variable];
-    let nothing = matches!(v.variability, Variability::Constant | Variability::Fixed)
+    let nothing = matches!(v.variability, DescriptionVariability::Constant | DescriptionVariability::Fixed)
         || matches!(
             v.causality,
-            Causality::Parameter | Causality::StructuralParameter | Causality::Independent
+            DescriptionCausality::Parameter
+                | DescriptionCausality::StructuralParameter
+                | DescriptionCausality::Independent
         );
-    if nothing && (phase == Phase::Stepping || v.variability == Variability::Constant) {
+    if nothing && (phase == Phase::Stepping || v.variability == DescriptionVariability::Constant) {
         return Some(HashSet::new());
     }
-    let of = |list: &[Unknown]| list.iter().find(|u| d.resolve(u.reference) == Some(variable)).cloned();
+    let of =
+        |list: &[StructureUnknown]| list.iter().find(|u| d.resolve(u.reference) == Some(variable)).cloned();
     let s = &d.structure;
     let declared = match phase {
         Phase::Initialization => match of(&s.initial_unknowns) {

@@ -8,9 +8,9 @@
 
 use trueup_numerics::linear::{lu_factor, lu_solve};
 
-use super::bank::{Bank, is_discard};
-use crate::error::{Error, Residual};
-use crate::node::{self, Node};
+use super::bank::{ElementBank, is_discard};
+use crate::error::{ConnectionResidual, CosimError};
+use crate::node::{self, InstanceNode};
 
 /// A residual counts as zero below this part of max(|value|, nominal).
 pub(super) const TOLERANCE: f64 = 1e-10;
@@ -20,7 +20,7 @@ const ITERATIONS: u32 = 50;
 const HALVINGS: u32 = 12;
 
 /// One element of an input in the loop: slots of its source and its own.
-pub(super) struct Unknown {
+pub(super) struct LoopUnknown {
     pub(super) from: usize,
     pub(super) to: usize,
     pub(super) factor: f64,
@@ -46,7 +46,7 @@ pub(super) struct Loop {
     /// Blocks of reals and of others.
     gets: [Vec<usize>; 2],
     sets: [Vec<usize>; 2],
-    unknowns: Vec<Unknown>,
+    unknowns: Vec<LoopUnknown>,
     /// Copies of what is not real, iterated along.
     converted: std::ops::Range<usize>,
     /// Per unknown its number among those of the same node, for differences that do not disturb each other.
@@ -60,17 +60,17 @@ pub(super) struct Loop {
     du: Vec<f64>,
     old: Vec<f64>,
     /// Why an FMU refused the values tried last.
-    refused: Option<Error>,
+    refused: Option<CosimError>,
     pub(super) log: LoopLog,
 }
 
 impl Loop {
     pub(super) fn new(
-        nodes: &[Node],
-        bank: &Bank,
+        nodes: &[InstanceNode],
+        bank: &ElementBank,
         gets: [Vec<usize>; 2],
         sets: [Vec<usize>; 2],
-        unknowns: Vec<Unknown>,
+        unknowns: Vec<LoopUnknown>,
         [_, _, converted]: [(u32, u32); 3],
     ) -> Self {
         let n = unknowns.len();
@@ -125,7 +125,7 @@ impl Loop {
     }
 
     /// Hands to the inputs of one node what was read last.
-    pub(super) fn hand(&self, bank: &mut Bank, node: usize) {
+    pub(super) fn hand(&self, bank: &mut ElementBank, node: usize) {
         for u in self.unknowns.iter().filter(|u| bank.elements[u.to].component == node) {
             bank.reals[u.to] = u.factor * bank.reals[u.from] + u.offset;
         }
@@ -135,11 +135,11 @@ impl Loop {
     /// FMU refuses these values.
     fn evaluate(
         &mut self,
-        bank: &mut Bank,
-        nodes: &mut [Node],
+        bank: &mut ElementBank,
+        nodes: &mut [InstanceNode],
         time: f64,
         due: &impl Fn(usize) -> bool,
-    ) -> Result<f64, Error> {
+    ) -> Result<f64, CosimError> {
         self.log.evaluations += 1;
         for (unknown, u) in self.unknowns.iter().zip(&self.u) {
             bank.reals[unknown.to] = *u;
@@ -168,11 +168,11 @@ impl Loop {
 
     fn call(
         &self,
-        bank: &mut Bank,
-        nodes: &mut [Node],
+        bank: &mut ElementBank,
+        nodes: &mut [InstanceNode],
         time: f64,
         due: &impl Fn(usize) -> bool,
-    ) -> Result<(), Error> {
+    ) -> Result<(), CosimError> {
         for &b in self.sets[0].iter().filter(|b| due(bank.blocks[**b].node)) {
             bank.set(b, nodes, time)?;
         }
@@ -197,14 +197,14 @@ impl Loop {
     /// Solves the loop, from what its inputs are.
     ///
     /// # Errors
-    /// [`Error::Loop`]; whatever an FMU returns.
+    /// [`CosimError::Loop`]; whatever an FMU returns.
     pub(super) fn solve(
         &mut self,
-        bank: &mut Bank,
-        nodes: &mut [Node],
+        bank: &mut ElementBank,
+        nodes: &mut [InstanceNode],
         time: f64,
         due: &impl Fn(usize) -> bool,
-    ) -> Result<(), Error> {
+    ) -> Result<(), CosimError> {
         if !self.sets.iter().zip([0, 1]).any(|(blocks, kind)| {
             blocks.iter().any(|b| due(if kind == 0 { bank.blocks[*b].node } else { bank.others[*b].node }))
         }) {
@@ -277,26 +277,32 @@ impl Loop {
     }
 
     #[cold]
-    fn unsolved(&mut self, bank: &Bank, nodes: &[Node], time: f64, reason: &str) -> Error {
+    fn unsolved(
+        &mut self,
+        bank: &ElementBank,
+        nodes: &[InstanceNode],
+        time: f64,
+        reason: &str,
+    ) -> CosimError {
         self.lu.clear();
-        let one = |(i, x): (usize, &Unknown)| Residual {
+        let one = |(i, x): (usize, &LoopUnknown)| ConnectionResidual {
             variable: node::name(nodes, bank.elements[x.to]),
             source: node::name(nodes, bank.elements[x.from]),
             value: self.u[i],
             residual: self.r[i],
         };
         let variables = self.unknowns.iter().enumerate().map(one).collect();
-        Error::Loop { time, reason: reason.into(), variables }
+        CosimError::Loop { time, reason: reason.into(), variables }
     }
 
     /// I - G' at u, factored; `false` if it is singular. `r` and the FMUs stand at u before and after.
     fn derive(
         &mut self,
-        bank: &mut Bank,
-        nodes: &mut [Node],
+        bank: &mut ElementBank,
+        nodes: &mut [InstanceNode],
         time: f64,
         due: &impl Fn(usize) -> bool,
-    ) -> Result<bool, Error> {
+    ) -> Result<bool, CosimError> {
         let n = self.unknowns.len();
         let mut g = vec![0.0; n * n];
         if self.directional && self.directional(bank, nodes, due, &mut g).is_err() {
@@ -317,11 +323,11 @@ impl Loop {
 
     fn directional(
         &self,
-        bank: &Bank,
-        nodes: &mut [Node],
+        bank: &ElementBank,
+        nodes: &mut [InstanceNode],
         due: &impl Fn(usize) -> bool,
         g: &mut [f64],
-    ) -> Result<(), trueup_fmi_import::Error> {
+    ) -> Result<(), trueup_fmi_import::ImportError> {
         let n = self.unknowns.len();
         for (j, input) in self.unknowns.iter().enumerate() {
             let of = bank.elements[input.to];
@@ -349,12 +355,12 @@ impl Loop {
     /// One input of each FMU at a time: those of different FMUs act on different outputs.
     fn differences(
         &mut self,
-        bank: &mut Bank,
-        nodes: &mut [Node],
+        bank: &mut ElementBank,
+        nodes: &mut [InstanceNode],
         time: f64,
         due: &impl Fn(usize) -> bool,
         g: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), CosimError> {
         let n = self.unknowns.len();
         let (u, r) = (self.u.clone(), self.r.clone());
         for color in 0..=self.color.iter().copied().max().unwrap_or(0) {

@@ -1,14 +1,16 @@
 //! An FMU about a state: its exact derivatives as a matrix.
 
-use trueup_fmi_description::description::{Causality, Description, Type, Variability};
-use trueup_fmi_import::{AnyInstance, Experiment, fmi3};
+use trueup_fmi_description::description::{
+    Description, DescriptionCausality, DescriptionVariability, VariableType,
+};
+use trueup_fmi_import::{AnyInstance, ExperimentSetup, fmi3};
 
-use crate::buffer::{Blocks, configure};
-use crate::error::Error;
+use crate::buffer::{BlockAccess, configure};
+use crate::error::CosimError;
 use crate::mistake::suggestion;
-use crate::node::Node;
-use crate::plan::Plan;
-use crate::system::Interface;
+use crate::node::InstanceNode;
+use crate::plan::MasterPlan;
+use crate::system::ComponentInterface;
 use crate::value;
 
 /// Passes of one event iteration after which it is held to be without end.
@@ -16,7 +18,7 @@ const PASSES: u32 = 100;
 
 /// Names of variables' elements, and their values.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Point {
+pub struct OperatingPoint {
     /// `a[1,2]`, arrays row by row.
     pub names: Vec<String>,
     /// In the variables' units.
@@ -27,13 +29,13 @@ pub struct Point {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Linear {
     /// x: continuous states.
-    pub states: Point,
+    pub states: OperatingPoint,
     /// u: continuous inputs.
-    pub inputs: Point,
+    pub inputs: OperatingPoint,
     /// f: derivatives of the states.
-    pub rates: Point,
+    pub rates: OperatingPoint,
     /// y: continuous outputs.
-    pub outputs: Point,
+    pub outputs: OperatingPoint,
     /// Of rates, then outputs (rows) by states, then inputs (columns), row by row.
     pub jacobian: Vec<f64>,
 }
@@ -57,7 +59,7 @@ impl Chosen {
         }
         chosen
     }
-    fn read(&self, slave: &mut AnyInstance) -> Result<Vec<f64>, trueup_fmi_import::Error> {
+    fn read(&self, slave: &mut AnyInstance) -> Result<Vec<f64>, trueup_fmi_import::ImportError> {
         let mut values = vec![0.0; self.names.len()];
         if !values.is_empty() {
             let block = slave.prepare(&self.references)?;
@@ -67,19 +69,19 @@ impl Chosen {
     }
 }
 
-fn settle(slave: &mut AnyInstance, time: f64) -> Result<(), Error> {
+fn settle(slave: &mut AnyInstance, time: f64) -> Result<(), CosimError> {
     for _ in 0..PASSES {
-        let info = slave.update_discrete_states().map_err(|source| Error::Call { time, source })?;
+        let info = slave.update_discrete_states().map_err(|source| CosimError::Call { time, source })?;
         if info.terminate {
             let reason = format!("instance \"{}\" ends the run at this point", slave.name());
-            return Err(Error::Stuck { time, reason, log: slave.log() });
+            return Err(CosimError::Stuck { time, reason, log: slave.log() });
         }
         if !info.again {
-            return slave.enter_continuous_time_mode().map_err(|source| Error::Call { time, source });
+            return slave.enter_continuous_time_mode().map_err(|source| CosimError::Call { time, source });
         }
     }
     let reason = format!("the event iteration of instance \"{}\" does not end", slave.name());
-    Err(Error::Stuck { time, reason, log: slave.log() })
+    Err(CosimError::Stuck { time, reason, log: slave.log() })
 }
 
 impl Linear {
@@ -87,20 +89,20 @@ impl Linear {
     /// are put in the place of those that it begins with; an event that is due then is handled first, which may change them.
     ///
     /// # Errors
-    /// [`Error::Setting`]: several FMUs, Co-Simulation, no directional derivatives, a state that there is not. Whatever the FMU
+    /// [`CosimError::Setting`]: several FMUs, Co-Simulation, no directional derivatives, a state that there is not. Whatever the FMU
     /// returns; a value that is not finite.
-    pub fn of(mut plan: Plan, states: &[(String, f64)]) -> Result<Self, Error> {
-        let wrong = |message: String| Err(Error::Setting(vec![message]));
+    pub fn of(mut plan: MasterPlan, states: &[(String, f64)]) -> Result<Self, CosimError> {
+        let wrong = |message: String| Err(CosimError::Setting(vec![message]));
         let (Some(planned), true) = (plan.components.pop(), plan.components.is_empty()) else {
             return wrong("a system of several FMUs has no derivatives of its own; linearize one FMU".into());
         };
-        if planned.interface != Interface::ModelExchange {
+        if planned.interface != ComponentInterface::ModelExchange {
             return wrong("derivatives by states are for Model Exchange; choose that interface".into());
         }
         let time = plan.grid.start;
-        let call = |source| Error::Call { time, source };
-        let slave = Node::instantiate(&planned, fmi3::CoSimulation::default())?;
-        let mut node = Node::new(planned, slave);
+        let call = |source| CosimError::Call { time, source };
+        let slave = InstanceNode::instantiate(&planned, fmi3::CoSimulationOptions::default())?;
+        let mut node = InstanceNode::new(planned, slave);
         if !node.offered().is_some_and(|i| i.provides_directional_derivatives) {
             let file = node.planned.fmu.file().display().to_string();
             return wrong(format!("{file} gives no directional derivatives; take differences of runs"));
@@ -115,13 +117,13 @@ impl Linear {
             let is = |at: &usize| {
                 let v = &d.variables[*at];
                 v.causality == causality
-                    && v.variability == Variability::Continuous
-                    && v.kind == Type::Float64
+                    && v.variability == DescriptionVariability::Continuous
+                    && v.kind == VariableType::Float64
             };
             Chosen::of(&d, (0..d.variables.len()).filter(is))
         };
         let (x, dx) = (Chosen::of(&d, behind.unwrap_or_default()), Chosen::of(&d, rates));
-        let (u, y) = (continuous(Causality::Input), continuous(Causality::Output));
+        let (u, y) = (continuous(DescriptionCausality::Input), continuous(DescriptionCausality::Output));
         for (name, _) in states {
             if !x.names.contains(name) {
                 let known = x.names.iter().map(String::as_str);
@@ -131,7 +133,7 @@ impl Linear {
         let slave = &mut node.slave;
         configure(slave, &node.planned.structural).map_err(call)?;
         node.planned.start.iter().try_for_each(|block| slave.set(block)).map_err(call)?;
-        let experiment = Experiment { tolerance: plan.tolerance, start: time, stop: None };
+        let experiment = ExperimentSetup { tolerance: plan.tolerance, start: time, stop: None };
         slave.enter_initialization_mode(experiment).map_err(call)?;
         slave.exit_initialization_mode().map_err(call)?;
         settle(slave, time)?;
@@ -172,10 +174,10 @@ impl Linear {
             let (known, unknown) = (known.cloned().unwrap_or_default(), unknown.cloned().unwrap_or_default());
             let (variable, value) = (format!("the derivative of {unknown} by {known}"), jacobian[at]);
             let (instance, log) = (slave.name().to_owned(), slave.log());
-            return Err(Error::NotFinite { time, instance, variable, value, log });
+            return Err(CosimError::NotFinite { time, instance, variable, value, log });
         }
         slave.terminate().map_err(call)?;
-        let point = |chosen: Chosen, values| Point { names: chosen.names, values };
+        let point = |chosen: Chosen, values| OperatingPoint { names: chosen.names, values };
         Ok(Self {
             states: point(x, now),
             inputs: point(u, input),

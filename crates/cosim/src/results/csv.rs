@@ -2,27 +2,27 @@
 
 use std::io::{Error as IoError, Result, Write};
 
-use super::{Column, Part, Row, Value, slots};
+use super::{PartialFile, ResultColumn, ResultRow, RowValue, slots};
 
-pub(super) struct Writer {
-    csv: csv::Writer<Part>,
+pub(super) struct CsvWriter {
+    csv: csv::Writer<PartialFile>,
     /// With the slot of each.
-    columns: Vec<(Column, usize)>,
+    columns: Vec<(ResultColumn, usize)>,
     cell: Vec<u8>,
 }
 
-impl Writer {
-    pub(super) fn new(part: Part) -> Self {
+impl CsvWriter {
+    pub(super) fn new(part: PartialFile) -> Self {
         Self { csv: csv::Writer::from_writer(part), columns: Vec::new(), cell: Vec::new() }
     }
 
-    pub(super) fn begin(&mut self, columns: &[Column]) -> Result<()> {
+    pub(super) fn begin(&mut self, columns: &[ResultColumn]) -> Result<()> {
         self.columns = columns.iter().cloned().zip(slots(columns)).collect();
         let names = columns.iter().map(|c| c.name.as_str());
         Ok(self.csv.write_record(std::iter::once("time").chain(names))?)
     }
 
-    pub(super) fn row(&mut self, row: Row<'_>) -> Result<()> {
+    pub(super) fn row(&mut self, row: ResultRow<'_>) -> Result<()> {
         let Self { csv, columns, cell } = self;
         let mut digits = ryu::Buffer::new(); // the shortest that read back as the same bits
         csv.write_field(digits.format(row.time))?;
@@ -30,12 +30,12 @@ impl Writer {
             cell.clear();
             if column.is_due(row.point) {
                 match row.values.get(column.kind, *slot) {
-                    Value::Real(x) => cell.extend_from_slice(digits.format(x).as_bytes()),
-                    Value::Single(x) => cell.extend_from_slice(digits.format(x).as_bytes()),
-                    Value::Integer(x) => write!(cell, "{x}")?,
-                    Value::Unsigned(x) => write!(cell, "{x}")?,
-                    Value::Boolean(x) => cell.push(b'0' + u8::from(x)),
-                    Value::Text(x) => cell.extend_from_slice(x.as_bytes()),
+                    RowValue::Real(x) => cell.extend_from_slice(digits.format(x).as_bytes()),
+                    RowValue::Single(x) => cell.extend_from_slice(digits.format(x).as_bytes()),
+                    RowValue::Integer(x) => write!(cell, "{x}")?,
+                    RowValue::Unsigned(x) => write!(cell, "{x}")?,
+                    RowValue::Boolean(x) => cell.push(b'0' + u8::from(x)),
+                    RowValue::Text(x) => cell.extend_from_slice(x.as_bytes()),
                 }
             }
             csv.write_field(&*cell)?;
@@ -43,7 +43,7 @@ impl Writer {
         Ok(csv.write_record(None::<&[u8]>)?)
     }
 
-    pub(super) fn finish(self) -> Result<Part> {
+    pub(super) fn finish(self) -> Result<PartialFile> {
         self.csv.into_inner().map_err(|e| IoError::other(e.to_string()))
     }
 }

@@ -1,21 +1,21 @@
 //! Results kept in memory.
 
-use super::{Column, Row, Sink, Value, slots};
-use crate::error::Error;
+use super::{ResultColumn, ResultRow, ResultSink, RowValue, slots};
+use crate::error::CosimError;
 
 /// Keeps the results as series of numbers, for plots and measures. Integers and Booleans become floats; a text or a
 /// column that is not due is `NaN`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Memory {
-    columns: Vec<Column>,
+pub struct SeriesMemory {
+    columns: Vec<ResultColumn>,
     slots: Vec<usize>,
     time: Vec<f64>,
     series: Vec<Vec<f64>>,
 }
 
-impl Memory {
+impl SeriesMemory {
     /// The columns.
-    pub fn columns(&self) -> &[Column] {
+    pub fn columns(&self) -> &[ResultColumn] {
         &self.columns
     }
 
@@ -36,8 +36,8 @@ impl Memory {
     }
 }
 
-impl Sink for Memory {
-    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+impl ResultSink for SeriesMemory {
+    fn begin(&mut self, columns: &[ResultColumn]) -> Result<(), CosimError> {
         *self = Self {
             columns: columns.to_vec(),
             slots: slots(columns),
@@ -47,17 +47,17 @@ impl Sink for Memory {
         Ok(())
     }
 
-    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn row(&mut self, row: ResultRow<'_>) -> Result<(), CosimError> {
         self.time.push(row.time);
         for ((column, slot), series) in self.columns.iter().zip(&self.slots).zip(&mut self.series) {
             let value = match row.values.get(column.kind, *slot) {
                 _ if !column.is_due(row.point) => f64::NAN,
-                Value::Real(x) => x,
-                Value::Single(x) => f64::from(x),
-                Value::Integer(x) => x as f64,
-                Value::Unsigned(x) => x as f64,
-                Value::Boolean(x) => f64::from(u8::from(x)),
-                Value::Text(_) => f64::NAN,
+                RowValue::Real(x) => x,
+                RowValue::Single(x) => f64::from(x),
+                RowValue::Integer(x) => x as f64,
+                RowValue::Unsigned(x) => x as f64,
+                RowValue::Boolean(x) => f64::from(u8::from(x)),
+                RowValue::Text(_) => f64::NAN,
             };
             series.push(value);
         }

@@ -11,37 +11,37 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
-use super::{Column, Kind, Part, Row, Value, slots};
+use super::{ColumnKind, PartialFile, ResultColumn, ResultRow, RowValue, slots};
 
 /// Values gathered before a group is written: about 16 MB.
 const GATHERED: usize = 1 << 21;
 
-pub(super) enum Writer {
+pub(super) enum ParquetWriter {
     /// No column is known yet.
-    New(Part),
+    New(PartialFile),
     Open(Box<Open>),
     /// A group could not be written.
     Broken,
 }
 
 pub(super) struct Open {
-    file: SerializedFileWriter<Part>,
+    file: SerializedFileWriter<PartialFile>,
     time: Vec<f64>,
-    columns: Vec<Gathered>,
+    columns: Vec<GatheredColumn>,
     /// Rows of a whole group.
     group: usize,
 }
 
 /// A column's part of the group.
-struct Gathered {
-    column: Column,
+struct GatheredColumn {
+    column: ResultColumn,
     slot: usize,
-    values: Cells,
+    values: ColumnCells,
     /// Per row 1 for a value, 0 for none; of a column that is always due nothing.
     defined: Vec<i16>,
 }
 
-enum Cells {
+enum ColumnCells {
     Doubles(Vec<f64>),
     Floats(Vec<f32>),
     Integers(Vec<i64>),
@@ -49,12 +49,12 @@ enum Cells {
     Texts(Vec<ByteArray>),
 }
 
-impl Writer {
-    pub(super) fn new(part: Part) -> Self {
+impl ParquetWriter {
+    pub(super) fn new(part: PartialFile) -> Self {
         Self::New(part)
     }
 
-    pub(super) fn begin(&mut self, columns: &[Column]) -> Result<()> {
+    pub(super) fn begin(&mut self, columns: &[ResultColumn]) -> Result<()> {
         let Self::New(part) = std::mem::replace(self, Self::Broken) else {
             return Err(IoError::other("the results have begun already"));
         };
@@ -62,7 +62,7 @@ impl Writer {
         Ok(())
     }
 
-    pub(super) fn row(&mut self, row: Row<'_>) -> Result<()> {
+    pub(super) fn row(&mut self, row: ResultRow<'_>) -> Result<()> {
         let Self::Open(open) = self else { return Err(broken()) };
         open.gather(row);
         if open.time.len() < open.group {
@@ -75,7 +75,7 @@ impl Writer {
         done
     }
 
-    pub(super) fn finish(self) -> Result<Part> {
+    pub(super) fn finish(self) -> Result<PartialFile> {
         match self {
             Self::New(part) => Open::new(part, &[]).and_then(Open::finish).map_err(IoError::other),
             Self::Open(open) => open.finish().map_err(IoError::other),
@@ -89,8 +89,8 @@ fn broken() -> IoError {
 }
 
 impl Open {
-    fn new(part: Part, columns: &[Column]) -> std::result::Result<Self, ParquetError> {
-        let time = Column::new("time", Kind::Real, "s");
+    fn new(part: PartialFile, columns: &[ResultColumn]) -> std::result::Result<Self, ParquetError> {
+        let time = ResultColumn::new("time", ColumnKind::Real, "s");
         let fields =
             std::iter::once(&time).chain(columns).map(field).collect::<std::result::Result<_, _>>()?;
         let schema = Type::group_type_builder("schema").with_fields(fields).build()?;
@@ -104,12 +104,13 @@ impl Open {
             .set_key_value_metadata(Some(units))
             .build();
         let group = (GATHERED / (columns.len() + 1)).clamp(1 << 10, 1 << 17);
-        let columns = columns.iter().zip(slots(columns)).map(|(c, slot)| Gathered::new(c, slot)).collect();
+        let columns =
+            columns.iter().zip(slots(columns)).map(|(c, slot)| GatheredColumn::new(c, slot)).collect();
         let file = SerializedFileWriter::new(part, Arc::new(schema), Arc::new(properties))?;
         Ok(Self { file, time: Vec::new(), columns, group })
     }
 
-    fn gather(&mut self, row: Row<'_>) {
+    fn gather(&mut self, row: ResultRow<'_>) {
         self.time.push(row.time);
         for c in &mut self.columns {
             let due = c.column.is_due(row.point);
@@ -130,11 +131,11 @@ impl Open {
         write::<DoubleType>(&mut group, &mut self.time, &[])?;
         for c in &mut self.columns {
             match &mut c.values {
-                Cells::Doubles(v) => write::<DoubleType>(&mut group, v, &c.defined)?,
-                Cells::Floats(v) => write::<FloatType>(&mut group, v, &c.defined)?,
-                Cells::Integers(v) => write::<Int64Type>(&mut group, v, &c.defined)?,
-                Cells::Booleans(v) => write::<BoolType>(&mut group, v, &c.defined)?,
-                Cells::Texts(v) => write::<ByteArrayType>(&mut group, v, &c.defined)?,
+                ColumnCells::Doubles(v) => write::<DoubleType>(&mut group, v, &c.defined)?,
+                ColumnCells::Floats(v) => write::<FloatType>(&mut group, v, &c.defined)?,
+                ColumnCells::Integers(v) => write::<Int64Type>(&mut group, v, &c.defined)?,
+                ColumnCells::Booleans(v) => write::<BoolType>(&mut group, v, &c.defined)?,
+                ColumnCells::Texts(v) => write::<ByteArrayType>(&mut group, v, &c.defined)?,
             }
             c.defined.clear();
         }
@@ -142,7 +143,7 @@ impl Open {
         Ok(())
     }
 
-    fn finish(mut self) -> std::result::Result<Part, ParquetError> {
+    fn finish(mut self) -> std::result::Result<PartialFile, ParquetError> {
         self.write_group()?;
         self.file.into_inner()
     }
@@ -150,7 +151,7 @@ impl Open {
 
 /// Writes what was gathered of the next column.
 fn write<T: DataType>(
-    group: &mut SerializedRowGroupWriter<'_, Part>,
+    group: &mut SerializedRowGroupWriter<'_, PartialFile>,
     values: &mut Vec<T::T>,
     defined: &[i16],
 ) -> std::result::Result<(), ParquetError> {
@@ -161,42 +162,42 @@ fn write<T: DataType>(
 }
 
 /// A column of the schema.
-fn field(column: &Column) -> std::result::Result<Arc<Type>, ParquetError> {
+fn field(column: &ResultColumn) -> std::result::Result<Arc<Type>, ParquetError> {
     let (physical, logical) = match column.kind {
-        Kind::Real => (Physical::DOUBLE, None),
-        Kind::Single => (Physical::FLOAT, None),
-        Kind::Integer => (Physical::INT64, None),
-        Kind::Unsigned => (Physical::INT64, Some(LogicalType::integer(64, false))),
-        Kind::Boolean => (Physical::BOOLEAN, None),
-        Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        ColumnKind::Real => (Physical::DOUBLE, None),
+        ColumnKind::Single => (Physical::FLOAT, None),
+        ColumnKind::Integer => (Physical::INT64, None),
+        ColumnKind::Unsigned => (Physical::INT64, Some(LogicalType::integer(64, false))),
+        ColumnKind::Boolean => (Physical::BOOLEAN, None),
+        ColumnKind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
     let repetition = if column.every > 1 { Repetition::OPTIONAL } else { Repetition::REQUIRED };
     let field = Type::primitive_type_builder(&column.name, physical);
     Ok(Arc::new(field.with_repetition(repetition).with_logical_type(logical).build()?))
 }
 
-impl Gathered {
-    fn new(column: &Column, slot: usize) -> Self {
+impl GatheredColumn {
+    fn new(column: &ResultColumn, slot: usize) -> Self {
         let values = match column.kind {
-            Kind::Real => Cells::Doubles(Vec::new()),
-            Kind::Single => Cells::Floats(Vec::new()),
-            Kind::Integer | Kind::Unsigned => Cells::Integers(Vec::new()),
-            Kind::Boolean => Cells::Booleans(Vec::new()),
-            Kind::Text => Cells::Texts(Vec::new()),
+            ColumnKind::Real => ColumnCells::Doubles(Vec::new()),
+            ColumnKind::Single => ColumnCells::Floats(Vec::new()),
+            ColumnKind::Integer | ColumnKind::Unsigned => ColumnCells::Integers(Vec::new()),
+            ColumnKind::Boolean => ColumnCells::Booleans(Vec::new()),
+            ColumnKind::Text => ColumnCells::Texts(Vec::new()),
         };
         Self { column: column.clone(), slot, values, defined: Vec::new() }
     }
 }
 
-impl Cells {
-    fn push(&mut self, value: Value<'_>) {
+impl ColumnCells {
+    fn push(&mut self, value: RowValue<'_>) {
         match (self, value) {
-            (Self::Doubles(v), Value::Real(x)) => v.push(x),
-            (Self::Floats(v), Value::Single(x)) => v.push(x),
-            (Self::Integers(v), Value::Integer(x)) => v.push(x),
-            (Self::Integers(v), Value::Unsigned(x)) => v.push(x as i64),
-            (Self::Booleans(v), Value::Boolean(x)) => v.push(x),
-            (Self::Texts(v), Value::Text(x)) => v.push(x.as_bytes().to_vec().into()),
+            (Self::Doubles(v), RowValue::Real(x)) => v.push(x),
+            (Self::Floats(v), RowValue::Single(x)) => v.push(x),
+            (Self::Integers(v), RowValue::Integer(x)) => v.push(x),
+            (Self::Integers(v), RowValue::Unsigned(x)) => v.push(x as i64),
+            (Self::Booleans(v), RowValue::Boolean(x)) => v.push(x),
+            (Self::Texts(v), RowValue::Text(x)) => v.push(x.as_bytes().to_vec().into()),
             _ => {} // cells and values are of the same kind
         }
     }

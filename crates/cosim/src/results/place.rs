@@ -8,7 +8,7 @@ use trueup_fmi_description::whole;
 
 /// A name for results.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct ResultPlace {
     /// As it was said.
     name: PathBuf,
     /// Wherever an FMU leads the process meanwhile.
@@ -17,7 +17,7 @@ pub(super) struct Place {
     previous: Option<PathBuf>,
 }
 
-impl Place {
+impl ResultPlace {
     pub(super) fn of(file: &Path) -> Result<Self> {
         Ok(Self { name: file.to_owned(), target: std::path::absolute(file)?, previous: None })
     }

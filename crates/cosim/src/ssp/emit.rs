@@ -29,12 +29,12 @@ pub(super) fn percent(name: &str) -> String {
 
 /// Text in the making, with the elements that are open.
 #[derive(Default)]
-pub(super) struct Xml {
+pub(super) struct SspXml {
     pub(super) text: String,
     open: Vec<String>,
 }
 
-impl Xml {
+impl SspXml {
     fn tag(&mut self, name: &str, attributes: &[(&str, &str)], end: &str) {
         let indent = "  ".repeat(self.open.len() + usize::from(name != "ssd:SystemStructureDescription"));
         self.text += &format!("{indent}<{name}");

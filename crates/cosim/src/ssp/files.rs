@@ -6,18 +6,18 @@ use std::path::{Path, PathBuf};
 use roxmltree::Document;
 use trueup_fmi_description::read::decode;
 
-use super::xml::{Node, Source};
-use crate::mistake::Mistake;
+use super::xml::{SspNode, SspText};
+use crate::mistake::InputMistake;
 use crate::store::{Store, inside};
-use crate::system::Place;
+use crate::system::SourceSpan;
 
-pub(super) struct Reader {
+pub(super) struct SspReader {
     pub(super) store: Store,
-    pub(super) mistakes: Vec<Mistake>,
+    pub(super) mistakes: Vec<InputMistake>,
     pub(super) notes: Vec<String>,
 }
 
-impl Reader {
+impl SspReader {
     pub(super) fn new() -> Self {
         Self { store: Store::default(), mistakes: Vec::new(), notes: Vec::new() }
     }
@@ -26,10 +26,10 @@ impl Reader {
     pub(super) fn with<T>(
         &mut self,
         file: &Path,
-        at: &Place,
-        work: impl for<'d> FnOnce(&mut Self, Node<'d>, &'d Document<'d>) -> Result<T, Mistake>,
+        at: &SourceSpan,
+        work: impl for<'d> FnOnce(&mut Self, SspNode<'d>, &'d Document<'d>) -> Result<T, InputMistake>,
     ) -> Option<T> {
-        let fail = |place: Place, message: String| Mistake { place, message };
+        let fail = |place: SourceSpan, message: String| InputMistake { place, message };
         let bytes = match self.store.read(file) {
             Ok(bytes) => bytes,
             Err(why) => {
@@ -37,7 +37,7 @@ impl Reader {
                 return None;
             }
         };
-        let in_file = |line| Place { file: file.into(), line };
+        let in_file = |line| SourceSpan { file: file.into(), line };
         let text = match decode(&bytes) {
             Ok(text) => text,
             Err(e) => {
@@ -57,8 +57,8 @@ impl Reader {
                 return None;
             }
         };
-        let source = Source::new(file, &text);
-        let root = Node { node: document.root_element(), source: &source };
+        let source = SspText::new(file, &text);
+        let root = SspNode { node: document.root_element(), source: &source };
         let done = work(self, root, &document);
         done.map_err(|mistake| self.mistakes.push(mistake)).ok()
     }
@@ -92,7 +92,7 @@ impl Reader {
 /// # Errors
 /// Its type, which can be neither.
 pub(super) fn described<'d>(
-    component: Node<'d>,
+    component: SspNode<'d>,
     file: &Path,
     fragment: &str,
 ) -> Result<Option<PathBuf>, &'d str> {

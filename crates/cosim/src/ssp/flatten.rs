@@ -3,13 +3,16 @@
 
 use std::collections::HashMap;
 
-use trueup_fmi_description::description::Unit;
+use trueup_fmi_description::description::DescriptionUnit;
 
 use super::parameters::Transformation;
-use super::read::{Connector, Element, Inner, Kind, Root};
-use crate::mistake::Mistake;
-use crate::system::Names;
-use crate::system::{Component, Connection, Hop, InputFile, Place, Port, Run, Start, System};
+use super::read::{Connector, ConnectorKind, Root, SsdElement, SystemContent};
+use crate::mistake::InputMistake;
+use crate::system::ComponentNames;
+use crate::system::{
+    Connection, ConnectionHop, CosimSystem, InputFile, RunSettings, SourceSpan, StartValue, SystemComponent,
+    VariablePort,
+};
 
 /// Connectors passed on one way; more is a circle.
 const MAX_HOPS: usize = 1000;
@@ -17,7 +20,7 @@ const MAX_HOPS: usize = 1000;
 const MAX_DEPTH: usize = 64;
 
 /// A connector of an element (its index in [`Flat::owners`]).
-type Node<'a> = (usize, &'a str);
+type ConnectorNode<'a> = (usize, &'a str);
 
 /// An element with its place in the tree.
 struct Owner<'a> {
@@ -28,30 +31,30 @@ struct Owner<'a> {
 
 /// A value comes to a connector.
 struct Edge<'a> {
-    from: Node<'a>,
+    from: ConnectorNode<'a>,
     transformation: &'a Transformation,
     suppress: bool,
-    place: &'a Place,
+    place: &'a SourceSpan,
 }
 
 #[derive(Default)]
 struct Flat<'a> {
     owners: Vec<Owner<'a>>,
-    components: Vec<Component>,
+    components: Vec<SystemComponent>,
     /// What comes to a connector.
-    incoming: HashMap<Node<'a>, Vec<Edge<'a>>>,
+    incoming: HashMap<ConnectorNode<'a>, Vec<Edge<'a>>>,
     /// Inputs of components, in the order of the file.
-    inputs: Vec<Node<'a>>,
+    inputs: Vec<ConnectorNode<'a>>,
     /// What a system's connector hands on to, for parameters.
-    outgoing: HashMap<Node<'a>, Vec<(Node<'a>, &'a Transformation)>>,
+    outgoing: HashMap<ConnectorNode<'a>, Vec<(ConnectorNode<'a>, &'a Transformation)>>,
     /// Elements by the owner of their system and their name.
-    children: HashMap<Node<'a>, (usize, &'a Element)>,
+    children: HashMap<ConnectorNode<'a>, (usize, &'a SsdElement)>,
     /// Parameters that nothing here is named after.
     unmatched: Vec<String>,
-    mistakes: Vec<Mistake>,
+    mistakes: Vec<InputMistake>,
 }
 
-pub(super) fn flatten(root: Root, mistakes: &mut Vec<Mistake>) -> System {
+pub(super) fn flatten(root: Root, mistakes: &mut Vec<InputMistake>) -> CosimSystem {
     let mut flat = Flat::default();
     let top = flat.element(&root.element, None, &[]);
     flat.parameters(top, &root.element);
@@ -62,13 +65,13 @@ pub(super) fn flatten(root: Root, mistakes: &mut Vec<Mistake>) -> System {
     connectors.sort_by(|a, b| a.0.cmp(&b.0));
     mistakes.append(&mut flat.mistakes);
     let components = flat.components;
-    let names = Names::of(&components);
+    let names = ComponentNames::of(&components);
     let inputs = root.own.inputs.map(|own| InputFile {
         file: own.file,
         columns: own.columns.into_iter().filter_map(|(name, to)| Some((name, names.port(&to)?))).collect(),
         place: own.place,
     });
-    let run = Run {
+    let run = RunSettings {
         start: root.start,
         stop: root.stop,
         step: root.own.step,
@@ -82,18 +85,18 @@ pub(super) fn flatten(root: Root, mistakes: &mut Vec<Mistake>) -> System {
         notes.push(format!("parameters that match nothing are left out: {}", flat.unmatched.join(", ")));
     }
     let record = root.own.record;
-    System { components, connections, run, record, inputs, connectors, notes, ..System::default() }
+    CosimSystem { components, connections, run, record, inputs, connectors, notes, ..CosimSystem::default() }
 }
 
 impl<'a> Flat<'a> {
     /// Takes an element and all in it; returns its owner. `scope`: dictionaries that can be seen from here.
-    fn element(&mut self, element: &'a Element, name: Option<&str>, scope: &[(&'a str, usize)]) -> usize {
+    fn element(&mut self, element: &'a SsdElement, name: Option<&str>, scope: &[(&'a str, usize)]) -> usize {
         let owner = self.owners.len();
         self.owners.push(Owner { component: None, connectors: &element.connectors });
         match &element.kind {
-            Kind::Fmu { file, interface, step } => {
+            ConnectorKind::Fmu { file, interface, step } => {
                 self.owners[owner].component = Some(self.components.len());
-                self.components.push(Component {
+                self.components.push(SystemComponent {
                     name: name.unwrap_or(&element.name).to_owned(),
                     fmu: file.clone(),
                     interface: *interface,
@@ -102,13 +105,19 @@ impl<'a> Flat<'a> {
                     place: element.place.clone(),
                 });
             }
-            Kind::System(inner) => self.system(inner, owner, name, scope),
-            Kind::Dictionary(_) => {}
+            ConnectorKind::System(inner) => self.system(inner, owner, name, scope),
+            ConnectorKind::Dictionary(_) => {}
         }
         owner
     }
 
-    fn system(&mut self, inner: &'a Inner, owner: usize, name: Option<&str>, scope: &[(&'a str, usize)]) {
+    fn system(
+        &mut self,
+        inner: &'a SystemContent,
+        owner: usize,
+        name: Option<&str>,
+        scope: &[(&'a str, usize)],
+    ) {
         let mut scope = scope.to_vec();
         for dictionary in &inner.dictionaries {
             // Shared by all references: one owner of all its signals.
@@ -121,14 +130,16 @@ impl<'a> Flat<'a> {
                 None => element.name.clone(),
             };
             let at = match &element.kind {
-                Kind::Dictionary(wanted) => match scope.iter().rev().find(|(name, _)| name == wanted) {
-                    Some((_, at)) => *at,
-                    None => {
-                        let message = format!("there is no signal dictionary `{wanted}`");
-                        self.mistakes.push(Mistake { place: element.place.clone(), message });
-                        continue;
+                ConnectorKind::Dictionary(wanted) => {
+                    match scope.iter().rev().find(|(name, _)| name == wanted) {
+                        Some((_, at)) => *at,
+                        None => {
+                            let message = format!("there is no signal dictionary `{wanted}`");
+                            self.mistakes.push(InputMistake { place: element.place.clone(), message });
+                            continue;
+                        }
                     }
-                },
+                }
                 _ => self.element(element, Some(&inside), &scope),
             };
             self.children.insert((owner, &element.name), (at, element));
@@ -153,7 +164,7 @@ impl<'a> Flat<'a> {
                         );
                         let message =
                             format!("the connection names the element `{unknown}`, which is not there{near}");
-                        self.mistakes.push(Mistake { place: wire.place.clone(), message });
+                        self.mistakes.push(InputMistake { place: wire.place.clone(), message });
                     }
                 }
             }
@@ -170,7 +181,7 @@ impl<'a> Flat<'a> {
                         "both ends of the connection, `{}` and `{}`, {what}",
                         wire.ends[0].1, wire.ends[1].1
                     );
-                    self.mistakes.push(Mistake { place: wire.place.clone(), message });
+                    self.mistakes.push(InputMistake { place: wire.place.clone(), message });
                     continue;
                 }
                 _ => (a.0, b.0),
@@ -188,7 +199,7 @@ impl<'a> Flat<'a> {
                 }
             } else if let Some(before) = incoming.first() {
                 let message = format!("`{}` is driven twice, see {}; remove one", to.1, before.place);
-                self.mistakes.push(Mistake { place: wire.place.clone(), message });
+                self.mistakes.push(InputMistake { place: wire.place.clone(), message });
                 continue;
             }
             incoming.push(edge);
@@ -211,8 +222,8 @@ impl<'a> Flat<'a> {
     }
 
     /// `None`: nothing drives it.
-    fn trace(&self, input: Node<'a>, last: &Edge<'a>) -> Result<Option<Connection>, Mistake> {
-        let wrong = |message: String| Mistake { place: last.place.clone(), message };
+    fn trace(&self, input: ConnectorNode<'a>, last: &Edge<'a>) -> Result<Option<Connection>, InputMistake> {
+        let wrong = |message: String| InputMistake { place: last.place.clone(), message };
         // From the input back to the output; an index belongs to whichever array is found.
         let mut way = vec![(input, last)];
         let mut index = "";
@@ -237,7 +248,12 @@ impl<'a> Flat<'a> {
             ..Connection::default()
         };
         if let Some(unit) = self.unit(node) {
-            connection.through.push(Hop { unit: Some(unit), factor: 1.0, offset: 0.0, convert_units: true });
+            connection.through.push(ConnectionHop {
+                unit: Some(unit),
+                factor: 1.0,
+                offset: 0.0,
+                convert_units: true,
+            });
         }
         for (to, edge) in way.iter().rev() {
             let (factor, offset) = edge.transformation.linear.unwrap_or((1.0, 0.0));
@@ -246,7 +262,12 @@ impl<'a> Flat<'a> {
                 (connection.factor, connection.offset) = (factor, offset);
                 connection.convert_units = !edge.suppress;
             } else if unit.is_some() || (factor, offset) != (1.0, 0.0) || edge.suppress {
-                connection.through.push(Hop { unit, factor, offset, convert_units: !edge.suppress });
+                connection.through.push(ConnectionHop {
+                    unit,
+                    factor,
+                    offset,
+                    convert_units: !edge.suppress,
+                });
             }
             if !edge.transformation.map.is_empty() {
                 if !connection.map.is_empty() {
@@ -258,13 +279,13 @@ impl<'a> Flat<'a> {
         Ok(Some(connection))
     }
 
-    fn port(&self, node: Node, index: &str) -> Port {
+    fn port(&self, node: ConnectorNode, index: &str) -> VariablePort {
         let component = self.owners[node.0].component.and_then(|i| self.components.get(i));
         let component = component.map(|c| c.name.clone()).unwrap_or_default();
-        Port { component, variable: format!("{}{index}", node.1) }
+        VariablePort { component, variable: format!("{}{index}", node.1) }
     }
 
-    fn unit(&self, node: Node) -> Option<Unit> {
+    fn unit(&self, node: ConnectorNode) -> Option<DescriptionUnit> {
         // A unit that the file does not define says nothing: that of the FMU holds.
         let unit = find(self.owners[node.0].connectors, node.1)?.unit.clone()?;
         unit.base.is_some().then_some(unit)
@@ -272,7 +293,7 @@ impl<'a> Flat<'a> {
 
     /// Variables of components that a system's connector stands for, as they are: those that it drives, or the one
     /// that drives it.
-    fn behind(&self, node: Node<'a>) -> Vec<Port> {
+    fn behind(&self, node: ConnectorNode<'a>) -> Vec<VariablePort> {
         let (mut ports, mut left, mut seen) = (Vec::new(), vec![node], 0);
         while let Some(node) = left.pop() {
             seen += 1;
@@ -307,8 +328,8 @@ impl<'a> Flat<'a> {
     }
 
     /// Parameters reach their variables: those of inner elements first, so that outer ones, coming later, count.
-    fn parameters(&mut self, owner: usize, element: &'a Element) {
-        if let Kind::System(inner) = &element.kind {
+    fn parameters(&mut self, owner: usize, element: &'a SsdElement) {
+        if let ConnectorKind::System(inner) = &element.kind {
             for child in &inner.elements {
                 if let Some((at, _)) = self.children.get(&(owner, child.name.as_str())) {
                     self.parameters(*at, child);
@@ -323,9 +344,9 @@ impl<'a> Flat<'a> {
     }
 
     /// By its name in an element: of a variable, of a connector of the system, of something inside.
-    fn apply(&mut self, owner: usize, element: &'a Element, name: &'a str, start: &Start) -> bool {
+    fn apply(&mut self, owner: usize, element: &'a SsdElement, name: &'a str, start: &StartValue) -> bool {
         if let Some(i) = self.owners[owner].component {
-            self.components[i].start.push(Start { variable: name.to_owned(), ..start.clone() });
+            self.components[i].start.push(StartValue { variable: name.to_owned(), ..start.clone() });
             return true;
         }
         let mut matched = false;
@@ -342,13 +363,13 @@ impl<'a> Flat<'a> {
     }
 
     /// Through the connections of a system's connector.
-    fn hand_down(&mut self, node: Node<'a>, start: &Start, depth: usize) {
+    fn hand_down(&mut self, node: ConnectorNode<'a>, start: &StartValue, depth: usize) {
         for (to, t) in self.outgoing.get(&node).cloned().unwrap_or_default() {
             let (f, o) = t.linear.unwrap_or((1.0, 0.0));
             let (f0, o0) = start.linear.unwrap_or((1.0, 0.0));
             let linear = Some((f * f0, f * o0 + o)).filter(|l| *l != (1.0, 0.0));
             let values = start.values.iter().map(|v| t.replaced(v)).collect();
-            let start = Start { variable: to.1.to_owned(), values, linear, ..start.clone() };
+            let start = StartValue { variable: to.1.to_owned(), values, linear, ..start.clone() };
             match self.owners[to.0].component {
                 Some(i) => self.components[i].start.push(start),
                 None if depth < MAX_DEPTH => self.hand_down(to, &start, depth + 1),

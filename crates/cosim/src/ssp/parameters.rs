@@ -2,16 +2,16 @@
 
 use std::collections::{HashMap, HashSet};
 
-use trueup_fmi_description::description::{BaseUnit, Unit};
+use trueup_fmi_description::description::{BaseUnit, DescriptionUnit};
 
-use super::xml::Node;
-use crate::mistake::Mistake;
-use crate::system::Start;
+use super::xml::SspNode;
+use crate::mistake::InputMistake;
+use crate::system::StartValue;
 
-type Result<T> = std::result::Result<T, Mistake>;
+type Result<T> = std::result::Result<T, InputMistake>;
 
 /// Units by name, as a file defines them.
-pub(super) fn units(root: Node) -> Result<HashMap<String, Unit>> {
+pub(super) fn units(root: SspNode) -> Result<HashMap<String, DescriptionUnit>> {
     let mut units = HashMap::new();
     for node in root.list("Units").filter(|n| n.name() == "Unit") {
         let name = node.required("name")?.to_owned();
@@ -26,21 +26,22 @@ pub(super) fn units(root: Node) -> Result<HashMap<String, Unit>> {
             }
             Ok(BaseUnit { exponents, factor, offset: b.number("offset")?.unwrap_or(0.0) })
         });
-        let unit = Unit { name: name.clone(), base: base.transpose()?, display: Vec::new(), line: 0 };
+        let unit =
+            DescriptionUnit { name: name.clone(), base: base.transpose()?, display: Vec::new(), line: 0 };
         units.insert(name, unit);
     }
     Ok(units)
 }
 
 /// The unit that an attribute names; of an undefined one the name alone.
-pub(super) fn unit(node: Node, units: &HashMap<String, Unit>) -> Option<Unit> {
+pub(super) fn unit(node: SspNode, units: &HashMap<String, DescriptionUnit>) -> Option<DescriptionUnit> {
     let name = node.attribute("unit").filter(|n| !n.is_empty())?;
-    let bare = || Unit { name: name.to_owned(), base: None, display: Vec::new(), line: 0 };
+    let bare = || DescriptionUnit { name: name.to_owned(), base: None, display: Vec::new(), line: 0 };
     Some(units.get(name).cloned().unwrap_or_else(bare))
 }
 
 /// The parameters of a `ParameterSet`.
-pub(super) fn set(root: Node) -> Result<Vec<Start>> {
+pub(super) fn set(root: SspNode) -> Result<Vec<StartValue>> {
     if root.name() != "ParameterSet" {
         return Err(root.wrong(format!("the element is `{}`, not `ParameterSet`", root.name())));
     }
@@ -48,7 +49,7 @@ pub(super) fn set(root: Node) -> Result<Vec<Start>> {
     let mut starts = Vec::new();
     for parameter in root.list("Parameters").filter(|n| n.name() == "Parameter") {
         let name = parameter.required("name")?;
-        if starts.iter().any(|s: &Start| s.variable == name) {
+        if starts.iter().any(|s: &StartValue| s.variable == name) {
             return Err(parameter
                 .wrong(format!("the parameter `{name}` is in this set already; take one of them out")));
         }
@@ -68,13 +69,13 @@ pub(super) fn set(root: Node) -> Result<Vec<Start>> {
             None if !several.is_empty() => several,
             None => return Err(typed.wrong(format!("the parameter `{name}` has no value"))),
         };
-        starts.push(Start {
+        starts.push(StartValue {
             variable: name.to_owned(),
             values,
             unit: unit(typed, &units),
             optional: true,
             place: parameter.place(),
-            ..Start::default()
+            ..StartValue::default()
         });
     }
     Ok(starts)
@@ -100,7 +101,7 @@ impl Transformation {
     }
 }
 
-pub(super) fn transformation(node: Node) -> Result<Transformation> {
+pub(super) fn transformation(node: SspNode) -> Result<Transformation> {
     let mut t = Transformation::default();
     for child in node.children() {
         match child.name() {
@@ -128,12 +129,12 @@ pub(super) fn transformation(node: Node) -> Result<Transformation> {
 }
 
 /// The parameters under their new names: only those that the `ParameterMapping` lists; and what is left over on either side.
-pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<(Vec<Start>, Vec<String>)> {
+pub(super) fn mapped(root: SspNode, starts: &[StartValue]) -> Result<(Vec<StartValue>, Vec<String>)> {
     if root.name() != "ParameterMapping" {
         return Err(root.wrong(format!("the element is `{}`, not `ParameterMapping`", root.name())));
     }
-    let by_name: HashMap<&str, &Start> = starts.iter().map(|s| (s.variable.as_str(), s)).collect();
-    let (mut mapped, mut used, mut unknown) = (Vec::<Start>::new(), HashSet::new(), Vec::new());
+    let by_name: HashMap<&str, &StartValue> = starts.iter().map(|s| (s.variable.as_str(), s)).collect();
+    let (mut mapped, mut used, mut unknown) = (Vec::<StartValue>::new(), HashSet::new(), Vec::new());
     for entry in root.children().filter(|n| n.name() == "MappingEntry") {
         let (source, target) = (entry.required("source")?, entry.required("target")?);
         let t = transformation(entry)?;
@@ -148,7 +149,7 @@ pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<(Vec<Start>, Vec<St
                 "`{target}` is the target of an entry before this one; take one of them out"
             )));
         }
-        mapped.push(Start {
+        mapped.push(StartValue {
             variable: target.to_owned(),
             values: start.values.iter().map(|v| t.replaced(v)).collect(),
             unit: start.unit.clone().filter(|_| !suppress),

@@ -4,39 +4,39 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use roxmltree::Document;
-use trueup_fmi_description::description::Unit;
+use trueup_fmi_description::description::DescriptionUnit;
 
 use super::annotation;
-use super::files::{Reader, described, system_by_id};
+use super::files::{SspReader, described, system_by_id};
 use super::parameters::{self, Transformation};
 use super::size::{MAX_DEPTH, too_deep};
-use super::xml::{Node, Source};
-use crate::mistake::Mistake;
-use crate::system::{Interface, Place, Start};
+use super::xml::{SspNode, SspText};
+use crate::mistake::InputMistake;
+use crate::system::{ComponentInterface, SourceSpan, StartValue};
 
 /// A component, a system, or a reference to a signal dictionary.
 #[derive(Debug)]
-pub(super) struct Element {
+pub(super) struct SsdElement {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: ConnectorKind,
     pub(super) connectors: HashMap<String, Connector>,
     /// In the order of their application.
-    pub(super) parameters: Vec<Start>,
-    pub(super) place: Place,
+    pub(super) parameters: Vec<StartValue>,
+    pub(super) place: SourceSpan,
 }
 
 #[derive(Debug)]
-pub(super) enum Kind {
-    Fmu { file: PathBuf, interface: Option<Interface>, step: Option<f64> },
-    System(Inner),
+pub(super) enum ConnectorKind {
+    Fmu { file: PathBuf, interface: Option<ComponentInterface>, step: Option<f64> },
+    System(SystemContent),
     Dictionary(String),
 }
 
 /// What is in a system.
 #[derive(Debug, Default)]
-pub(super) struct Inner {
-    pub(super) elements: Vec<Element>,
-    pub(super) connections: Vec<Wire>,
+pub(super) struct SystemContent {
+    pub(super) elements: Vec<SsdElement>,
+    pub(super) connections: Vec<SsdConnection>,
     pub(super) dictionaries: HashSet<String>,
     /// Names of elements that could not be read, which has been said.
     pub(super) failed: HashSet<String>,
@@ -46,40 +46,40 @@ pub(super) struct Inner {
 pub(super) struct Connector {
     /// `input`, `output`, ...
     pub(super) kind: String,
-    pub(super) unit: Option<Unit>,
+    pub(super) unit: Option<DescriptionUnit>,
 }
 
 /// A connection as written.
 #[derive(Debug)]
-pub(super) struct Wire {
+pub(super) struct SsdConnection {
     /// Element (`None`: the system itself) and connector.
     pub(super) ends: [(Option<String>, String); 2],
     pub(super) transformation: Transformation,
     pub(super) suppress: bool,
-    pub(super) place: Place,
+    pub(super) place: SourceSpan,
 }
 
 /// A whole description.
 pub(super) struct Root {
-    pub(super) element: Element,
+    pub(super) element: SsdElement,
     pub(super) start: Option<f64>,
     pub(super) stop: Option<f64>,
-    pub(super) place: Place,
-    pub(super) own: annotation::Own,
+    pub(super) place: SourceSpan,
+    pub(super) own: annotation::OwnAnnotation,
 }
 
 /// The file that is being read.
-struct Context<'d> {
+struct FileContext<'d> {
     file: &'d Path,
     document: &'d Document<'d>,
-    source: &'d Source<'d>,
-    units: HashMap<String, Unit>,
+    source: &'d SspText<'d>,
+    units: HashMap<String, DescriptionUnit>,
     depth: usize,
 }
 
-impl Reader {
+impl SspReader {
     /// Reads a `.ssd`; mistakes are collected, `None` where nothing can be made of it.
-    pub(super) fn description(&mut self, file: &Path, depth: usize, at: &Place) -> Option<Root> {
+    pub(super) fn description(&mut self, file: &Path, depth: usize, at: &SourceSpan) -> Option<Root> {
         self.with(file, at, |reader, root, document| {
             if root.name() != "SystemStructureDescription" {
                 return Err(root.wrong(format!(
@@ -99,7 +99,7 @@ impl Reader {
                 return Ok(None);
             }
             let units = parameters::units(root)?;
-            let context = Context { file, document, source: root.source, units, depth };
+            let context = FileContext { file, document, source: root.source, units, depth };
             let element = reader.system(system, &context);
             let experiment = root.child("DefaultExperiment");
             let time = |name| experiment.map_or(Ok(None), |e| e.number(name));
@@ -115,22 +115,22 @@ impl Reader {
     }
 
     /// Reports a mistake and goes on.
-    fn keep<T>(&mut self, result: Result<T, Mistake>) -> Option<T> {
+    fn keep<T>(&mut self, result: Result<T, InputMistake>) -> Option<T> {
         result.map_err(|mistake| self.mistakes.push(mistake)).ok()
     }
 
-    fn system(&mut self, node: Node, context: &Context) -> Result<Element, Mistake> {
-        let mut inner = Inner::default();
+    fn system(&mut self, node: SspNode, context: &FileContext) -> Result<SsdElement, InputMistake> {
+        let mut inner = SystemContent::default();
         for child in node.list("Elements") {
             let element = match child.name() {
                 "Component" => self.component(child, context),
                 "System" => {
                     let deeper =
-                        Context { depth: context.depth + 1, units: context.units.clone(), ..*context };
+                        FileContext { depth: context.depth + 1, units: context.units.clone(), ..*context };
                     within(child, deeper.depth).and_then(|()| self.system(child, &deeper)).map(Some)
                 }
                 "SignalDictionaryReference" => child.required("dictionary").and_then(|dictionary| {
-                    self.element(child, Kind::Dictionary(dictionary.to_owned()), context).map(Some)
+                    self.element(child, ConnectorKind::Dictionary(dictionary.to_owned()), context).map(Some)
                 }),
                 _ => Ok(None),
             };
@@ -145,11 +145,16 @@ impl Reader {
         }
         let dictionaries = node.list("SignalDictionaries").filter(|n| n.name() == "SignalDictionary");
         inner.dictionaries = dictionaries.filter_map(|n| n.attribute("name").map(str::to_owned)).collect();
-        self.element(node, Kind::System(inner), context)
+        self.element(node, ConnectorKind::System(inner), context)
     }
 
     /// What all kinds of elements have in common.
-    fn element(&mut self, node: Node, kind: Kind, context: &Context) -> Result<Element, Mistake> {
+    fn element(
+        &mut self,
+        node: SspNode,
+        kind: ConnectorKind,
+        context: &FileContext,
+    ) -> Result<SsdElement, InputMistake> {
         let name = node.required("name")?.to_owned();
         let mut connectors = HashMap::new();
         for c in node.list("Connectors").filter(|n| n.name() == "Connector") {
@@ -162,18 +167,22 @@ impl Reader {
             }
         }
         let parameters = self.bindings(node, context);
-        Ok(Element { name, kind, connectors, parameters, place: node.place() })
+        Ok(SsdElement { name, kind, connectors, parameters, place: node.place() })
     }
 
-    fn component(&mut self, node: Node, context: &Context) -> Result<Option<Element>, Mistake> {
+    fn component(
+        &mut self,
+        node: SspNode,
+        context: &FileContext,
+    ) -> Result<Option<SsdElement>, InputMistake> {
         let name = node.attribute("name").unwrap_or_default();
         let Some(source) = node.attribute("source") else {
             return Err(node.wrong(format!("the component `{name}` has no source; it cannot be run")));
         };
         let interface = match node.attribute("implementation").unwrap_or("any") {
             "any" | "" => None,
-            "CoSimulation" => Some(Interface::CoSimulation),
-            "ModelExchange" => Some(Interface::ModelExchange),
+            "CoSimulation" => Some(ComponentInterface::CoSimulation),
+            "ModelExchange" => Some(ComponentInterface::ModelExchange),
             other => {
                 return Err(node.wrong(format!(
                     "the implementation {other} cannot be run; use CoSimulation or ModelExchange"
@@ -187,9 +196,9 @@ impl Reader {
             let Some(system) = system_by_id(context.document, fragment) else {
                 return Err(node.wrong(format!("there is no system with the id \"{fragment}\"")));
             };
-            let deeper = Context { depth: context.depth + 1, units: context.units.clone(), ..*context };
+            let deeper = FileContext { depth: context.depth + 1, units: context.units.clone(), ..*context };
             within(node, deeper.depth)?;
-            let inner = self.system(Node { node: system, source: context.source }, &deeper)?;
+            let inner = self.system(SspNode { node: system, source: context.source }, &deeper)?;
             return self.replaced(node, inner, context).map(Some);
         }
         let file = self.locate(path, context.file).map_err(|why| node.wrong(why))?;
@@ -197,7 +206,7 @@ impl Reader {
             node.wrong(format!("the component `{name}` is {other}, which cannot be run; export it as an FMU"))
         })?;
         match inner {
-            None => self.element(node, Kind::Fmu { file, interface, step }, context).map(Some),
+            None => self.element(node, ConnectorKind::Fmu { file, interface, step }, context).map(Some),
             Some(description) => {
                 within(node, context.depth + 1)?;
                 let Some(root) = self.description(&description, context.depth + 1, &node.place()) else {
@@ -209,18 +218,23 @@ impl Reader {
     }
 
     /// A component that stands for a system: its own name and connectors, its parameters after those of the system.
-    fn replaced(&mut self, node: Node, system: Element, context: &Context) -> Result<Element, Mistake> {
-        let own = self.element(node, Kind::Dictionary(String::new()), context)?;
+    fn replaced(
+        &mut self,
+        node: SspNode,
+        system: SsdElement,
+        context: &FileContext,
+    ) -> Result<SsdElement, InputMistake> {
+        let own = self.element(node, ConnectorKind::Dictionary(String::new()), context)?;
         let mut parameters = system.parameters;
         parameters.extend(own.parameters);
         let mut connectors = system.connectors;
         for (name, connector) in own.connectors {
             connectors.entry(name).or_insert(connector);
         }
-        Ok(Element { name: own.name, kind: system.kind, connectors, parameters, place: own.place })
+        Ok(SsdElement { name: own.name, kind: system.kind, connectors, parameters, place: own.place })
     }
 
-    fn bindings(&mut self, node: Node, context: &Context) -> Vec<Start> {
+    fn bindings(&mut self, node: SspNode, context: &FileContext) -> Vec<StartValue> {
         let mut parameters = Vec::new();
         for binding in node.list("ParameterBindings").filter(|n| n.name() == "ParameterBinding") {
             parameters.extend(self.binding(binding, node, context).unwrap_or_default());
@@ -228,7 +242,12 @@ impl Reader {
         parameters
     }
 
-    fn binding(&mut self, binding: Node, owner: Node, context: &Context) -> Option<Vec<Start>> {
+    fn binding(
+        &mut self,
+        binding: SspNode,
+        owner: SspNode,
+        context: &FileContext,
+    ) -> Option<Vec<StartValue>> {
         let wanted = "application/x-ssp-parameter-set";
         if let Some(other) = binding.attribute("type").filter(|t| *t != wanted) {
             self.mistakes.push(
@@ -268,7 +287,7 @@ impl Reader {
     }
 
     /// The file that `source` names, beside the description or inside the component.
-    fn reference(&mut self, node: Node, owner: Node, context: &Context) -> Option<PathBuf> {
+    fn reference(&mut self, node: SspNode, owner: SspNode, context: &FileContext) -> Option<PathBuf> {
         let source = node.attribute("source").unwrap_or_default();
         let base = match node.attribute("sourceBase") {
             Some("component") => {
@@ -281,12 +300,12 @@ impl Reader {
     }
 }
 
-fn within(node: Node, depth: usize) -> Result<(), Mistake> {
+fn within(node: SspNode, depth: usize) -> Result<(), InputMistake> {
     if depth > MAX_DEPTH { Err(too_deep(node)) } else { Ok(()) }
 }
 
-fn wire(node: Node) -> Result<Wire, Mistake> {
-    let end = |element: &str, connector: &str, indices: &str| -> Result<_, Mistake> {
+fn wire(node: SspNode) -> Result<SsdConnection, InputMistake> {
+    let end = |element: &str, connector: &str, indices: &str| -> Result<_, InputMistake> {
         let mut name = node.required(connector)?.to_owned();
         if let Some(at) = node.attribute(indices).filter(|i| !i.trim().is_empty()) {
             let at: Vec<&str> = at.split([' ', ',', '\t', '\n']).filter(|i| !i.is_empty()).collect();
@@ -295,7 +314,7 @@ fn wire(node: Node) -> Result<Wire, Mistake> {
         // Some tools write an empty name for the system itself.
         Ok((node.attribute(element).filter(|e| !e.is_empty()).map(str::to_owned), name))
     };
-    Ok(Wire {
+    Ok(SsdConnection {
         ends: [
             end("startElement", "startConnector", "startIndices")?,
             end("endElement", "endConnector", "endIndices")?,

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use roxmltree::Document;
 
-use super::files::{Reader, described, system_by_id};
-use super::xml::Node;
-use crate::mistake::Mistake;
+use super::files::{SspReader, described, system_by_id};
+use super::xml::SspNode;
+use crate::mistake::InputMistake;
 
 /// Descriptions inside descriptions.
 pub(super) const MAX_DEPTH: usize = 32;
@@ -15,22 +15,22 @@ pub(super) const MAX_DEPTH: usize = 32;
 pub(super) const MAX_ELEMENTS: usize = 200_000;
 
 #[derive(Default)]
-pub(super) struct Sizes {
+pub(super) struct ArraySizes {
     /// Per file and place of a system its elements; `None`: it is being counted.
     systems: HashMap<(PathBuf, usize), Option<usize>>,
     /// There are too many, or a system contains itself.
     refused: bool,
 }
 
-impl Reader {
+impl SspReader {
     /// Whether what this system comes to can be built; if not, why stands among the mistakes.
     pub(super) fn is_buildable<'d>(
         &mut self,
-        system: Node<'d>,
+        system: SspNode<'d>,
         document: &'d Document<'d>,
         file: &Path,
     ) -> bool {
-        let mut sizes = Sizes::default();
+        let mut sizes = ArraySizes::default();
         match self.size(system, document, file, 0, &mut sizes) {
             Err(mistake) => {
                 self.mistakes.push(mistake);
@@ -42,12 +42,12 @@ impl Reader {
 
     fn size<'d>(
         &mut self,
-        system: Node<'d>,
+        system: SspNode<'d>,
         document: &'d Document<'d>,
         file: &Path,
         depth: usize,
-        sizes: &mut Sizes,
-    ) -> Result<usize, Mistake> {
+        sizes: &mut ArraySizes,
+    ) -> Result<usize, InputMistake> {
         let key = (file.to_owned(), system.node.range().start);
         match sizes.systems.get(&key) {
             Some(Some(known)) => return Ok(*known),
@@ -78,19 +78,20 @@ impl Reader {
     /// Of the system that a component stands for; what cannot be read counts nothing here and is told by the reader.
     fn component_size<'d>(
         &mut self,
-        component: Node<'d>,
+        component: SspNode<'d>,
         document: &'d Document<'d>,
         file: &Path,
         depth: usize,
-        sizes: &mut Sizes,
-    ) -> Result<usize, Mistake> {
+        sizes: &mut ArraySizes,
+    ) -> Result<usize, InputMistake> {
         let Some((path, fragment)) =
             component.attribute("source").map(|s| s.split_once('#').unwrap_or((s, "")))
         else {
             return Ok(0);
         };
         if path.is_empty() {
-            let inside = system_by_id(document, fragment).map(|node| Node { node, source: component.source });
+            let inside =
+                system_by_id(document, fragment).map(|node| SspNode { node, source: component.source });
             return inside.map_or(Ok(0), |system| self.size(system, document, file, depth, sizes));
         }
         let Ok(found) = self.locate(path, file) else { return Ok(0) };
@@ -102,11 +103,11 @@ impl Reader {
     }
 }
 
-pub(super) fn too_deep(node: Node) -> Mistake {
+pub(super) fn too_deep(node: SspNode) -> InputMistake {
     node.wrong(format!("systems are nested more than {MAX_DEPTH} deep; does one contain itself?"))
 }
 
-fn too_many(node: Node) -> Mistake {
+fn too_many(node: SspNode) -> InputMistake {
     node.wrong(format!(
         "there are more than {MAX_ELEMENTS} elements, nested ones counted as often as they are used; use fewer references"
     ))

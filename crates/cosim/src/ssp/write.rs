@@ -6,26 +6,28 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
-use trueup_fmi_description::description::{Causality, Description, Item, Type, Variable};
+use trueup_fmi_description::description::{
+    Description, DescriptionCausality, DescriptionVariable, Item, VariableType,
+};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::annotation::{NAMESPACE, TYPE};
-use super::emit::{Xml, packed, percent};
+use super::emit::{SspXml, packed, percent};
 use super::planned_values::{item, set};
 use crate::check::names;
-use crate::error::Error;
-use crate::plan::{Element, Link, Plan, Planned};
+use crate::error::CosimError;
+use crate::plan::{ElementIndex, LinearLink, MasterPlan, PlannedComponent};
 use crate::store::Store;
-use crate::system::{Component, Connection, Interface, Port, Start, System};
+use crate::system::{ComponentInterface, Connection, CosimSystem, StartValue, SystemComponent, VariablePort};
 
 /// Packs a checked system with its FMUs. Version 1.0 of SSP, or 2.0 where it has arrays.
 ///
 /// # Errors
-/// [`Error::Results`] if a file cannot be read or written; the archive bears its name only when it is whole.
-pub fn write(system: &System, plan: &Plan, file: &Path) -> Result<(), Error> {
-    let fail = |source: std::io::Error| Error::Results { file: file.into(), source };
-    let mut writer = Writer::new(system, plan);
+/// [`CosimError::Results`] if a file cannot be read or written; the archive bears its name only when it is whole.
+pub fn write(system: &CosimSystem, plan: &MasterPlan, file: &Path) -> Result<(), CosimError> {
+    let fail = |source: std::io::Error| CosimError::Results { file: file.into(), source };
+    let mut writer = SsdWriter::new(system, plan);
     let description = writer.description();
     let mut store = Store::default();
     let mut part = trueup_fmi_description::whole::part(file).map_err(fail)?;
@@ -61,10 +63,10 @@ pub fn write(system: &System, plan: &Plan, file: &Path) -> Result<(), Error> {
     part.persist(file).map(|_| ()).map_err(|e| fail(e.error))
 }
 
-struct Writer<'a> {
-    system: &'a System,
-    plan: &'a Plan,
-    xml: Xml,
+struct SsdWriter<'a> {
+    system: &'a CosimSystem,
+    plan: &'a MasterPlan,
+    xml: SspXml,
     /// Files with their names under `resources/`.
     resources: Vec<(PathBuf, String)>,
     /// Enumerations with their items, and the names that they go by here.
@@ -73,12 +75,12 @@ struct Writer<'a> {
     newer: bool,
 }
 
-impl<'a> Writer<'a> {
-    fn new(system: &'a System, plan: &'a Plan) -> Self {
+impl<'a> SsdWriter<'a> {
+    fn new(system: &'a CosimSystem, plan: &'a MasterPlan) -> Self {
         Self {
             system,
             plan,
-            xml: Xml::default(),
+            xml: SspXml::default(),
             resources: Vec::new(),
             enumerations: Vec::new(),
             newer: false,
@@ -119,7 +121,7 @@ impl<'a> Writer<'a> {
         self.enumerations();
         self.experiment();
         let version = if self.newer { "2.0" } else { "1.0" };
-        let mut head = Xml::default();
+        let mut head = SspXml::default();
         let spaces = ["Description", "Common", "ParameterValues"]
             .map(|n| format!("http://ssp-standard.org/SSP1/SystemStructure{n}"));
         head.open(
@@ -142,13 +144,13 @@ impl<'a> Writer<'a> {
     }
 
     /// Connections as SSP can say them: variables by their names, elements of arrays by their indices.
-    fn wires(&self) -> Vec<Wire<'a>> {
+    fn wires(&self) -> Vec<WrittenConnection<'a>> {
         let by_name: HashMap<&str, usize> =
             self.system.components.iter().enumerate().map(|(i, c)| (c.name.as_str(), i)).collect();
-        let links: HashMap<Element, &Link> = self.plan.links.iter().map(|l| (l.to, l)).collect();
+        let links: HashMap<ElementIndex, &LinearLink> = self.plan.links.iter().map(|l| (l.to, l)).collect();
         let mut wires = Vec::new();
         for connection in &self.system.connections {
-            let end = |port: &Port| {
+            let end = |port: &VariablePort| {
                 let i = *by_name.get(port.component.as_str())?;
                 let d = self.plan.components.get(i)?.description();
                 Some((i, names::find(d, &port.variable).ok()?, d.position(&port.variable)))
@@ -156,17 +158,22 @@ impl<'a> Writer<'a> {
             let (Some((i, from, a)), Some((j, to, b))) = (end(&connection.from), end(&connection.to)) else {
                 continue;
             };
-            let first = to.elements.first().map(|(variable, element)| Element {
+            let first = to.elements.first().map(|(variable, element)| ElementIndex {
                 component: j,
                 variable: *variable,
                 element: *element,
             });
             let link = first.and_then(|first| links.get(&first).copied());
-            let wire = |from: Part, to: Part| Wire { connection, link, ends: [(i, from), (j, to)] };
+            let wire = |from: ConnectorPart, to: ConnectorPart| WrittenConnection {
+                connection,
+                link,
+                ends: [(i, from), (j, to)],
+            };
             match (a, b) {
-                (Some(a), Some(b)) => {
-                    wires.push(wire(Part { variable: a, element: None }, Part { variable: b, element: None }))
-                }
+                (Some(a), Some(b)) => wires.push(wire(
+                    ConnectorPart { variable: a, element: None },
+                    ConnectorPart { variable: b, element: None },
+                )),
                 _ => wires.extend(
                     from.elements
                         .iter()
@@ -179,23 +186,23 @@ impl<'a> Writer<'a> {
     }
 
     /// An element of an array by its index; a scalar as it is.
-    fn part(&self, component: usize, (variable, element): (usize, usize)) -> Part {
+    fn part(&self, component: usize, (variable, element): (usize, usize)) -> ConnectorPart {
         let array = self.plan.components[component]
             .description()
             .variables
             .get(variable)
             .is_some_and(|v| !v.dimensions.is_empty());
-        Part { variable, element: array.then_some(element) }
+        ConnectorPart { variable, element: array.then_some(element) }
     }
 
-    fn component(&mut self, i: usize, component: &Component, wires: &[Wire]) {
+    fn component(&mut self, i: usize, component: &SystemComponent, wires: &[WrittenConnection]) {
         let Some(planned) = self.plan.components.get(i) else { return };
         let source = format!("resources/{}", percent(&self.resource(&component.fmu)));
         let mut attributes =
             vec![("name", called(planned)), ("type", "application/x-fmu-sharedlibrary"), ("source", &source)];
         match component.interface {
-            Some(Interface::CoSimulation) => attributes.push(("implementation", "CoSimulation")),
-            Some(Interface::ModelExchange) => attributes.push(("implementation", "ModelExchange")),
+            Some(ComponentInterface::CoSimulation) => attributes.push(("implementation", "CoSimulation")),
+            Some(ComponentInterface::ModelExchange) => attributes.push(("implementation", "ModelExchange")),
             None => {}
         }
         self.xml.open("ssd:Component", &attributes);
@@ -225,16 +232,16 @@ impl<'a> Writer<'a> {
     fn connector(&mut self, d: &Description, variable: usize) {
         let v = &d.variables[variable];
         let kind = match v.causality {
-            Causality::Input => "input",
-            Causality::Parameter => "parameter",
-            Causality::CalculatedParameter => "calculatedParameter",
-            Causality::StructuralParameter => "structuralParameter",
-            Causality::Local => "local",
-            Causality::Output | Causality::Independent => "output",
+            DescriptionCausality::Input => "input",
+            DescriptionCausality::Parameter => "parameter",
+            DescriptionCausality::CalculatedParameter => "calculatedParameter",
+            DescriptionCausality::StructuralParameter => "structuralParameter",
+            DescriptionCausality::Local => "local",
+            DescriptionCausality::Output | DescriptionCausality::Independent => "output",
         };
         self.xml.open("ssd:Connector", &[("name", &v.name), ("kind", kind)]);
         match v.kind {
-            Type::Enumeration => {
+            VariableType::Enumeration => {
                 let name = self.enumeration(d, v);
                 self.xml.empty("ssc:Enumeration", &[("name", &name)]);
             }
@@ -248,23 +255,23 @@ impl<'a> Writer<'a> {
     }
 
     /// Types as SSP 1.0 calls them, where it can hold them.
-    fn word(&mut self, kind: Type) -> &'static str {
+    fn word(&mut self, kind: VariableType) -> &'static str {
         let newer = match kind {
-            Type::UInt32 => "UInt32",
-            Type::Int64 => "Int64",
-            Type::UInt64 => "UInt64",
-            Type::Float32 | Type::Float64 => return "Real",
-            Type::Boolean => return "Boolean",
-            Type::String => return "String",
-            Type::Enumeration => return "Enumeration",
-            Type::Binary | Type::Clock => return "Binary",
+            VariableType::UInt32 => "UInt32",
+            VariableType::Int64 => "Int64",
+            VariableType::UInt64 => "UInt64",
+            VariableType::Float32 | VariableType::Float64 => return "Real",
+            VariableType::Boolean => return "Boolean",
+            VariableType::String => return "String",
+            VariableType::Enumeration => return "Enumeration",
+            VariableType::Binary | VariableType::Clock => return "Binary",
             _ => return "Integer",
         };
         self.newer = true;
         newer
     }
 
-    fn dimensions(&mut self, d: &Description, v: &Variable) {
+    fn dimensions(&mut self, d: &Description, v: &DescriptionVariable) {
         self.newer |= !v.dimensions.is_empty();
         for length in names::find(d, &v.name).map(|f| f.shape).unwrap_or_default() {
             self.xml.empty("ssc:Dimension", &[("size", &length.to_string())]);
@@ -272,7 +279,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The name of an enumeration in this file: its own, with a number if two FMUs mean different things by it.
-    fn enumeration(&mut self, d: &Description, v: &Variable) -> String {
+    fn enumeration(&mut self, d: &Description, v: &DescriptionVariable) -> String {
         let own = v.declared_type.as_deref().unwrap_or("Enumeration");
         let items = d.declared_type(own).map(|t| t.items.clone()).unwrap_or_default();
         let names = std::iter::once(own.to_owned()).chain((2..).map(|i| format!("{own}-{i}")));
@@ -305,7 +312,7 @@ impl<'a> Writer<'a> {
         self.xml.close();
     }
 
-    fn parameters(&mut self, component: &Component, planned: &Planned) {
+    fn parameters(&mut self, component: &SystemComponent, planned: &PlannedComponent) {
         self.xml.open("ssd:ParameterBindings", &[]);
         self.xml.open("ssd:ParameterBinding", &[]);
         self.xml.open("ssd:ParameterValues", &[]);
@@ -319,7 +326,7 @@ impl<'a> Writer<'a> {
     }
 
     /// A start value as it was written, where that is what every tool understands; else as it is set.
-    fn start(&mut self, start: &Start, planned: &Planned, done: &mut HashSet<usize>) {
+    fn start(&mut self, start: &StartValue, planned: &PlannedComponent, done: &mut HashSet<usize>) {
         let d = planned.description();
         let Ok(found) = names::find(d, &start.variable) else { return };
         let written =
@@ -341,7 +348,7 @@ impl<'a> Writer<'a> {
             let kind = format!("ssv:{}", self.word(v.kind));
             match &values[..] {
                 [single] => self.xml.empty(&kind, &[("value", single)]),
-                several if matches!(v.kind, Type::String | Type::Enumeration) => {
+                several if matches!(v.kind, VariableType::String | VariableType::Enumeration) => {
                     self.xml.open(&kind, &[]);
                     several.iter().for_each(|text| self.xml.empty("ssv:Value", &[("value", text)]));
                     self.xml.close();
@@ -353,7 +360,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn connection(&mut self, wire: &Wire) {
+    fn connection(&mut self, wire: &WrittenConnection) {
         let mut attributes = Vec::new();
         let names =
             ["startElement", "startConnector", "startIndices", "endElement", "endConnector", "endIndices"];
@@ -453,21 +460,21 @@ impl<'a> Writer<'a> {
 }
 
 /// One connection of the description.
-struct Wire<'a> {
+struct WrittenConnection<'a> {
     connection: &'a Connection,
-    link: Option<&'a Link>,
-    ends: [(usize, Part); 2],
+    link: Option<&'a LinearLink>,
+    ends: [(usize, ConnectorPart); 2],
 }
 
 /// A variable, or an element of it.
 #[derive(Clone, Copy)]
-struct Part {
+struct ConnectorPart {
     variable: usize,
     element: Option<usize>,
 }
 
 /// A component without a name goes by that of its model.
-fn called(planned: &Planned) -> &str {
+fn called(planned: &PlannedComponent) -> &str {
     if planned.name.is_empty() { &planned.description().model_name } else { &planned.name }
 }
 

@@ -3,14 +3,14 @@
 use trueup_fmi_import::pace::Pace;
 use trueup_fmi_import::{AnyInstance, interrupt};
 
-use super::{Advance, SLOTS, Settled, SlaveStepper, Stepper, Within};
-use crate::buffer::{Block, Blocks};
-use crate::calls::Calls;
-use crate::error::Error;
+use super::{Advance, EventSettled, SLOTS, SlaveStepper, StepLimit, SystemStepper};
+use crate::buffer::{BlockAccess, VariableBlock};
+use crate::calls::CallCounts;
+use crate::error::CosimError;
 use crate::grid;
-use crate::node::Node;
-use crate::plan::Planned;
-use crate::system::Interface;
+use crate::node::InstanceNode;
+use crate::plan::PlannedComponent;
+use crate::system::ComponentInterface;
 
 /// Passes of one event iteration after which it is held to be without end.
 const PASSES: u32 = 100;
@@ -31,7 +31,7 @@ pub(crate) struct EventStepper {
     inner: SlaveStepper,
     node: usize,
     /// Discrete inputs that are connected or driven: they may be set in event mode only.
-    inputs: Vec<Block>,
+    inputs: Vec<VariableBlock>,
     /// The FMU is in event mode.
     open: bool,
     /// An event waits there.
@@ -51,15 +51,20 @@ pub(crate) struct EventStepper {
 }
 
 /// The FMU has event mode, and steps of any length, so that it may return early.
-pub(crate) fn has_event_mode(planned: &Planned) -> bool {
-    let co_simulation = planned.interface == Interface::CoSimulation;
+pub(crate) fn has_event_mode(planned: &PlannedComponent) -> bool {
+    let co_simulation = planned.interface == ComponentInterface::CoSimulation;
     let offered = planned.description().co_simulation.as_ref().filter(|_| co_simulation);
     offered.is_some_and(|i| i.has_event_mode && i.can_handle_variable_communication_step_size)
 }
 
 impl EventStepper {
     /// In a run from `start` of `span` s.
-    pub(crate) fn new(inner: SlaveStepper, node: usize, inputs: Vec<Block>, [start, span]: [f64; 2]) -> Self {
+    pub(crate) fn new(
+        inner: SlaveStepper,
+        node: usize,
+        inputs: Vec<VariableBlock>,
+        [start, span]: [f64; 2],
+    ) -> Self {
         Self {
             pace: Pace::at(start),
             span,
@@ -80,13 +85,13 @@ impl EventStepper {
         }
     }
 
-    fn slave<'a>(&self, nodes: &'a mut [Node]) -> &'a mut AnyInstance {
+    fn slave<'a>(&self, nodes: &'a mut [InstanceNode]) -> &'a mut AnyInstance {
         &mut nodes[self.node].slave
     }
 
-    fn open(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn open(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         if !self.open {
-            self.slave(nodes).enter_event_mode().map_err(|source| Error::Call { time, source })?;
+            self.slave(nodes).enter_event_mode().map_err(|source| CosimError::Call { time, source })?;
             (self.open, self.updated) = (true, false);
             self.changed(nodes, time)?;
         }
@@ -94,13 +99,13 @@ impl EventStepper {
     }
 
     /// To step mode; what has changed since it was opened is an event.
-    fn close(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn close(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         if self.open {
             if self.changed(nodes, time)? || self.pending || !self.updated {
                 self.iterate(nodes, time)?;
             }
             if !self.ended {
-                self.slave(nodes).enter_step_mode().map_err(|source| Error::Call { time, source })?;
+                self.slave(nodes).enter_step_mode().map_err(|source| CosimError::Call { time, source })?;
                 self.open = false;
             }
         }
@@ -108,7 +113,13 @@ impl EventStepper {
     }
 
     /// A step of the FMU, from a place to which [`locate`](Self::locate) can go back.
-    fn go(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
+    fn go(
+        &mut self,
+        nodes: &mut [InstanceNode],
+        from: f64,
+        to: f64,
+        within: StepLimit,
+    ) -> Result<Advance, CosimError> {
         self.locates =
             self.stop && self.inner.can_restore(nodes) && self.inner.holds(&nodes[self.node], within);
         if self.locates {
@@ -121,11 +132,11 @@ impl EventStepper {
     /// their lines: goes back, and to where there is an event with inputs on their lines. `None`: it is where it stopped.
     fn locate(
         &mut self,
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         [from, to]: [f64; 2],
         stopped: f64,
-        within: Within,
-    ) -> Result<Option<Advance>, Error> {
+        within: StepLimit,
+    ) -> Result<Option<Advance>, CosimError> {
         let least = (LOCATED * (to - from)).max(ROUNDING * from.abs().max(1.0));
         // One that its inputs do not move.
         let known = self.next_event.is_some_and(|next| (next - stopped).abs() <= least);
@@ -150,7 +161,7 @@ impl EventStepper {
             nodes[self.node].set_on_line(from)?;
             return self
                 .inner
-                .step(nodes, from, high, Within::Held)
+                .step(nodes, from, high, StepLimit::Held)
                 .map(|done| Some(Advance { event: true, ..done }));
         }
         let done = self.inner.step(nodes, from, high, within)?;
@@ -162,7 +173,7 @@ impl EventStepper {
         self.inner.step(nodes, from, low, within).map(|done| Some(Advance { event: true, ..done }))
     }
 
-    fn iterate(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn iterate(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         if self.pending {
             if let Some(storm) = self.pace.event(time, self.span) {
                 self.notes.push(format!("{storm}, of instance \"{}\"", nodes[self.node].slave.name()));
@@ -173,7 +184,7 @@ impl EventStepper {
         (self.pending, self.updated) = (false, true);
         for _ in 0..PASSES {
             let slave = self.slave(nodes);
-            let info = slave.update_discrete_states().map_err(|source| Error::Call { time, source })?;
+            let info = slave.update_discrete_states().map_err(|source| CosimError::Call { time, source })?;
             self.next_event = info.next_event.filter(|t| t.is_finite());
             self.ended = info.terminate;
             if self.ended || !info.again {
@@ -191,28 +202,28 @@ impl EventStepper {
     }
 
     /// Reads the discrete inputs back: has one another value than last time?
-    fn changed(&mut self, nodes: &mut [Node], time: f64) -> Result<bool, Error> {
+    fn changed(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<bool, CosimError> {
         let mut changed = false;
         for block in &mut self.inputs {
             let before = block.values.clone();
-            nodes[self.node].slave.get(block).map_err(|source| Error::Call { time, source })?;
+            nodes[self.node].slave.get(block).map_err(|source| CosimError::Call { time, source })?;
             changed |= before != block.values;
         }
         Ok(changed)
     }
 }
 
-fn stuck(nodes: &[Node], node: usize, time: f64, what: &str) -> Error {
+fn stuck(nodes: &[InstanceNode], node: usize, time: f64, what: &str) -> CosimError {
     let slave = &nodes[node].slave;
-    Error::Stuck { time, reason: format!("instance \"{}\": {what}", slave.name()), log: slave.log() }
+    CosimError::Stuck { time, reason: format!("instance \"{}\": {what}", slave.name()), log: slave.log() }
 }
 
-impl Stepper for EventStepper {
+impl SystemStepper for EventStepper {
     fn nodes(&self) -> &[usize] {
         self.inner.nodes()
     }
 
-    fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn begin(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         self.iterate(nodes, time)
     }
 
@@ -220,12 +231,18 @@ impl Stepper for EventStepper {
         self.stop = true;
     }
 
-    fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
+    fn step(
+        &mut self,
+        nodes: &mut [InstanceNode],
+        from: f64,
+        to: f64,
+        within: StepLimit,
+    ) -> Result<Advance, CosimError> {
         let mut all = Advance { time: from, ..Advance::default() };
         self.jumps = false;
         loop {
             if interrupt::requested() {
-                return Err(Error::Interrupted { time: all.time });
+                return Err(CosimError::Interrupted { time: all.time });
             }
             self.close(nodes, all.time)?;
             if self.ended {
@@ -263,11 +280,11 @@ impl Stepper for EventStepper {
         self.jumps
     }
 
-    fn calls(&self) -> Option<(&Calls, &'static str)> {
+    fn calls(&self) -> Option<(&CallCounts, &'static str)> {
         self.inner.calls()
     }
 
-    fn may_stop(&self, nodes: &[Node]) -> bool {
+    fn may_stop(&self, nodes: &[InstanceNode]) -> bool {
         let d = nodes[self.node].description();
         // An FMU for Co-Simulation alone need not list indicators.
         self.stop && (d.model_exchange.is_none() || d.event_indicators() > 0)
@@ -277,7 +294,7 @@ impl Stepper for EventStepper {
         self.next_event.filter(|next| *next > time)
     }
 
-    fn stay(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn stay(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         let waits = self.pending || !self.inputs.is_empty();
         if waits && !self.ended { self.open(nodes, time) } else { Ok(()) }
     }
@@ -290,29 +307,29 @@ impl Stepper for EventStepper {
         self.notes.clone()
     }
 
-    fn settle(&mut self, nodes: &mut [Node], time: f64) -> Result<Settled, Error> {
+    fn settle(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<EventSettled, CosimError> {
         if !self.open || self.ended || !(self.changed(nodes, time)? || self.pending) {
-            return Ok(Settled::default());
+            return Ok(EventSettled::default());
         }
         let events = u64::from(self.pending);
         self.iterate(nodes, time)?;
-        Ok(Settled { changed: true, events, terminated: self.ended })
+        Ok(EventSettled { changed: true, events, terminated: self.ended })
     }
 
-    fn can_restore(&self, nodes: &[Node]) -> bool {
+    fn can_restore(&self, nodes: &[InstanceNode]) -> bool {
         self.inner.can_restore(nodes)
     }
 
     /// In step mode, in which it is restored too.
-    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn save_in(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         self.close(nodes, time)?;
         self.saved[slot] = (self.next_event, self.chatter, self.ended);
         self.inner.save_in(slot, nodes, time)
     }
 
-    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn restore_from(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         if self.open && !self.ended {
-            self.slave(nodes).enter_step_mode().map_err(|source| Error::Call { time, source })?;
+            self.slave(nodes).enter_step_mode().map_err(|source| CosimError::Call { time, source })?;
         }
         (self.next_event, self.chatter, self.ended) = self.saved[slot];
         (self.open, self.pending) = (false, false);

@@ -2,41 +2,43 @@
 
 use trueup_fmi_import::StateId;
 
-use super::{Advance, SLOTS, Settled, Stepper, Within};
-use crate::buffer::Block;
-use crate::error::Error;
+use super::{Advance, EventSettled, SLOTS, StepLimit, SystemStepper};
+use crate::buffer::VariableBlock;
+use crate::error::CosimError;
 use crate::events;
 use crate::exchange::{Exchange, Phase, Wiring};
-use crate::model_exchange::{Group, Settings, Snapshot, Statistics, Surroundings, TOLERANCE};
-use crate::node::{self, Node};
-use crate::plan::Link;
+use crate::model_exchange::{
+    GroupSnapshot, GroupSurroundings, IntegrationSettings, Statistics, StepperGroup, TOLERANCE,
+};
+use crate::node::{self, InstanceNode};
+use crate::plan::LinearLink;
 
-/// A [`Group`] with the connections among its FMUs.
+/// A [`StepperGroup`] with the connections among its FMUs.
 pub(crate) struct GroupStepper {
     nodes: Vec<usize>,
-    group: Option<Group>,
+    group: Option<StepperGroup>,
     around: Around,
-    settings: Settings,
+    settings: IntegrationSettings,
     /// Inputs whose change is an event.
-    inputs: Vec<(usize, Block)>,
+    inputs: Vec<(usize, VariableBlock)>,
     ended: bool,
     stop: bool,
-    saved: [Option<(Snapshot, Vec<StateId>)>; SLOTS],
+    saved: [Option<(GroupSnapshot, Vec<StateId>)>; SLOTS],
 }
 
 /// What sets inputs while the group integrates.
 struct Around {
     /// Nodes whose continuous inputs come from outside, on lines.
     lines: Vec<usize>,
-    within: Within,
+    within: StepLimit,
     /// Connections of continuous variables among the FMUs, and all connections.
     continuous: Option<Exchange>,
     all: Option<Exchange>,
 }
 
-impl Surroundings for Around {
-    fn exchange(&mut self, nodes: &mut [Node], time: f64, event: bool) -> Result<(), Error> {
-        if self.within == Within::Line {
+impl GroupSurroundings for Around {
+    fn exchange(&mut self, nodes: &mut [InstanceNode], time: f64, event: bool) -> Result<(), CosimError> {
+        if self.within == StepLimit::Line {
             self.lines.iter().try_for_each(|n| nodes[*n].set_on_line(time))?;
         }
         let exchange = if event { &mut self.all } else { &mut self.continuous };
@@ -48,21 +50,21 @@ impl GroupStepper {
     /// Of these nodes, with lines installed, in a run of `span` s.
     ///
     /// # Errors
-    /// [`Error::Setting`]: an array is connected to the group and to others; sizes of arrays cannot be had.
+    /// [`CosimError::Setting`]: an array is connected to the group and to others; sizes of arrays cannot be had.
     pub(crate) fn new(
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         members: &[usize],
         wiring: Wiring<'_>,
         tolerance: Option<f64>,
         span: f64,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, CosimError> {
         let within = |n: usize| members.contains(&n);
-        let inner = |l: &&Link| within(l.from.component) && within(l.to.component);
-        let target = |nodes: &[Node], l: &Link| {
+        let inner = |l: &&LinearLink| within(l.from.component) && within(l.to.component);
+        let target = |nodes: &[InstanceNode], l: &LinearLink| {
             events::is_continuous(&nodes[l.to.component].description().variables[l.to.variable])
         };
-        let links: Vec<Link> = wiring.links.iter().filter(inner).copied().collect();
-        let smooth: Vec<Link> = links.iter().filter(|l| target(nodes, l)).copied().collect();
+        let links: Vec<LinearLink> = wiring.links.iter().filter(inner).copied().collect();
+        let smooth: Vec<LinearLink> = links.iter().filter(|l| target(nodes, l)).copied().collect();
         let outer =
             wiring.links.iter().filter(|l| !within(l.from.component) && within(l.to.component)).map(|l| l.to);
         let outer: Vec<_> =
@@ -71,33 +73,33 @@ impl GroupStepper {
             .iter()
             .find(|l| outer.iter().any(|to| (to.component, to.variable) == (l.to.component, l.to.variable)));
         if let Some(link) = shared {
-            return Err(Error::Setting(vec![format!(
+            return Err(CosimError::Setting(vec![format!(
                 "some elements of the array of `{}` come from Model Exchange and some from elsewhere; connect all from one side",
                 node::name(nodes, link.to)
             )]));
         }
-        let mut exchange = |links: &[Link]| {
+        let mut exchange = |links: &[LinearLink]| {
             let wiring = Wiring { links, driven: &[], maps: wiring.maps };
             (!links.is_empty()).then(|| Exchange::new(nodes, wiring, Phase::Stepping, within)).transpose()
         };
         let (continuous, all) = (exchange(&smooth)?, exchange(&links)?);
-        let mut inputs: Vec<(usize, Block)> = Vec::new();
+        let mut inputs: Vec<(usize, VariableBlock)> = Vec::new();
         for &n in members {
             inputs.extend(events::inputs(&nodes[n], n, wiring, |_| true).into_iter().map(|block| (n, block)));
         }
         let opens = !outer.is_empty() || smooth.len() < links.len();
         let lines = members.iter().copied().filter(|n| outer.iter().any(|to| to.component == *n)).collect();
-        let settings = Settings {
+        let settings = IntegrationSettings {
             tolerance: tolerance.unwrap_or(TOLERANCE),
             linked: !links.is_empty(),
             opens,
             span,
-            ..Settings::default()
+            ..IntegrationSettings::default()
         };
         Ok(Self {
             nodes: members.into(),
             group: None,
-            around: Around { lines, within: Within::Held, continuous, all },
+            around: Around { lines, within: StepLimit::Held, continuous, all },
             settings,
             inputs,
             ended: false,
@@ -107,13 +109,13 @@ impl GroupStepper {
     }
 }
 
-impl Stepper for GroupStepper {
+impl SystemStepper for GroupStepper {
     fn nodes(&self) -> &[usize] {
         &self.nodes
     }
 
-    fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        let (group, settled) = Group::start(
+    fn begin(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
+        let (group, settled) = StepperGroup::start(
             nodes,
             &self.nodes,
             time,
@@ -129,22 +131,28 @@ impl Stepper for GroupStepper {
         self.stop = true;
     }
 
-    fn may_stop(&self, _: &[Node]) -> bool {
-        self.stop && self.group.as_ref().is_some_and(Group::finds_events)
+    fn may_stop(&self, _: &[InstanceNode]) -> bool {
+        self.stop && self.group.as_ref().is_some_and(StepperGroup::finds_events)
     }
 
     fn next_event(&self, time: f64) -> Option<f64> {
         self.group.as_ref()?.next_event().filter(|next| *next > time)
     }
 
-    fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
+    fn step(
+        &mut self,
+        nodes: &mut [InstanceNode],
+        from: f64,
+        to: f64,
+        within: StepLimit,
+    ) -> Result<Advance, CosimError> {
         let Some(group) = self.group.as_mut().filter(|_| !self.ended) else {
             return Ok(Advance { time: from, terminate: true, ..Advance::default() });
         };
         let before = group.statistics().events;
         self.around.within = within;
         let reached = group.advance(nodes, &mut self.around, to, self.stop);
-        self.around.within = Within::Held;
+        self.around.within = StepLimit::Held;
         let reached = reached?;
         let early = reached.terminated || (reached.event && group.time() < to);
         Ok(Advance {
@@ -160,8 +168,10 @@ impl Stepper for GroupStepper {
         true
     }
 
-    fn settle(&mut self, nodes: &mut [Node], _time: f64) -> Result<Settled, Error> {
-        let Some(group) = self.group.as_mut().filter(|_| !self.ended) else { return Ok(Settled::default()) };
+    fn settle(&mut self, nodes: &mut [InstanceNode], _time: f64) -> Result<EventSettled, CosimError> {
+        let Some(group) = self.group.as_mut().filter(|_| !self.ended) else {
+            return Ok(EventSettled::default());
+        };
         let settled = group.settle(nodes, &mut self.around)?;
         self.ended = settled.terminated;
         Ok(settled)
@@ -175,11 +185,11 @@ impl Stepper for GroupStepper {
         group.notes().iter().cloned().chain([did]).collect()
     }
 
-    fn can_restore(&self, nodes: &[Node]) -> bool {
+    fn can_restore(&self, nodes: &[InstanceNode]) -> bool {
         self.nodes.iter().all(|n| nodes[*n].can_restore())
     }
 
-    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn save_in(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         let Some(group) = &self.group else { return Ok(()) };
         let saved = self.saved[slot].take();
         let mut ids: Vec<Option<StateId>> = match saved {
@@ -187,18 +197,18 @@ impl Stepper for GroupStepper {
             None => self.nodes.iter().map(|_| None).collect(),
         };
         for (n, id) in self.nodes.iter().zip(&mut ids) {
-            nodes[*n].slave.save(id).map_err(|source| Error::Call { time, source })?;
+            nodes[*n].slave.save(id).map_err(|source| CosimError::Call { time, source })?;
         }
         self.saved[slot] = Some((group.snapshot(), ids.into_iter().flatten().collect()));
         Ok(())
     }
 
-    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn restore_from(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         let (Some((snapshot, ids)), Some(group)) = (&self.saved[slot], &mut self.group) else {
             return Ok(());
         };
         for (n, id) in self.nodes.iter().zip(ids) {
-            nodes[*n].slave.restore(id).map_err(|source| Error::Call { time, source })?;
+            nodes[*n].slave.restore(id).map_err(|source| CosimError::Call { time, source })?;
         }
         group.restore(snapshot);
         Ok(())

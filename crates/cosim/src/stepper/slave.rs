@@ -4,16 +4,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use trueup_fmi_import::program::Following;
-use trueup_fmi_import::{StateId, Step, fmi3, interrupt};
-use trueup_numerics::Figure;
+use trueup_fmi_import::{CoSimulationStep, StateId, fmi3, interrupt};
+use trueup_numerics::ShortNumber;
 
-use super::{Advance, SLOTS, Stepper, Within};
-use crate::calls::Calls;
-use crate::error::Error;
+use super::{Advance, SLOTS, StepLimit, SystemStepper};
+use crate::calls::CallCounts;
+use crate::error::CosimError;
 use crate::grid::ROUNDING;
-use crate::node::Node;
-use crate::plan::Planned;
-use crate::step_rule::{StepRule, Way, is_continuous_input};
+use crate::node::InstanceNode;
+use crate::plan::PlannedComponent;
+use crate::step_rule::{InputFollowing, StepRule, is_continuous_input};
 
 /// Halvings of a discarded step before the run is given up.
 const HALVINGS: u32 = 20;
@@ -24,21 +24,23 @@ static ANYWHERE: [f64; 1] = [0.5];
 
 /// A line as the callback of the intermediate update reads it, bits of doubles.
 #[derive(Default)]
-pub(crate) struct Shared {
+pub(crate) struct SharedInstance {
     from: AtomicU64,
     /// References in the order of the description; value and slope of each element.
     lines: Vec<[AtomicU64; 2]>,
 }
 
 /// The settings of Co-Simulation that let an FMU ask for its inputs, and what it is told then.
-pub(crate) fn intermediate(planned: &Planned) -> (fmi3::CoSimulation, Option<Arc<Shared>>) {
+pub(crate) fn intermediate(
+    planned: &PlannedComponent,
+) -> (fmi3::CoSimulationOptions, Option<Arc<SharedInstance>>) {
     let d = planned.description();
     let inputs = || d.variables.iter().filter(|v| is_continuous_input(v));
     let references: Vec<u32> = inputs().map(|v| v.value_reference).collect();
     let elements: usize = inputs().map(|v| d.elements(v).unwrap_or(1)).sum();
     // NaN: not driven, so not to be set.
     let undriven = || [AtomicU64::new(f64::NAN.to_bits()), AtomicU64::new(0)];
-    let shared = Arc::new(Shared {
+    let shared = Arc::new(SharedInstance {
         from: AtomicU64::new(0),
         lines: std::iter::repeat_with(undriven).take(elements).collect(),
     });
@@ -68,10 +70,10 @@ pub(crate) fn intermediate(planned: &Planned) -> (fmi3::CoSimulation, Option<Arc
         }
         let _ = now.set_float64(&driven, &values); // a refusal leaves them as they were set last
     };
-    let how = fmi3::CoSimulation {
+    let how = fmi3::CoSimulationOptions {
         intermediate_variables: references,
         intermediate_update: Some(Box::new(update)),
-        ..fmi3::CoSimulation::default()
+        ..fmi3::CoSimulationOptions::default()
     };
     (how, Some(shared))
 }
@@ -84,11 +86,11 @@ pub(crate) struct SlaveStepper {
     regular: f64,
     /// The FMU takes steps of other lengths too.
     variable: bool,
-    calls: Calls,
+    calls: CallCounts,
     /// States may be restored, so the FMU is not promised the contrary.
     rolls_back: bool,
     states: [Option<StateId>; SLOTS],
-    shared: Option<Arc<Shared>>,
+    shared: Option<Arc<SharedInstance>>,
     /// Per element of the line its place among the shared ones.
     places: Vec<usize>,
     ones: Vec<i32>,
@@ -97,12 +99,12 @@ pub(crate) struct SlaveStepper {
 impl SlaveStepper {
     /// `step`: the regular one in s.
     pub(crate) fn new(
-        nodes: &[Node],
+        nodes: &[InstanceNode],
         node: usize,
         rule: StepRule,
         step: f64,
         rolls_back: bool,
-        shared: Option<Arc<Shared>>,
+        shared: Option<Arc<SharedInstance>>,
     ) -> Self {
         let d = nodes[node].description();
         let variable =
@@ -126,7 +128,7 @@ impl SlaveStepper {
             rule,
             regular: step,
             variable,
-            calls: Calls::default(),
+            calls: CallCounts::default(),
             rolls_back,
             states: Default::default(),
             shared,
@@ -150,13 +152,13 @@ impl SlaveStepper {
     /// FMU is told before each how its inputs go on. `first`: what the first step has come to, if it was made already.
     fn advance(
         &mut self,
-        node: &mut Node,
+        node: &mut InstanceNode,
         [from, to]: [f64; 2],
         length: f64,
         lines: bool,
-        mut first: Option<Step>,
+        mut first: Option<CoSimulationStep>,
         done: &mut Advance,
-    ) -> Result<(), Error> {
+    ) -> Result<(), CosimError> {
         let (mut time, mut step, mut halvings, mut early) = (from, length, 0, 0);
         loop {
             if lines {
@@ -165,9 +167,9 @@ impl SlaveStepper {
             let result = match first.take() {
                 Some(result) => result,
                 None => match node.slave.step(time, step, !self.rolls_back) {
-                    Ok(None) => Step::whole(time, step),
+                    Ok(None) => CoSimulationStep::whole(time, step),
                     Ok(Some(other)) => *other,
-                    Err(source) => return Err(Error::Call { time, source: *source }),
+                    Err(source) => return Err(CosimError::Call { time, source: *source }),
                 },
             };
             self.calls.add(step, 1);
@@ -196,7 +198,7 @@ impl SlaveStepper {
                     return Ok(());
                 }
                 if interrupt::requested() {
-                    return Err(Error::Interrupted { time });
+                    return Err(CosimError::Interrupted { time });
                 }
                 (halvings, early) = (halvings + u32::from(!progress), early + 1);
                 let reason = if !self.variable {
@@ -227,12 +229,12 @@ impl SlaveStepper {
     /// A step in parts from part `begin` on, inputs held in each; `first`: what that part came to, if it was made already.
     fn parts(
         &mut self,
-        node: &mut Node,
+        node: &mut InstanceNode,
         [from, to]: [f64; 2],
         begin: usize,
-        mut first: Option<Step>,
+        mut first: Option<CoSimulationStep>,
         done: &mut Advance,
-    ) -> Result<(), Error> {
+    ) -> Result<(), CosimError> {
         let places = self.places(node, self.length(from, to));
         let n = places.len();
         let at = |k: usize| if k == n { to } else { from + (to - from) * k as f64 / n as f64 };
@@ -250,25 +252,30 @@ impl SlaveStepper {
     }
 
     /// Over a step in which continuous inputs go on lines they are held in parts, and these lines are no constants.
-    pub(crate) fn holds(&self, node: &Node, within: Within) -> bool {
-        within == Within::Line
-            && matches!(self.rule.way, Way::Held(_))
+    pub(crate) fn holds(&self, node: &InstanceNode, within: StepLimit) -> bool {
+        within == StepLimit::Line
+            && matches!(self.rule.way, InputFollowing::Held(_))
             && node.line.slope.iter().any(|slope| *slope != 0.0)
     }
 
     /// Whether the inputs on their lines at `time` are an event at once, of an FMU that stands there; it tries a step of `h` s.
-    pub(crate) fn is_event(&mut self, node: &mut Node, time: f64, h: f64) -> Result<bool, Error> {
+    pub(crate) fn is_event(
+        &mut self,
+        node: &mut InstanceNode,
+        time: f64,
+        h: f64,
+    ) -> Result<bool, CosimError> {
         node.set_on_line(time)?;
         self.calls.add(h, 1);
         match node.slave.step(time, h, !self.rolls_back) {
             Ok(None) => Ok(false),
             Ok(Some(step)) => Ok(step.event && step.early && step.time <= time),
-            Err(source) => Err(Error::Call { time, source: *source }),
+            Err(source) => Err(CosimError::Call { time, source: *source }),
         }
     }
 
     /// Where inputs are held in a step of this length.
-    fn places(&self, node: &Node, step: f64) -> &'static [f64] {
+    fn places(&self, node: &InstanceNode, step: f64) -> &'static [f64] {
         if node.line.slope.iter().any(|s| *s != 0.0) { self.rule.places(step) } else { &ANYWHERE }
     }
 
@@ -278,19 +285,19 @@ impl SlaveStepper {
     }
 
     /// Tells the FMU how its inputs go on from `time`.
-    fn tell(&mut self, node: &mut Node, time: f64) -> Result<(), Error> {
+    fn tell(&mut self, node: &mut InstanceNode, time: f64) -> Result<(), CosimError> {
         if node.line.dirty || time != node.line.from {
             node.set_on_line(time)?;
             node.line.dirty = false;
         }
         match (self.rule.way, &self.shared) {
-            (Way::Derivatives, _) => {
+            (InputFollowing::Derivatives, _) => {
                 let Some(references) = &node.line.references else { return Ok(()) };
                 node.slave
                     .set_input_derivatives(references.references(), &self.ones, &node.line.slope)
-                    .map_err(|source| Error::Call { time, source })
+                    .map_err(|source| CosimError::Call { time, source })
             }
-            (Way::Intermediate, Some(shared)) => {
+            (InputFollowing::Intermediate, Some(shared)) => {
                 shared.from.store(node.line.from.to_bits(), Relaxed);
                 for ((place, value), slope) in self.places.iter().zip(&node.line.value).zip(&node.line.slope)
                 {
@@ -305,26 +312,32 @@ impl SlaveStepper {
 }
 
 #[cold]
-fn stuck(node: &Node, time: f64, step: f64, came: f64, reason: &str) -> Error {
+fn stuck(node: &InstanceNode, time: f64, step: f64, came: f64, reason: &str) -> CosimError {
     let name = node.slave.name();
-    let (step, came) = (Figure(step), Figure(came));
+    let (step, came) = (ShortNumber(step), ShortNumber(came));
     let reason =
         format!("doStep of instance \"{name}\" over {step} s ended early at {came} s (Discard) {reason}");
-    Error::Stuck { time, reason, log: node.slave.log() }
+    CosimError::Stuck { time, reason, log: node.slave.log() }
 }
 
-impl Stepper for SlaveStepper {
+impl SystemStepper for SlaveStepper {
     fn nodes(&self) -> &[usize] {
         &self.node
     }
 
     #[inline]
-    fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
+    fn step(
+        &mut self,
+        nodes: &mut [InstanceNode],
+        from: f64,
+        to: f64,
+        within: StepLimit,
+    ) -> Result<Advance, CosimError> {
         let node = &mut nodes[self.node[0]];
         let mut done = Advance { time: to, ..Advance::default() };
-        let lines = within == Within::Line && !node.line.slots.is_empty();
+        let lines = within == StepLimit::Line && !node.line.slots.is_empty();
         match self.rule.way {
-            Way::Held(_) if lines => self.parts(node, [from, to], 0, None, &mut done)?,
+            InputFollowing::Held(_) if lines => self.parts(node, [from, to], 0, None, &mut done)?,
             _ => self.advance(node, [from, to], self.length(from, to), lines, None, &mut done)?,
         }
         Ok(done)
@@ -333,13 +346,13 @@ impl Stepper for SlaveStepper {
     #[inline]
     fn pace(
         &mut self,
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         from: f64,
         to: f64,
-        within: Within,
-    ) -> Result<Option<Box<Advance>>, Box<Error>> {
+        within: StepLimit,
+    ) -> Result<Option<Box<Advance>>, Box<CosimError>> {
         let node = &mut nodes[self.node[0]];
-        let held = within == Within::Held || node.line.slots.is_empty();
+        let held = within == StepLimit::Held || node.line.slots.is_empty();
         if held && self.is_regular(from, to) {
             return match node.slave.step(from, self.regular, !self.rolls_back) {
                 Ok(None) => {
@@ -347,9 +360,9 @@ impl Stepper for SlaveStepper {
                     Ok(None)
                 }
                 Ok(Some(first)) => {
-                    Ok(Some(Box::new(self.resume(nodes, [from, to], Within::Held, 0, Some(*first))?)))
+                    Ok(Some(Box::new(self.resume(nodes, [from, to], StepLimit::Held, 0, Some(*first))?)))
                 }
-                Err(source) => Err(Box::new(Error::Call { time: from, source: *source })),
+                Err(source) => Err(Box::new(CosimError::Call { time: from, source: *source })),
             };
         }
         let whole = Advance { time: to, ..Advance::default() };
@@ -369,32 +382,32 @@ impl Stepper for SlaveStepper {
         self.calls.add(self.regular / parts as f64, in_parts * parts);
     }
 
-    fn calls(&self) -> Option<(&Calls, &'static str)> {
+    fn calls(&self) -> Option<(&CallCounts, &'static str)> {
         Some((&self.calls, self.rule.words()))
     }
 
     fn following(&self) -> Option<Following> {
         match self.rule.way {
-            Way::Held(places) => Some(Following::Parts(places)),
-            Way::Derivatives => Some(Following::Derivatives),
-            Way::Intermediate => None,
+            InputFollowing::Held(places) => Some(Following::Parts(places)),
+            InputFollowing::Derivatives => Some(Following::Derivatives),
+            InputFollowing::Intermediate => None,
         }
     }
 
     #[cold]
     fn resume(
         &mut self,
-        nodes: &mut [Node],
+        nodes: &mut [InstanceNode],
         [from, to]: [f64; 2],
-        within: Within,
+        within: StepLimit,
         part: usize,
-        first: Option<Step>,
-    ) -> Result<Advance, Error> {
+        first: Option<CoSimulationStep>,
+    ) -> Result<Advance, CosimError> {
         let mut done = Advance { time: to, ..Advance::default() };
         let node = &mut nodes[self.node[0]];
-        let lines = within == Within::Line && !node.line.slots.is_empty();
+        let lines = within == StepLimit::Line && !node.line.slots.is_empty();
         match self.rule.way {
-            Way::Held(_) if lines => {
+            InputFollowing::Held(_) if lines => {
                 // Those before were made by the program.
                 let begin = if first.is_some() { part } else { part + 1 };
                 self.calls.add(self.regular / self.places(node, self.regular).len() as f64, begin as u64);
@@ -408,19 +421,22 @@ impl Stepper for SlaveStepper {
         Ok(done)
     }
 
-    fn can_restore(&self, nodes: &[Node]) -> bool {
+    fn can_restore(&self, nodes: &[InstanceNode]) -> bool {
         nodes[self.node[0]].can_restore()
     }
 
-    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        nodes[self.node[0]].slave.save(&mut self.states[slot]).map_err(|source| Error::Call { time, source })
+    fn save_in(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
+        nodes[self.node[0]]
+            .slave
+            .save(&mut self.states[slot])
+            .map_err(|source| CosimError::Call { time, source })
     }
 
-    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn restore_from(&mut self, slot: usize, nodes: &mut [InstanceNode], time: f64) -> Result<(), CosimError> {
         nodes[self.node[0]].line.dirty = true;
         match &self.states[slot] {
             Some(state) => {
-                nodes[self.node[0]].slave.restore(state).map_err(|source| Error::Call { time, source })
+                nodes[self.node[0]].slave.restore(state).map_err(|source| CosimError::Call { time, source })
             }
             None => Ok(()), // nothing has been stored, so nothing was stepped
         }

@@ -1,6 +1,6 @@
 //! Problems with known solutions, algorithm by algorithm; more of them in ../coupling.rs.
 
-use trueup_testkit::{Version, problems};
+use trueup_testkit::{BlockVersion, problems};
 
 use super::Bench;
 
@@ -12,7 +12,7 @@ fn run(algorithm: &str, stop: f64, step: f64) -> String {
 
 #[test]
 fn two_masses_of_both_versions() {
-    let versions = vec![Version::Two, Version::Three];
+    let versions = vec![BlockVersion::Two, BlockVersion::Three];
     let Some(bench) = Bench::mixed(problems::two_mass(), versions) else { return };
     let error = bench.well(&run("extrapolate", 10.0, 0.01)).error(&TWO_MASS);
     assert!(error <= 5.3e-5, "{error:e}");
@@ -22,7 +22,7 @@ fn two_masses_of_both_versions() {
 #[test]
 fn stiff_two_masses() {
     let expected = [("left.x1", 0.195842316627185), ("right.x2", 0.187218336940235)];
-    let Some(bench) = Bench::new(problems::stiff_two_mass(), Version::Two) else { return };
+    let Some(bench) = Bench::new(problems::stiff_two_mass(), BlockVersion::Two) else { return };
     let explicit = bench.run(&run("jacobi", 1.0, 5e-4));
     assert!(explicit.outcome.is_err() || explicit.error(&expected) > 1e6, "not stiff");
     let repeated = bench.well(&run("iterative", 1.0, 5e-4));
@@ -35,7 +35,7 @@ fn stiff_two_masses() {
 #[test]
 fn quarter_car() {
     let expected = [("chassis.z", 0.0652894398482172), ("wheel.z", 0.0966065051298327)];
-    let Some(bench) = Bench::new(problems::quarter_car(), Version::Two) else { return };
+    let Some(bench) = Bench::new(problems::quarter_car(), BlockVersion::Two) else { return };
     let error = |algorithm| bench.well(&run(algorithm, 1.0, 1e-3)).error(&expected);
     let [held, lines, repeated] = ["jacobi", "extrapolate", "iterative"].map(error);
     assert!(lines < 0.02 * held && repeated < 0.02 * held, "{held:e} {lines:e} {repeated:e}");
@@ -45,7 +45,7 @@ fn quarter_car() {
 #[test]
 fn lotka_volterra() {
     let expected = [("prey.x", 25.6817462942265), ("predator.y", 15.3126238285098)];
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let Some(bench) = Bench::new(problems::lotka_volterra(), version) else { return };
         let error = |algorithm, h| bench.well(&run(algorithm, 100.0, h)).error(&expected);
         let coarse = error("iterative", 0.1);
@@ -61,7 +61,7 @@ fn lotka_volterra() {
 
 #[test]
 fn an_unstable_loop_blows_up() {
-    let Some(bench) = Bench::new(problems::feedthrough_loop(1.1), Version::Two) else { return };
+    let Some(bench) = Bench::new(problems::feedthrough_loop(1.1), BlockVersion::Two) else { return };
     for algorithm in ["jacobi", "extrapolate"] {
         let it = bench.run(&run(algorithm, 0.3, 5e-4));
         let blown = it.column("first.x").iter().any(|x| x.abs() > 100.0);
@@ -73,7 +73,7 @@ fn an_unstable_loop_blows_up() {
 /// Lines leave none.
 #[test]
 fn drift() {
-    let Some(bench) = Bench::new(problems::drift(), Version::Two) else { return };
+    let Some(bench) = Bench::new(problems::drift(), BlockVersion::Two) else { return };
     let apart = |algorithm: &str, h| {
         let it = bench.well(&run(algorithm, 20.0, h));
         it.last("spring.x") - it.last("mass.x")

@@ -1,9 +1,9 @@
 //! Every fault of an FMU within the process, in a coupled run, by version of FMI and algorithm: what the user is told, and
 //! what is kept. What breaks the process itself (a crash, `exit`, a hang) is not caught: docs/faults.md.
 
-use trueup_cosim::{Error, Master, Results, check, system::System};
-use trueup_fmi_import::Status;
-use trueup_testkit::{Version, problems};
+use trueup_cosim::{CosimError, Master, Results, check, system::CosimSystem};
+use trueup_fmi_import::FmiStatus;
+use trueup_testkit::{BlockVersion, problems};
 
 use super::{Bench, Run};
 
@@ -50,26 +50,26 @@ fn failed(it: &Run, what: &str, call: &str, time: f64) -> String {
     said
 }
 
-fn everywhere(mut test: impl FnMut(&Bench, &str, Version)) {
-    for version in Version::ALL {
+fn everywhere(mut test: impl FnMut(&Bench, &str, BlockVersion)) {
+    for version in BlockVersion::ALL {
         let Some(bench) = Bench::new(problems::two_mass(), version) else { return };
         ALGORITHMS.iter().for_each(|algorithm| test(&bench, algorithm, version));
     }
 }
 
-fn function(version: Version, two: &'static str, three: &'static str) -> &'static str {
-    if version == Version::Two { two } else { three }
+fn function(version: BlockVersion, two: &'static str, three: &'static str) -> &'static str {
+    if version == BlockVersion::Two { two } else { three }
 }
 
 #[test]
 fn error_and_fatal_end_the_run() {
     everywhere(|bench, algorithm, version| {
-        for (fault, status) in [(ERROR, Status::Error), (FATAL, Status::Fatal)] {
+        for (fault, status) in [(ERROR, FmiStatus::Error), (FATAL, FmiStatus::Fatal)] {
             let it = faulty(bench, algorithm, fault, 0.5);
             let what = format!("{version:?} {algorithm} {status:?}");
             let said = failed(&it, &what, function(version, "fmi2DoStep", "fmi3DoStep"), 0.5);
             assert!(said.contains(&format!("{status:?}")), "{what}: {said}");
-            let Some(Error::Call { source, .. }) = it.outcome.err() else { panic!("{what}: {said}") };
+            let Some(CosimError::Call { source, .. }) = it.outcome.err() else { panic!("{what}: {said}") };
             assert_eq!(source.status(), Some(status), "{what}");
         }
     });
@@ -103,7 +103,7 @@ fn shorter_steps_are_found() {
             let it = faulty(bench, algorithm, fault, 0.5);
             let what = format!("{version:?} {algorithm} {fault}");
             assert!(it.outcome.is_ok(), "{what}: {:?}", it.outcome);
-            assert!(version == Version::Three || it.log.discarded > 0, "{what}: nothing was discarded");
+            assert!(version == BlockVersion::Three || it.log.discarded > 0, "{what}: nothing was discarded");
             // Nothing is lost by it but rounding, and what the parts of a step make of held inputs.
             let found = error(&it);
             assert!(found < 1.1 * healthy + 1e-9, "{what}: {found:e}, undisturbed {healthy:e}");
@@ -117,7 +117,8 @@ fn values_that_are_not_finite_end_the_run_with_the_variable() {
         for (fault, value) in [(NOT_A_NUMBER, "NaN"), (INFINITE, "-inf")] {
             let it = faulty(bench, algorithm, fault, 0.5);
             let what = format!("{version:?} {algorithm} {value}");
-            let Some(Error::NotFinite { time, instance, variable, .. }) = it.outcome.as_ref().err() else {
+            let Some(CosimError::NotFinite { time, instance, variable, .. }) = it.outcome.as_ref().err()
+            else {
                 panic!("{what}: {:?}", it.outcome)
             };
             assert_eq!((instance.as_str(), variable.as_str()), ("right", "F"), "{what}");
@@ -155,7 +156,7 @@ fn getting_and_setting_may_fail() {
 
 #[test]
 fn states_may_fail_to_be_saved_and_restored() {
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let Some(bench) = Bench::new(problems::two_mass(), version) else { return };
         for algorithm in ["iterative", "adaptive"] {
             let names = [("fmi2GetFMUstate", "fmi3GetFMUState"), ("fmi2SetFMUstate", "fmi3SetFMUState")];
@@ -170,7 +171,7 @@ fn states_may_fail_to_be_saved_and_restored() {
 
 #[test]
 fn initialization_may_fail() {
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let Some(bench) = Bench::new(problems::two_mass(), version) else { return };
         for (fault, call) in
             [(ENTER_FAILS, "EnterInitializationMode"), (EXIT_FAILS, "ExitInitializationMode")]
@@ -185,7 +186,7 @@ fn initialization_may_fail() {
 /// The results are whole; that the end went wrong is said all the same.
 #[test]
 fn terminate_may_fail() {
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let Some(bench) = Bench::new(problems::two_mass(), version) else { return };
         let it = faulty(&bench, "jacobi", TERMINATE_FAILS, 0.0);
         let said = it.outcome.as_ref().err().map(ToString::to_string).unwrap_or_default();
@@ -196,7 +197,7 @@ fn terminate_may_fail() {
 
 #[test]
 fn an_fmu_may_refuse_to_be_instantiated() {
-    for version in Version::ALL {
+    for version in BlockVersion::ALL {
         let mut problem = problems::two_mass();
         problem.blocks[1].name = "refuses".into();
         problem.connections.iter_mut().for_each(|(a, b)| {
@@ -205,7 +206,7 @@ fn an_fmu_may_refuse_to_be_instantiated() {
         let Some(bench) = Bench::new(problem, version) else { return };
         let file = bench.folder.path().join("system.toml");
         std::fs::write(&file, bench.toml("stop = 1", &[])).unwrap();
-        let plan = check(&System::read(&file).unwrap()).unwrap();
+        let plan = check(&CosimSystem::read(&file).unwrap()).unwrap();
         let said = Master::new(plan).err().unwrap().to_string();
         assert!(said.contains("refuses") && said.contains("no instance"), "{said}");
     }
@@ -214,12 +215,12 @@ fn an_fmu_may_refuse_to_be_instantiated() {
 /// What was computed stands in a file that says that it is not whole.
 #[test]
 fn results_are_kept_and_marked() {
-    let Some(bench) = Bench::new(problems::two_mass(), Version::Two) else { return };
+    let Some(bench) = Bench::new(problems::two_mass(), BlockVersion::Two) else { return };
     for (name, algorithm) in [("run.csv", "extrapolate"), ("run.parquet", "adaptive")] {
         let file = bench.folder.path().join("system.toml");
         let run = format!("algorithm = \"{algorithm}\"\nstop = 1\nstep = 0.01");
         std::fs::write(&file, bench.toml(&run, &[("right", "fault = 3, faultTime = 0.5")])).unwrap();
-        let plan = check(&System::read(&file).unwrap()).unwrap();
+        let plan = check(&CosimSystem::read(&file).unwrap()).unwrap();
         let target = bench.folder.path().join(name);
         let mut results = Results::create(&target).unwrap();
         assert!(Master::new(plan).unwrap().run(&mut results).is_err());

@@ -1,6 +1,6 @@
 //! Problem 8: values that jump, by time and by state.
 
-use trueup_testkit::{Version, problems};
+use trueup_testkit::{BlockVersion, problems};
 
 use super::Bench;
 
@@ -11,7 +11,7 @@ fn at(run: &super::Run, time: f64) -> f64 {
 
 #[test]
 fn jumps_are_stepped_over() {
-    let Some(bench) = Bench::new(problems::jumps(), Version::Two) else { return };
+    let Some(bench) = Bench::new(problems::jumps(), BlockVersion::Two) else { return };
     let it = bench.well("algorithm = \"adaptive\"\nstop = 10\nstep = 0.1\ntolerance = 1e-3");
     let adapted = it.log.adapted.unwrap();
     eprintln!("{adapted:?}");
@@ -25,7 +25,7 @@ fn jumps_are_stepped_over() {
 /// With fixed steps the error is that of the step within which a jump falls.
 #[test]
 fn fixed_steps_cross_jumps() {
-    let Some(bench) = Bench::new(problems::jumps(), Version::Two) else { return };
+    let Some(bench) = Bench::new(problems::jumps(), BlockVersion::Two) else { return };
     for algorithm in ["jacobi", "gauss-seidel"] {
         let it = bench.well(&format!("algorithm = \"{algorithm}\"\nstop = 10\nstep = 0.01"));
         for (time, x4) in [(1.0, 0.0), (2.0, 2.5), (4.5, -2.5), (10.0, 2.5)] {

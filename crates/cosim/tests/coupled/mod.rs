@@ -11,32 +11,32 @@ mod jumps;
 use std::fmt::Write as _;
 
 use tempfile::TempDir;
-use trueup_cosim::system::System;
-use trueup_cosim::{Error, Master, Memory, RunLog, check};
-use trueup_testkit::{Problem, Version};
+use trueup_cosim::system::CosimSystem;
+use trueup_cosim::{CosimError, Master, RunLog, SeriesMemory, check};
+use trueup_testkit::{BlockVersion, ShotProblem};
 
 /// FMUs of a problem in a folder.
 pub(crate) struct Bench {
     folder: TempDir,
-    problem: Problem,
-    versions: Vec<Version>,
+    problem: ShotProblem,
+    versions: Vec<BlockVersion>,
 }
 
 /// What a run gave.
 pub(crate) struct Run {
-    pub(crate) results: Memory,
+    pub(crate) results: SeriesMemory,
     pub(crate) log: RunLog,
-    pub(crate) outcome: Result<(), Error>,
+    pub(crate) outcome: Result<(), CosimError>,
 }
 
 impl Bench {
     /// All FMUs of one version of FMI; `None`, said aloud, without a C compiler.
-    pub(crate) fn new(problem: Problem, version: Version) -> Option<Self> {
+    pub(crate) fn new(problem: ShotProblem, version: BlockVersion) -> Option<Self> {
         let versions = vec![version; problem.blocks.len()];
         Self::mixed(problem, versions)
     }
 
-    pub(crate) fn mixed(problem: Problem, versions: Vec<Version>) -> Option<Self> {
+    pub(crate) fn mixed(problem: ShotProblem, versions: Vec<BlockVersion>) -> Option<Self> {
         if !trueup_testkit::compiler() {
             eprintln!("SKIPPED: no C compiler (cc)");
             return None;
@@ -48,7 +48,7 @@ impl Bench {
         Some(Self { folder, problem, versions })
     }
 
-    pub(crate) fn problem(&self) -> &Problem {
+    pub(crate) fn problem(&self) -> &ShotProblem {
         &self.problem
     }
 
@@ -76,8 +76,8 @@ impl Bench {
     pub(crate) fn run_from(&self, run: &str, start: &[(&str, &str)]) -> Run {
         let file = self.folder.path().join("system.toml");
         std::fs::write(&file, self.toml(run, start)).unwrap();
-        let plan = check(&System::read(&file).unwrap()).unwrap();
-        let mut results = Memory::default();
+        let plan = check(&CosimSystem::read(&file).unwrap()).unwrap();
+        let mut results = SeriesMemory::default();
         let mut master = Master::new(plan).unwrap();
         let outcome = master.run(&mut results).map(drop);
         Run { results, log: master.log().clone(), outcome }

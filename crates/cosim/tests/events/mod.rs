@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use trueup_cosim::system::System;
-use trueup_cosim::{Master, Memory, RunLog, check};
-use trueup_fmi_description::Version;
+use trueup_cosim::system::CosimSystem;
+use trueup_cosim::{Master, RunLog, SeriesMemory, check};
+use trueup_fmi_description::FmiVersion;
 
 /// What an FMU offers beside event mode.
 #[derive(Clone, Copy)]
@@ -49,7 +49,7 @@ fn description(name: &str, offers: Offers) -> String {
 fn fmus(all: &[(&str, Offers)]) -> Option<tempfile::TempDir> {
     let folder = tempfile::tempdir().unwrap();
     for (name, offers) in all {
-        let binaries = folder.path().join(name).join("binaries").join(Version::V3.platform());
+        let binaries = folder.path().join(name).join("binaries").join(FmiVersion::V3.platform());
         std::fs::create_dir_all(&binaries).unwrap();
         std::fs::write(folder.path().join(name).join("modelDescription.xml"), description(name, *offers))
             .unwrap();
@@ -73,7 +73,7 @@ fn run(
     algorithm: &str,
     connections: &[&str],
     starts: &[(&str, &str)],
-) -> (Memory, RunLog) {
+) -> (SeriesMemory, RunLog) {
     run_with(folder, algorithm, "event-rows = true", connections, starts)
 }
 
@@ -83,7 +83,7 @@ fn run_with(
     more: &str,
     connections: &[&str],
     starts: &[(&str, &str)],
-) -> (Memory, RunLog) {
+) -> (SeriesMemory, RunLog) {
     let mut text = format!(
         "connections = {connections:?}\n[run]\nstop = 1.0\nstep = 0.1\nalgorithm = \"{algorithm}\"\n{more}\n"
     );
@@ -92,8 +92,8 @@ fn run_with(
     }
     let file = folder.path().join("system.toml");
     std::fs::write(&file, text).unwrap();
-    let plan = check(&System::read(&file).unwrap()).unwrap();
-    let mut results = Memory::default();
+    let plan = check(&CosimSystem::read(&file).unwrap()).unwrap();
+    let mut results = SeriesMemory::default();
     let mut master = Master::new(plan).unwrap();
     if let Err(error) = master.run(&mut results) {
         panic!("{algorithm}: {error}");
@@ -101,12 +101,12 @@ fn run_with(
     (results, master.log().clone())
 }
 
-fn last(results: &Memory, name: &str) -> f64 {
+fn last(results: &SeriesMemory, name: &str) -> f64 {
     *results.column(name).unwrap().last().unwrap()
 }
 
 /// Times that have more than one row, and the value in each of these.
-fn jumps(results: &Memory, name: &str) -> Vec<(f64, f64, f64)> {
+fn jumps(results: &SeriesMemory, name: &str) -> Vec<(f64, f64, f64)> {
     let (time, x) = (results.time(), results.column(name).unwrap());
     (1..time.len()).filter(|i| time[*i] == time[i - 1]).map(|i| (time[i], x[i - 1], x[i])).collect()
 }

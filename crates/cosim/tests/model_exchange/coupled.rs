@@ -49,7 +49,7 @@ fn exact(times: &[f64]) -> Vec<[f64; 3]> {
 }
 
 /// Errors of height and sensor at the communication points; the counts must be right.
-fn errors(memory: &Memory) -> Vec<[f64; 2]> {
+fn errors(memory: &SeriesMemory) -> Vec<[f64; 2]> {
     let column = |name| memory.column(name).unwrap();
     let (h, y) = (column("ball.h"), column("sensor.y"));
     let is_point = |t: f64| t == (t / 0.05).round() / 20.0;

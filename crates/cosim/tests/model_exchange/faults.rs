@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn fault(desk: &Path, fault: u32, step: f64) -> (Result<RunLog, Error>, Memory) {
+fn fault(desk: &Path, fault: u32, step: f64) -> (Result<RunLog, CosimError>, SeriesMemory) {
     let toml = format!(
         "record = [\"it.*\"]\n[run]\nstop = 2.5\nstep = {step}\n[components.it]\nfmu = \"trouble.fmu\"\nstart = {{ fault = {fault} }}\n"
     );
@@ -11,7 +11,7 @@ fn fault(desk: &Path, fault: u32, step: f64) -> (Result<RunLog, Error>, Memory) 
 
 /// The message contains all of this, and the results before the fault are there.
 #[track_caller]
-fn says((result, memory): (Result<RunLog, Error>, Memory), at: f64, parts: &[&str]) {
+fn says((result, memory): (Result<RunLog, CosimError>, SeriesMemory), at: f64, parts: &[&str]) {
     let error = result.unwrap_err().to_string();
     for part in parts {
         assert!(error.contains(part), "{part:?} is not in {error:?}");

@@ -10,43 +10,52 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use trueup_cosim::model_exchange::{Group, Integrator, Settings, Surroundings, TOLERANCE};
-use trueup_cosim::node::Node;
-use trueup_cosim::plan::Planned;
-use trueup_cosim::system::{Interface, System};
-use trueup_cosim::{Block, Blocks, Buffer, Error, Master, Memory, RunLog, check};
-use trueup_fmi_description::Version;
-use trueup_fmi_import::{Experiment, Fmu, fmi3};
+use trueup_cosim::model_exchange::{
+    GroupSurroundings, IntegrationSettings, Integrator, StepperGroup, TOLERANCE,
+};
+use trueup_cosim::node::InstanceNode;
+use trueup_cosim::plan::PlannedComponent;
+use trueup_cosim::system::{ComponentInterface, CosimSystem};
+use trueup_cosim::{
+    BlockAccess, CosimError, Master, RunLog, SeriesMemory, ValueBuffer, VariableBlock, check,
+};
+use trueup_fmi_description::FmiVersion;
+use trueup_fmi_import::{ExperimentSetup, UnpackedFmu, fmi3};
 
 /// One FMU under way.
 struct Single {
-    nodes: Vec<Node>,
-    group: Group,
+    nodes: Vec<InstanceNode>,
+    group: StepperGroup,
 }
 
 impl Single {
-    fn new(fmu: &Arc<Fmu>, integrator: Integrator, tolerance: f64) -> Self {
-        let planned = Planned {
+    fn new(fmu: &Arc<UnpackedFmu>, integrator: Integrator, tolerance: f64) -> Self {
+        let planned = PlannedComponent {
             name: "model".into(),
             fmu: Arc::clone(fmu),
-            interface: Interface::ModelExchange,
+            interface: ComponentInterface::ModelExchange,
             structural: Vec::new(),
             resized: None,
             start: Vec::new(),
             every: 1,
         };
-        let slave = Node::instantiate(&planned, fmi3::CoSimulation::default()).unwrap();
-        let mut node = Node::new(planned, slave);
-        node.slave.enter_initialization_mode(Experiment::default()).unwrap();
+        let slave = InstanceNode::instantiate(&planned, fmi3::CoSimulationOptions::default()).unwrap();
+        let mut node = InstanceNode::new(planned, slave);
+        node.slave.enter_initialization_mode(ExperimentSetup::default()).unwrap();
         node.slave.exit_initialization_mode().unwrap();
         let mut nodes = vec![node];
-        let settings = Settings { integrator, tolerance, ..Settings::default() };
-        let (group, _) = Group::start(&mut nodes, &[0], 0.0, settings, Vec::new(), &mut ()).unwrap();
+        let settings = IntegrationSettings { integrator, tolerance, ..IntegrationSettings::default() };
+        let (group, _) = StepperGroup::start(&mut nodes, &[0], 0.0, settings, Vec::new(), &mut ()).unwrap();
         Self { nodes, group }
     }
 
     /// Goes on to `time` and handles an event there too; `events` are given their times.
-    fn to(&mut self, time: f64, around: &mut dyn Surroundings, events: &mut Vec<f64>) -> Result<(), Error> {
+    fn to(
+        &mut self,
+        time: f64,
+        around: &mut dyn GroupSurroundings,
+        events: &mut Vec<f64>,
+    ) -> Result<(), CosimError> {
         loop {
             let reached = self.group.advance(&mut self.nodes, around, time, true)?;
             if !reached.event {
@@ -58,10 +67,12 @@ impl Single {
     }
 
     fn reals(&mut self, references: &[u32]) -> Vec<f64> {
-        let mut block =
-            Block { references: references.into(), values: Buffer::Float64(vec![0.0; references.len()]) };
+        let mut block = VariableBlock {
+            references: references.into(),
+            values: ValueBuffer::Float64(vec![0.0; references.len()]),
+        };
         self.nodes[0].slave.get(&mut block).unwrap();
-        let Buffer::Float64(values) = block.values else { unreachable!() };
+        let ValueBuffer::Float64(values) = block.values else { unreachable!() };
         values
     }
 }
@@ -119,7 +130,7 @@ fn made() -> Option<tempfile::TempDir> {
     let desk = tempfile::tempdir().unwrap();
     for (name, description) in [("ball", BALL), ("sensor", SENSOR), ("trouble", TROUBLE)] {
         let folder = desk.path().join(format!("{name}.fmu"));
-        let binaries = folder.join("binaries").join(Version::V2.platform());
+        let binaries = folder.join("binaries").join(FmiVersion::V2.platform());
         std::fs::create_dir_all(&binaries).unwrap();
         std::fs::write(folder.join("modelDescription.xml"), description).unwrap();
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/model_exchange/hybrid.c");
@@ -138,11 +149,11 @@ fn made() -> Option<tempfile::TempDir> {
 }
 
 /// Runs a system in TOML beside the FMUs.
-fn run(desk: &Path, toml: &str) -> (Result<RunLog, Error>, Memory) {
+fn run(desk: &Path, toml: &str) -> (Result<RunLog, CosimError>, SeriesMemory) {
     let file = desk.join("system.toml");
     std::fs::write(&file, toml).unwrap();
-    let plan = check(&System::read(&file).unwrap()).unwrap();
-    let mut memory = Memory::default();
+    let plan = check(&CosimSystem::read(&file).unwrap()).unwrap();
+    let mut memory = SeriesMemory::default();
     let result = Master::new(plan).unwrap().run(&mut memory);
     (result, memory)
 }

@@ -4,13 +4,13 @@
 
 use super::*;
 
-fn open(version: u32, model: &str) -> Option<Arc<Fmu>> {
+fn open(version: u32, model: &str) -> Option<Arc<UnpackedFmu>> {
     let Some(folder) = std::env::var_os("TRUEUP_REFERENCE_FMUS") else {
         eprintln!("SKIPPED: TRUEUP_REFERENCE_FMUS is not set to a folder of Reference FMUs");
         return None;
     };
     let folder = std::path::PathBuf::from(folder);
-    Some(Fmu::open(folder.join(format!("{version}.0")).join(format!("{model}.fmu"))).unwrap())
+    Some(UnpackedFmu::open(folder.join(format!("{version}.0")).join(format!("{model}.fmu"))).unwrap())
 }
 
 /// Impacts of a ball that falls from 1 m, keeps 0.7 of its speed and rests once it is slower than 0.1 m/s.

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use trueup_cosim::Memory;
+use trueup_cosim::SeriesMemory;
 
-use super::{OUTPUTS, Offers, PLAIN, Version, last, run, unpacked};
+use super::{FmiVersion, OUTPUTS, Offers, PLAIN, last, run, unpacked};
 
 /// Numbers by SplitMix64. `TRUEUP_SEED` sets the seed, which is printed.
 pub(super) struct Draw(u64);
@@ -70,11 +70,11 @@ impl Case {
         let steps = 10 * (1 + draw.below(4)) + if clipped < 1.0 { draw.below(10) } else { 0 };
         let fmus = (0..1 + draw.below(3))
             .map(|_| {
-                let version = if draw.coin() { Version::V2 } else { Version::V3 };
+                let version = if draw.coin() { FmiVersion::V2 } else { FmiVersion::V3 };
                 let any_step = clipped < 1.0 || draw.coin();
                 // A default step alone, or states alone, declare nothing.
                 let (states, named) = [(false, false), (true, false), (false, true)][draw.below(3)];
-                let states = states && version == Version::V2;
+                let states = states && version == FmiVersion::V2;
                 let default_step = named.then_some(0.1 * step);
                 let every = [1, 1, 2, 5, 10][draw.below(5)];
                 let internal = step * every as f64 / [1.0, 2.0, 5.0][draw.below(3)];
@@ -177,7 +177,7 @@ impl Case {
         (calls, own, self.time(self.steps) - own * (calls - 1) as f64)
     }
 
-    fn judge(&self, results: &Memory) {
+    fn judge(&self, results: &SeriesMemory) {
         for (i, f) in self.fmus.iter().enumerate() {
             let (calls, own, end) = self.asked(f);
             let [_, count, shortest, longest, covered, _] =

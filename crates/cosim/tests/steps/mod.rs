@@ -9,15 +9,15 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
-use trueup_cosim::system::{Algorithm, System};
-use trueup_cosim::{Error, Master, Memory, RunLog, check};
-use trueup_fmi_description::Version;
-use trueup_testkit::{Block, problems};
+use trueup_cosim::system::{Algorithm, CosimSystem};
+use trueup_cosim::{CosimError, Master, RunLog, SeriesMemory, check};
+use trueup_fmi_description::FmiVersion;
+use trueup_testkit::{BlockFmu, problems};
 
 /// What an FMU says of itself.
 #[derive(Clone, Copy, Debug)]
 struct Offers {
-    version: Version,
+    version: FmiVersion,
     any_step: bool,
     states: bool,
     /// FMI 3.0: `mightReturnEarlyFromDoStep`.
@@ -30,7 +30,7 @@ struct Offers {
 
 /// As small exporters have it: any step, and nothing that says that parts of one are meant.
 const PLAIN: Offers = Offers {
-    version: Version::V2,
+    version: FmiVersion::V2,
     any_step: true,
     states: false,
     early: false,
@@ -55,7 +55,7 @@ fn description(offers: Offers) -> String {
     let mut text = String::new();
     let mut unknowns = String::new();
     match offers.version {
-        Version::V2 => {
+        FmiVersion::V2 => {
             for (r, (name, causality, variability, x)) in variables.iter().enumerate() {
                 let x = start(x);
                 let _ = writeln!(
@@ -73,7 +73,7 @@ fn description(offers: Offers) -> String {
                  <ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
             )
         }
-        Version::V3 => {
+        FmiVersion::V3 => {
             for (r, (name, causality, variability, x)) in variables.iter().enumerate() {
                 let x = start(x);
                 let _ = writeln!(
@@ -99,9 +99,9 @@ fn description(offers: Offers) -> String {
 }
 
 /// The compiled library of a version; `None`, said aloud, without a C compiler.
-fn library(version: Version) -> Option<&'static [u8]> {
+fn library(version: FmiVersion) -> Option<&'static [u8]> {
     static BUILT: [OnceLock<Option<Vec<u8>>>; 2] = [const { OnceLock::new() }; 2];
-    let (at, define) = if version == Version::V2 { (0, "-DFMI=2") } else { (1, "-DFMI=3") };
+    let (at, define) = if version == FmiVersion::V2 { (0, "-DFMI=2") } else { (1, "-DFMI=3") };
     let built = BUILT[at].get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("counts.so");
@@ -131,16 +131,16 @@ fn unpacked(folder: &Path, name: &str, offers: Offers) -> Option<()> {
 }
 
 /// Runs what a TOML text says.
-fn run(folder: &Path, text: &str) -> Result<(Memory, RunLog), Error> {
+fn run(folder: &Path, text: &str) -> Result<(SeriesMemory, RunLog), CosimError> {
     let file = folder.join("system.toml");
     std::fs::write(&file, text).unwrap();
-    let plan = check(&System::read(&file)?)?;
-    let mut results = Memory::default();
+    let plan = check(&CosimSystem::read(&file)?)?;
+    let mut results = SeriesMemory::default();
     let log = Master::new(plan)?.run(&mut results)?;
     Ok((results, log))
 }
 
-fn last(results: &Memory, name: &str) -> f64 {
+fn last(results: &SeriesMemory, name: &str) -> f64 {
     *results.column(name).unwrap_or_else(|| panic!("no {name}")).last().unwrap()
 }
 
@@ -166,7 +166,7 @@ fn circle(names: &[&str], run: &str, each: &str) -> String {
 /// A controller at 10 Hz beside a plant at 100 Hz, whichever of them may be given parts of a step.
 #[test]
 fn two_rates_are_exact_counts_and_are_told() {
-    let declared = Offers { version: Version::V3, early: true, ..PLAIN };
+    let declared = Offers { version: FmiVersion::V3, early: true, ..PLAIN };
     for plant in [PLAIN, declared] {
         let folder = tempfile::tempdir().unwrap();
         let made = [("ctrl", PLAIN), ("plant", plant)].map(|(name, o)| unpacked(folder.path(), name, o));
@@ -188,7 +188,7 @@ fn two_rates_are_exact_counts_and_are_told() {
 /// Parts of a step belong to FMUs that declare them, and to who asks for an algorithm of lines.
 #[test]
 fn parts_are_for_those_that_declare_them_or_ask() {
-    let v3 = Offers { version: Version::V3, ..PLAIN };
+    let v3 = Offers { version: FmiVersion::V3, ..PLAIN };
     let stored = Offers { states: true, ..PLAIN };
     for (offers, algorithm, calls) in [
         (PLAIN, "", 20),
@@ -241,7 +241,7 @@ fn internal_steps_are_obeyed_or_the_run_is_refused() {
     for _ in 0..12 {
         let h = [0.1, 0.01, 0.025, 1e-3][draw.below(4)];
         let offers =
-            Offers { version: Version::V3, early: draw.coin(), states: true, internal: Some(h), ..PLAIN };
+            Offers { version: FmiVersion::V3, early: draw.coin(), states: true, internal: Some(h), ..PLAIN };
         let folder = tempfile::tempdir().unwrap();
         let made = ["a", "b"].map(|name| unpacked(folder.path(), name, offers));
         if made.contains(&None) {
@@ -275,8 +275,8 @@ fn internal_steps_are_obeyed_or_the_run_is_refused() {
         let said = refused.err().unwrap().to_string();
         let mend = format!(
             "choose a step of {} s or {} s",
-            trueup_numerics::Figure(step),
-            trueup_numerics::Figure(step + h)
+            trueup_numerics::ShortNumber(step),
+            trueup_numerics::ShortNumber(step + h)
         );
         assert!(said.contains("fixedInternalStepSize") && said.contains(&mend), "{said}");
         let refused = run(
@@ -297,7 +297,7 @@ fn internal_steps_are_obeyed_or_the_run_is_refused() {
 /// A jump of an input between communication points cuts no step of an FMU that has not said that it may be cut, and this is told.
 #[test]
 fn jumps_cut_no_step_of_a_sampler() {
-    let early = Offers { version: Version::V3, early: true, ..PLAIN };
+    let early = Offers { version: FmiVersion::V3, early: true, ..PLAIN };
     for (offers, calls) in [(PLAIN, 10.0), (early, 11.0)] {
         let folder = tempfile::tempdir().unwrap();
         if unpacked(folder.path(), "m", offers).is_none() {
@@ -319,7 +319,7 @@ fn whole_steps_at_the_middle_of_lines_are_of_second_order() {
     if !trueup_testkit::compiler() {
         return;
     }
-    let error = |block: fn(Block) -> Block| {
+    let error = |block: fn(BlockFmu) -> BlockFmu| {
         let problem = problems::two_mass().map(block);
         let folder = tempfile::tempdir().unwrap();
         let mut text = format!(
@@ -327,7 +327,7 @@ fn whole_steps_at_the_middle_of_lines_are_of_second_order() {
             problem.connections.iter().map(|(a, b)| format!("{a} -> {b}")).collect::<Vec<_>>()
         );
         for block in &problem.blocks {
-            let file = block.build(trueup_testkit::Version::Two, folder.path()).unwrap();
+            let file = block.build(trueup_testkit::BlockVersion::Two, folder.path()).unwrap();
             let _ = writeln!(text, "[components.{}]\nfmu = {file:?}", block.name);
         }
         let (results, log) = run(folder.path(), &text).unwrap();
@@ -336,12 +336,12 @@ fn whole_steps_at_the_middle_of_lines_are_of_second_order() {
         let calls: Vec<String> = log.calls.iter().map(|c| c.calls.to_string()).collect();
         (off.fold(0.0, f64::max), log.algorithm, calls)
     };
-    let stored: fn(Block) -> Block = |b| Block { degree: 0, ..b };
+    let stored: fn(BlockFmu) -> BlockFmu = |b| BlockFmu { degree: 0, ..b };
     let (off, algorithm, calls) = error(stored);
     println!("FMU state and a default step of the step: {off:e}, {calls:?}");
     assert!(off < 5.3e-5 && algorithm == Algorithm::Extrapolate, "{off:e} {algorithm}");
     assert_eq!(calls, ["1000 calls of 0.01 s"; 2]);
-    let (off, algorithm, calls) = error(Block::plain);
+    let (off, algorithm, calls) = error(BlockFmu::plain);
     println!("nothing declared: {off:e}, {calls:?}");
     assert!(off < 3.3e-3 && algorithm == Algorithm::Jacobi, "{off:e} {algorithm}");
     assert_eq!(calls, ["1000 calls of 0.01 s"; 2]);

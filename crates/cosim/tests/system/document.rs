@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use trueup_cosim::Error;
+use trueup_cosim::CosimError;
 use trueup_cosim::check;
-use trueup_cosim::system::System;
+use trueup_cosim::system::CosimSystem;
 
 use crate::system::Desk;
 
@@ -27,13 +27,13 @@ fn every_block_of_the_document() {
         } else {
             format!("{block}\n[components.plant]\nfmu = \"all.fmu\"\n")
         };
-        let read = System::read(&desk.write("s.toml", &text)).map_err(|e| e.to_string());
+        let read = CosimSystem::read(&desk.write("s.toml", &text)).map_err(|e| e.to_string());
         let plan = check(&read.unwrap_or_else(|e| panic!("{block}\n{e}")));
         match plan {
             Ok(_) => {}
             // Fragments name components that are not there.
-            Err(Error::System(list)) if !whole => {
-                let other = |m: &&trueup_cosim::Mistake| {
+            Err(CosimError::System(list)) if !whole => {
+                let other = |m: &&trueup_cosim::InputMistake| {
                     !m.message.contains("there is no")
                         && !m.message.contains("drive.csv")
                         && !m.message.contains("has no variable")

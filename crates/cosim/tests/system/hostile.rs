@@ -2,14 +2,14 @@
 
 use proptest::prelude::*;
 use trueup_cosim::check;
-use trueup_cosim::system::System;
+use trueup_cosim::system::CosimSystem;
 
 use crate::system::ssp::{archive, ssd};
 use crate::system::{Desk, said};
 
 /// What reading and checking says about these bytes under this name.
 fn says(desk: &Desk, name: &str, bytes: &[u8]) -> Vec<String> {
-    said(System::read(&desk.write(name, bytes)).and_then(|s| check(&s)), desk.path())
+    said(CosimSystem::read(&desk.write(name, bytes)).and_then(|s| check(&s)), desk.path())
 }
 
 const COMPONENT: &str =
@@ -230,18 +230,18 @@ proptest! {
     #[test]
     fn broken_toml_is_answered(bytes in broken(toml())) {
         let desk = Desk::new();
-        let _ = System::read(&desk.write("s.toml", bytes)).and_then(|s| check(&s));
+        let _ = CosimSystem::read(&desk.write("s.toml", bytes)).and_then(|s| check(&s));
     }
 
     #[test]
     fn broken_descriptions_are_answered(bytes in broken(xml())) {
         let desk = Desk::new();
-        let _ = System::read(&desk.write("s.ssd", bytes)).and_then(|s| check(&s));
+        let _ = CosimSystem::read(&desk.write("s.ssd", bytes)).and_then(|s| check(&s));
     }
 
     #[test]
     fn broken_packages_are_answered(bytes in broken(archive(&[("SystemStructure.ssd", xml().into_bytes())]))) {
         let desk = Desk::new();
-        let _ = System::read(&desk.write("s.ssp", bytes)).and_then(|s| check(&s));
+        let _ = CosimSystem::read(&desk.write("s.ssp", bytes)).and_then(|s| check(&s));
     }
 }

@@ -3,28 +3,28 @@
 use std::fmt::Write;
 
 use proptest::prelude::*;
-use trueup_cosim::plan::Plan;
-use trueup_cosim::system::{Place, System};
-use trueup_cosim::{Buffer, Column, Kind, Results, Row, Sink, Values, check};
+use trueup_cosim::plan::MasterPlan;
+use trueup_cosim::system::{CosimSystem, SourceSpan};
+use trueup_cosim::{ColumnKind, ResultColumn, ResultRow, ResultSink, Results, RowValues, ValueBuffer, check};
 
 use crate::system::Desk;
 
 /// A run of `all.fmu` from 0 s to 4 s with this file of inputs.
-fn driven(desk: &Desk, file: &str) -> Result<Plan, String> {
+fn driven(desk: &Desk, file: &str) -> Result<MasterPlan, String> {
     let text = format!("inputs = \"{file}\"\n[components.a]\nfmu = \"all.fmu\"\n");
-    let system = System::read(&desk.write("s.toml", &text)).map_err(|e| e.to_string())?;
+    let system = CosimSystem::read(&desk.write("s.toml", &text)).map_err(|e| e.to_string())?;
     check(&system).map_err(|e| e.to_string())
 }
 
 /// What the variable of this name is driven by, at these times.
-fn texts(plan: &Plan, name: &str, times: &[f64]) -> Vec<String> {
+fn texts(plan: &MasterPlan, name: &str, times: &[f64]) -> Vec<String> {
     let d = plan.components[0].description();
     let inputs = plan.inputs.as_ref().unwrap();
     let found = plan.driven.iter().find(|x| d.variables[x.to.variable].name == name).unwrap();
     times.iter().map(|t| inputs.text(found.column, *t).unwrap().to_owned()).collect()
 }
 
-fn start(plan: &Plan, name: &str) -> Buffer {
+fn start(plan: &MasterPlan, name: &str) -> ValueBuffer {
     let planned = &plan.components[0];
     let reference = planned.description().find(name).unwrap().value_reference;
     planned.start.iter().find(|b| b.references == [reference]).unwrap().values.clone()
@@ -40,12 +40,12 @@ proptest! {
         desk.write("in.csv", &format!("time,a.wide,a.huge\n0,{},{}\n2,{},{}\n", wide[0], huge[0], wide[1], huge[1]));
         let file = desk.write("in.parquet", "");
         let mut results = Results::create(&file).unwrap();
-        let columns = [Column::new("a.wide", Kind::Integer, ""), Column::new("a.huge", Kind::Unsigned, "")];
+        let columns = [ResultColumn::new("a.wide", ColumnKind::Integer, ""), ResultColumn::new("a.huge", ColumnKind::Unsigned, "")];
         results.begin(&columns).unwrap();
-        let mut values = Values::of(&columns);
+        let mut values = RowValues::of(&columns);
         for k in 0..2 {
             (values.integers[0], values.integers[1]) = (wide[k], huge[k].cast_signed());
-            results.row(Row { time: 2.0 * k as f64, point: Some(k as u64), values: &values }).unwrap();
+            results.row(ResultRow { time: 2.0 * k as f64, point: Some(k as u64), values: &values }).unwrap();
         }
         results.finish().unwrap();
         for name in ["in.csv", "in.parquet"] {
@@ -55,11 +55,11 @@ proptest! {
         }
         // TOML's own integers have 63 bits and a sign; larger ones are written as texts.
         let text = format!("[components.a]\nfmu = \"all.fmu\"\nstart = {{ wide = {}, huge = \"{}\" }}\n", wide[0], huge[0]);
-        let mut system = System::read(&desk.write("s.toml", &text)).unwrap();
+        let mut system = CosimSystem::read(&desk.write("s.toml", &text)).unwrap();
         let plan = check(&system).unwrap();
-        prop_assert_eq!((start(&plan, "wide"), start(&plan, "huge")), (Buffer::Int64(vec![wide[0]]), Buffer::UInt64(vec![huge[0]])));
-        system.set("a.huge", &huge[1].to_string(), &Place::default()).unwrap();
-        prop_assert_eq!(start(&check(&system).unwrap(), "huge"), Buffer::UInt64(vec![huge[1]]));
+        prop_assert_eq!((start(&plan, "wide"), start(&plan, "huge")), (ValueBuffer::Int64(vec![wide[0]]), ValueBuffer::UInt64(vec![huge[0]])));
+        system.set("a.huge", &huge[1].to_string(), &SourceSpan::default()).unwrap();
+        prop_assert_eq!(start(&check(&system).unwrap(), "huge"), ValueBuffer::UInt64(vec![huge[1]]));
     }
 
     /// An array in one cell is an array, whatever stands in it.

@@ -13,9 +13,9 @@ mod ssp;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
-use trueup_cosim::plan::Plan;
-use trueup_cosim::system::System;
-use trueup_cosim::{Error, check};
+use trueup_cosim::plan::MasterPlan;
+use trueup_cosim::system::CosimSystem;
+use trueup_cosim::{CosimError, check};
 
 /// A folder with FMUs (unpacked, descriptions only) and a system.
 pub(crate) struct Desk(TempDir);
@@ -122,10 +122,10 @@ impl Desk {
         std::fs::write(&file, text).unwrap();
         file
     }
-    pub(crate) fn system(&self, toml: &str) -> Result<System, Error> {
-        System::read(&self.write("system.toml", toml))
+    pub(crate) fn system(&self, toml: &str) -> Result<CosimSystem, CosimError> {
+        CosimSystem::read(&self.write("system.toml", toml))
     }
-    pub(crate) fn plan(&self, toml: &str) -> Result<Plan, Error> {
+    pub(crate) fn plan(&self, toml: &str) -> Result<MasterPlan, CosimError> {
         check(&self.system(toml)?)
     }
     /// The mistakes as `line: message`, without the path.
@@ -134,10 +134,10 @@ impl Desk {
     }
 }
 
-pub(crate) fn said(result: Result<Plan, Error>, folder: &Path) -> Vec<String> {
+pub(crate) fn said(result: Result<MasterPlan, CosimError>, folder: &Path) -> Vec<String> {
     match result {
         Ok(_) => Vec::new(),
-        Err(Error::System(list)) => list
+        Err(CosimError::System(list)) => list
             .iter()
             .map(|m| {
                 format!("{}: {}", m.place.line, m.message).replace(&format!("{}/", folder.display()), "")

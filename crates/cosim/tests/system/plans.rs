@@ -1,18 +1,18 @@
 //! What a right system becomes.
 
-use trueup_cosim::Buffer;
+use trueup_cosim::ValueBuffer;
 use trueup_cosim::check;
-use trueup_cosim::plan::{Element, Plan};
-use trueup_cosim::system::{Algorithm, Interface, System};
+use trueup_cosim::plan::{ElementIndex, MasterPlan};
+use trueup_cosim::system::{Algorithm, ComponentInterface, CosimSystem};
 
 use crate::system::Desk;
 
-fn element(component: usize, variable: usize, element: usize) -> Element {
-    Element { component, variable, element }
+fn element(component: usize, variable: usize, element: usize) -> ElementIndex {
+    ElementIndex { component, variable, element }
 }
 
 /// Position of a variable in `all.fmu`.
-fn at(plan: &Plan, component: usize, name: &str) -> usize {
+fn at(plan: &MasterPlan, component: usize, name: &str) -> usize {
     plan.components[component].description().position(name).unwrap()
 }
 
@@ -61,7 +61,7 @@ start = { m = [1.5, 2.5] }
     let names: Vec<&str> = plan.components.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["left", "right", "old"]);
     assert_eq!(plan.components.iter().map(|c| c.every).collect::<Vec<_>>(), [2, 1, 1]);
-    assert_eq!(plan.components[2].interface, Interface::ModelExchange);
+    assert_eq!(plan.components[2].interface, ComponentInterface::ModelExchange);
     assert!(
         std::sync::Arc::ptr_eq(&plan.components[0].fmu, &plan.components[1].fmu),
         "an FMU is opened once"
@@ -70,7 +70,7 @@ start = { m = [1.5, 2.5] }
     assert_eq!((plan.tolerance, plan.algorithm), (Some(1e-4), Some(Algorithm::GaussSeidel)));
 
     let link = |from: &str, to: &str| {
-        let same = |port: &str, e: Element| {
+        let same = |port: &str, e: ElementIndex| {
             let (c, v) = port.split_once('.').unwrap();
             names[e.component] == c
                 && plan.components[e.component].description().variables[e.variable].name == v
@@ -110,13 +110,13 @@ start = { m = [1.5, 2.5] }
         let reference = plan.components[c].description().find(name).unwrap().value_reference;
         plan.components[c].start.iter().find(|b| b.references == [reference]).unwrap().values.clone()
     };
-    let Buffer::Float64(gain) = start(0, "gain") else { panic!() };
+    let ValueBuffer::Float64(gain) = start(0, "gain") else { panic!() };
     assert!((gain[0] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
-    assert_eq!(start(0, "matrix"), Buffer::Float64(vec![1.0, 2.0, 3.0, 7.0, 5.0, 6.0]));
-    assert_eq!(start(0, "mode"), Buffer::Int64(vec![2]));
-    assert_eq!(start(0, "label"), Buffer::String(vec!["a, b".into()]));
-    assert_eq!(start(1, "matrix"), Buffer::Float64(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
-    assert_eq!(start(2, "m[1,2]"), Buffer::Float64(vec![2.5]));
+    assert_eq!(start(0, "matrix"), ValueBuffer::Float64(vec![1.0, 2.0, 3.0, 7.0, 5.0, 6.0]));
+    assert_eq!(start(0, "mode"), ValueBuffer::Int64(vec![2]));
+    assert_eq!(start(0, "label"), ValueBuffer::String(vec!["a, b".into()]));
+    assert_eq!(start(1, "matrix"), ValueBuffer::Float64(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    assert_eq!(start(2, "m[1,2]"), ValueBuffer::Float64(vec![2.5]));
     let notes = plan.notes.join("\n");
     for said in [
         "`left.angle` -> `right.degrees`: rad converted to deg (times 57.2957795",
@@ -138,10 +138,10 @@ fn structural_parameters_size_arrays() {
         .unwrap();
     let part = &plan.components[0];
     assert_eq!(part.structural.len(), 1);
-    assert_eq!(part.structural[0].values, Buffer::UInt64(vec![3]));
+    assert_eq!(part.structural[0].values, ValueBuffer::UInt64(vec![3]));
     assert_eq!(
         part.start.iter().map(|b| b.values.clone()).collect::<Vec<_>>(),
-        [Buffer::Float64(vec![1.0, 2.0, 3.0])]
+        [ValueBuffer::Float64(vec![1.0, 2.0, 3.0])]
     );
     assert_eq!(plan.recorded.iter().filter(|r| r.name.starts_with("a.vector[")).count(), 3);
     let v = part.description().find("vector").unwrap();
@@ -152,7 +152,7 @@ fn structural_parameters_size_arrays() {
 fn a_single_fmu_is_a_system_whose_names_have_no_component() {
     let desk = Desk::new();
     desk.write("in.csv", "time,u,target[2],x\n0,1,2,9\n");
-    let mut system = System::read(&desk.path().join("all.fmu")).unwrap();
+    let mut system = CosimSystem::read(&desk.path().join("all.fmu")).unwrap();
     system.inputs =
         Some(trueup_cosim::system::InputFile { file: desk.path().join("in.csv"), ..Default::default() });
     let plan = check(&system).map_err(|e| e.to_string()).unwrap();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use trueup_cosim::system::{Place, System};
+use trueup_cosim::system::{CosimSystem, SourceSpan};
 use trueup_cosim::{check, write_ssp};
 
 use crate::system::Desk;
@@ -31,7 +31,7 @@ fn examples() -> Desk {
 fn the_closed_loops_are_the_same_as_toml_as_ssd_and_packed() {
     let desk = examples();
     for (name, links) in [("joint", 5), ("arm", 15)] {
-        let read = |file: PathBuf| System::read(&file).map_err(|e| e.to_string()).unwrap();
+        let read = |file: PathBuf| CosimSystem::read(&file).map_err(|e| e.to_string()).unwrap();
         let file = |extension: &str| desk.path().join(format!("examples/{name}.{extension}"));
         let toml = read(file("toml"));
         let plan = check(&toml).map_err(|e| e.to_string()).unwrap();
@@ -46,20 +46,20 @@ fn the_closed_loops_are_the_same_as_toml_as_ssd_and_packed() {
 }
 
 /// The system without the places and with FMUs by their file names only.
-fn bare(mut system: System) -> System {
+fn bare(mut system: CosimSystem) -> CosimSystem {
     system.file = PathBuf::new();
     for c in &mut system.components {
-        c.place = Place::default();
+        c.place = SourceSpan::default();
         c.fmu = c.fmu.file_name().unwrap().into();
         for s in &mut c.start {
-            (s.place, s.optional) = (Place::default(), false);
+            (s.place, s.optional) = (SourceSpan::default(), false);
         }
     }
-    system.connections.iter_mut().for_each(|c| c.place = Place::default());
-    system.record.iter_mut().for_each(|r| r.place = Place::default());
-    system.run.place = Place::default();
+    system.connections.iter_mut().for_each(|c| c.place = SourceSpan::default());
+    system.record.iter_mut().for_each(|r| r.place = SourceSpan::default());
+    system.run.place = SourceSpan::default();
     if let Some(inputs) = &mut system.inputs {
-        (inputs.place, inputs.file) = (Place::default(), inputs.file.file_name().unwrap().into());
+        (inputs.place, inputs.file) = (SourceSpan::default(), inputs.file.file_name().unwrap().into());
     }
     system
 }
@@ -103,7 +103,7 @@ fmu = "all.fmu"
     let plan = check(&system).map_err(|e| e.to_string()).unwrap();
     let file = desk.path().join("packed.ssp");
     write_ssp(&system, &plan, &file).unwrap();
-    let back = System::read(&file).map_err(|e| e.to_string()).unwrap();
+    let back = CosimSystem::read(&file).map_err(|e| e.to_string()).unwrap();
     let again = check(&back).map_err(|e| e.to_string()).unwrap();
     assert_eq!(shape(&again), shape(&plan));
     let (mut back, mut system) = (bare(back), bare(system));
@@ -128,7 +128,8 @@ start = { w = [1, 2], m = [3, 4] }
     let plan = check(&system).map_err(|e| e.to_string()).unwrap();
     let file = desk.path().join("packed.ssp");
     write_ssp(&system, &plan, &file).unwrap();
-    let again =
-        check(&System::read(&file).map_err(|e| e.to_string()).unwrap()).map_err(|e| e.to_string()).unwrap();
+    let again = check(&CosimSystem::read(&file).map_err(|e| e.to_string()).unwrap())
+        .map_err(|e| e.to_string())
+        .unwrap();
     assert_eq!(shape(&again), shape(&plan));
 }

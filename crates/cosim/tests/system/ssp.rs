@@ -2,9 +2,9 @@
 
 use std::io::Write;
 
-use trueup_cosim::plan::Plan;
-use trueup_cosim::system::{Algorithm, Interface, System};
-use trueup_cosim::{Buffer, check};
+use trueup_cosim::plan::MasterPlan;
+use trueup_cosim::system::{Algorithm, ComponentInterface, CosimSystem};
+use trueup_cosim::{ValueBuffer, check};
 use zip::write::SimpleFileOptions;
 
 use crate::system::{Desk, said};
@@ -65,17 +65,17 @@ fn values(list: &[(&str, &str)], attributes: &str, mapping: &str) -> String {
     )
 }
 
-pub(crate) fn plan(desk: &Desk, text: &str) -> Plan {
-    let system = System::read(&desk.write("s.ssd", text)).map_err(|e| e.to_string()).unwrap();
+pub(crate) fn plan(desk: &Desk, text: &str) -> MasterPlan {
+    let system = CosimSystem::read(&desk.write("s.ssd", text)).map_err(|e| e.to_string()).unwrap();
     check(&system).map_err(|e| e.to_string()).unwrap()
 }
 
 fn mistakes(desk: &Desk, text: &str) -> Vec<String> {
-    said(System::read(&desk.write("s.ssd", text)).and_then(|s| check(&s)), desk.path())
+    said(CosimSystem::read(&desk.write("s.ssd", text)).and_then(|s| check(&s)), desk.path())
 }
 
 /// What a plan does, as text.
-pub(crate) fn shape(plan: &Plan) -> String {
+pub(crate) fn shape(plan: &MasterPlan) -> String {
     let components: Vec<_> = plan
         .components
         .iter()
@@ -99,8 +99,8 @@ pub(crate) fn archive(entries: &[(&str, Vec<u8>)]) -> Vec<u8> {
 }
 
 /// The link to an input, by names.
-pub(crate) fn link(plan: &Plan, to: &str) -> (String, f64, f64) {
-    let name = |e: trueup_cosim::plan::Element| {
+pub(crate) fn link(plan: &MasterPlan, to: &str) -> (String, f64, f64) {
+    let name = |e: trueup_cosim::plan::ElementIndex| {
         let c = &plan.components[e.component];
         format!("{}.{}", c.name, c.description().variables[e.variable].name)
     };
@@ -108,7 +108,7 @@ pub(crate) fn link(plan: &Plan, to: &str) -> (String, f64, f64) {
     (name(link.from), link.factor, link.offset)
 }
 
-fn start(plan: &Plan, component: &str, variable: &str) -> Option<Buffer> {
+fn start(plan: &MasterPlan, component: &str, variable: &str) -> Option<ValueBuffer> {
     let c = plan.components.iter().find(|c| c.name == component).unwrap();
     let reference = c.description().find(variable).unwrap().value_reference;
     c.start.iter().find(|b| b.references == [reference]).map(|b| b.values.clone())
@@ -221,9 +221,9 @@ fn nested_systems_become_flat() {
     assert_eq!(plan.links.len(), 4);
     assert_eq!(link(&plan, "two.a.u"), ("one.b.x".into(), 30.0, 0.0));
     assert_eq!(link(&plan, "one.a.u"), ("two.b.x".into(), 6.0, 0.0));
-    assert_eq!(start(&plan, "one.a", "gain"), Some(Buffer::Float64(vec![4.0])));
-    assert_eq!(start(&plan, "one.b", "gain"), Some(Buffer::Float64(vec![3.0])));
-    assert_eq!(start(&plan, "two.b", "gain"), Some(Buffer::Float64(vec![7.0])));
+    assert_eq!(start(&plan, "one.a", "gain"), Some(ValueBuffer::Float64(vec![4.0])));
+    assert_eq!(start(&plan, "one.b", "gain"), Some(ValueBuffer::Float64(vec![3.0])));
+    assert_eq!(start(&plan, "two.b", "gain"), Some(ValueBuffer::Float64(vec![7.0])));
     assert!(plan.notes.iter().any(|n| n.contains("match nothing are left out: three.x")), "{:?}", plan.notes);
 }
 
@@ -262,12 +262,12 @@ fn parameters_have_prefixes_mappings_units_and_an_order() {
     let outer = r#"<a:ParameterBindings><a:ParameterBinding source="outer.ssv" prefix="p."><a:ParameterMapping source="map.ssm"/></a:ParameterBinding></a:ParameterBindings>"#;
     let text = ssd(&system(&(p + &q), "").replace("<a:Elements>", &format!("{outer}<a:Elements>")), "");
     let plan = plan(&desk, &text);
-    let Some(Buffer::Float64(gain)) = start(&plan, "p", "gain") else { panic!() };
+    let Some(ValueBuffer::Float64(gain)) = start(&plan, "p", "gain") else { panic!() };
     assert!((gain[0] - std::f64::consts::PI).abs() < 1e-15, "{gain:?}");
-    assert_eq!(start(&plan, "p", "label"), Some(Buffer::String(vec!["a, b".into()])));
-    assert_eq!(start(&plan, "p", "mode"), Some(Buffer::Int64(vec![2])));
-    assert_eq!(start(&plan, "q", "small"), Some(Buffer::Int8(vec![3])));
-    assert_eq!(start(&plan, "q", "matrix"), Some(Buffer::Float64(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0])));
+    assert_eq!(start(&plan, "p", "label"), Some(ValueBuffer::String(vec!["a, b".into()])));
+    assert_eq!(start(&plan, "p", "mode"), Some(ValueBuffer::Int64(vec![2])));
+    assert_eq!(start(&plan, "q", "small"), Some(ValueBuffer::Int8(vec![3])));
+    assert_eq!(start(&plan, "q", "matrix"), Some(ValueBuffer::Float64(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0])));
     assert!(
         plan.notes.iter().any(|n| n == "values that match no variable of `q` are left out: other"),
         "{:?}",
@@ -310,15 +310,16 @@ fn packages_hold_fmus_and_other_packages() {
             ("resources/all.fmu", fmu),
         ]),
     );
-    let plan =
-        check(&System::read(&file).map_err(|e| e.to_string()).unwrap()).map_err(|e| e.to_string()).unwrap();
+    let plan = check(&CosimSystem::read(&file).map_err(|e| e.to_string()).unwrap())
+        .map_err(|e| e.to_string())
+        .unwrap();
     let names: Vec<_> = plan.components.iter().map(|c| (c.name.as_str(), c.interface)).collect();
     assert_eq!(
         names,
         [
-            ("one.c", Interface::CoSimulation),
-            ("two.v", Interface::CoSimulation),
-            ("d", Interface::CoSimulation)
+            ("one.c", ComponentInterface::CoSimulation),
+            ("two.v", ComponentInterface::CoSimulation),
+            ("d", ComponentInterface::CoSimulation)
         ]
     );
     assert_eq!((plan.grid.start, plan.grid.stop), (1.0, 3.0));
@@ -341,7 +342,7 @@ fn signal_dictionaries_and_connectors_of_the_whole_system() {
         ),
         "",
     );
-    let mut system = System::read(&desk.write("s.ssd", text)).map_err(|e| e.to_string()).unwrap();
+    let mut system = CosimSystem::read(&desk.write("s.ssd", text)).map_err(|e| e.to_string()).unwrap();
     system.inputs =
         Some(trueup_cosim::system::InputFile { file: desk.path().join("in.csv"), ..Default::default() });
     let plan = check(&system).map_err(|e| e.to_string()).unwrap();
@@ -375,7 +376,7 @@ fn what_other_tools_write_against_the_standard_is_understood() {
         .to_owned() + &wire(("p", "count"), ("q", "mode"), "");
     let text = ssd(&system(&(p + &all("q", "")), &connections), "");
     let plan = plan(&desk, &text);
-    assert_eq!(start(&plan, "p", "gain"), Some(Buffer::Float64(vec![9.0])));
+    assert_eq!(start(&plan, "p", "gain"), Some(ValueBuffer::Float64(vec![9.0])));
     assert_eq!(plan.links.len(), 1);
     let notes = plan.notes.join("\n");
     assert!(notes.contains("handed on as the number of an item"), "{notes}");

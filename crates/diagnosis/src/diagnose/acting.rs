@@ -2,17 +2,17 @@
 
 use std::borrow::Cow;
 
-use trueup_identification::sensors::Sensors;
+use trueup_identification::sensors::SensorSet;
 
-use crate::engine::balance::{Led, Links};
+use crate::engine::balance::{GriddedRecording, Links};
 use crate::engine::problem::Compared;
-use crate::engine::search::Search;
+use crate::engine::search::CaseSearch;
 
 /// A recording with what the nominal model misses in it.
 pub(super) struct Acting<'a> {
-    pub led: &'a Led,
+    pub led: &'a GriddedRecording,
     run: &'a Compared,
-    search: &'a Search<'a>,
+    search: &'a CaseSearch<'a>,
     links: Links,
     /// Per channel simulated less measured, by instant.
     pub with: Vec<Vec<f64>>,
@@ -22,12 +22,12 @@ pub(super) struct Acting<'a> {
 
 impl<'a> Acting<'a> {
     /// All recordings that the model can be compared with, those held out too: nothing is fitted.
-    pub(super) fn all(search: &'a Search<'a>) -> Vec<Self> {
+    pub(super) fn all(search: &'a CaseSearch<'a>) -> Vec<Self> {
         let runs = search.case.train.iter().chain(&search.case.holdout);
         search.led.iter().zip(runs).filter_map(|(led, run)| Self::new(search, led, run)).collect()
     }
 
-    fn new(search: &'a Search<'a>, led: &'a Led, run: &'a Compared) -> Option<Self> {
+    fn new(search: &'a CaseSearch<'a>, led: &'a GriddedRecording, run: &'a Compared) -> Option<Self> {
         let links = led.links(&search.case.model, &search.case.coordinates);
         let mut own = Self { led, run, search, links, with: Vec::new(), silent: Vec::new() };
         own.with = own.missed(led)?;
@@ -35,12 +35,12 @@ impl<'a> Acting<'a> {
         Some(own)
     }
 
-    fn missed(&self, led: &Led) -> Option<Vec<Vec<f64>>> {
+    fn missed(&self, led: &GriddedRecording) -> Option<Vec<Vec<f64>>> {
         let case = self.search.case;
         let sizes = case.model.sizes();
         let mut p = case.nominal.clone();
         self.run.known.iter().for_each(|(i, v)| p[*i] = *v);
-        led.missing(&case.model, &self.links, &p, &Sensors::none(sizes.inputs, sizes.outputs)).ok()
+        led.missing(&case.model, &self.links, &p, &SensorSet::none(sizes.inputs, sizes.outputs)).ok()
     }
 
     /// What is missed without these inputs; `None`: one of them is not recorded.

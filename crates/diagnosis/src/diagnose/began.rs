@@ -1,16 +1,16 @@
 //! Where the last model's free runs began: whoever replays it has this to go by, and some of it no sensor shows.
 
-use crate::engine::coordinate::Coordinate;
+use crate::engine::coordinate::CoordinateReadings;
 use crate::engine::problem::Compared;
-use crate::engine::replay::{Complete, Settled};
-use crate::engine::search::Search;
+use crate::engine::replay::{CompleteModel, SettledReplay};
+use crate::engine::search::CaseSearch;
 
 /// Its file.
 pub const FILE: &str = "first-states.csv";
 
 /// What was estimated of one recording.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Began {
+pub struct FreeRunStart {
     /// Its name.
     pub recording: String,
     /// First states by FMU variable, in its unit.
@@ -21,9 +21,14 @@ pub struct Began {
     pub offsets: Vec<(String, f64)>,
 }
 
-impl Began {
+impl FreeRunStart {
     /// Of a recording that this model runs freely.
-    pub(super) fn new(search: &Search<'_>, model: &Complete, run: &Compared, settled: &Settled) -> Self {
+    pub(super) fn new(
+        search: &CaseSearch<'_>,
+        model: &CompleteModel,
+        run: &Compared,
+        settled: &SettledReplay,
+    ) -> Self {
         let subject = &search.case.subject;
         let names: Vec<String> =
             subject.parameters(&model.stated.model).into_iter().map(|n| n.name).collect();
@@ -45,9 +50,9 @@ impl Began {
 }
 
 /// Parameters of the first states that no output shows: a position shows how fast it changes, a velocity not where it is.
-fn hidden(coordinates: &[Coordinate], shown: impl Fn(usize) -> bool) -> Vec<usize> {
+fn hidden(coordinates: &[CoordinateReadings], shown: impl Fn(usize) -> bool) -> Vec<usize> {
     let any = |outputs: &[(usize, f64)]| outputs.iter().any(|(output, _)| shown(*output));
-    let of = |c: &Coordinate| {
+    let of = |c: &CoordinateReadings| {
         let [position, velocity] = c.start?;
         let placed = any(&c.positions);
         let moving = placed || any(&c.velocities);
@@ -61,7 +66,7 @@ fn hidden(coordinates: &[Coordinate], shown: impl Fn(usize) -> bool) -> Vec<usiz
 ///
 /// # Errors
 /// Of the writer.
-pub fn csv(all: &[Began]) -> Result<Vec<u8>, std::io::Error> {
+pub fn csv(all: &[FreeRunStart]) -> Result<Vec<u8>, std::io::Error> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     csv.write_record(["recording", "variable", "value"])?;
     for began in all {
@@ -79,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_file_has_a_line_for_each() {
-        let began = Began {
+        let began = FreeRunStart {
             recording: "a, again.csv".into(),
             states: vec![("initialBaseRate".into(), 0.25)],
             hidden: vec!["initialBaseRate".into()],
@@ -93,13 +98,13 @@ mod tests {
     #[test]
     fn a_velocity_does_not_show_where_it_began() {
         // Outputs 0 and 1 show position and velocity, parameters 10 and 11 set them first.
-        let coordinate = Coordinate {
+        let coordinate = CoordinateReadings {
             positions: vec![(0, 1.0)],
             velocities: vec![(1, 1.0)],
             start: Some([10, 11]),
-            ..Coordinate::default()
+            ..CoordinateReadings::default()
         };
-        let follows = Coordinate { start: None, ..coordinate.clone() };
+        let follows = CoordinateReadings { start: None, ..coordinate.clone() };
         let of = |channels: &[usize]| {
             hidden(&[coordinate.clone(), follows.clone()], |output| channels.contains(&output))
         };

@@ -1,10 +1,10 @@
 //! Recordings of which balances of accelerations say nothing.
 
-use crate::engine::search::Search;
+use crate::engine::search::CaseSearch;
 use crate::outcome::Verdict;
 
 /// Says of which recordings for fitting balances say nothing, where no cause is found.
-pub(super) fn told(search: &Search<'_>, verdict: Verdict) -> Option<String> {
+pub(super) fn told(search: &CaseSearch<'_>, verdict: Verdict) -> Option<String> {
     let all = &search.led[..search.case.train.len()];
     let blind: Vec<&str> = all.iter().filter(|l| l.is_bridged()).map(|l| l.name.as_str()).collect();
     (verdict == Verdict::Unknown && !blind.is_empty()).then(|| text(&blind, all.len()))

@@ -4,22 +4,22 @@ use std::collections::BTreeMap;
 
 use trueup_models::effect;
 
-use super::Augmented;
-use super::began::Began;
-use super::estimate::Estimated;
+use super::AugmentedModel;
+use super::began::FreeRunStart;
+use super::estimate::SetEstimate;
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::{Hypothesis, joint_of};
-use crate::engine::problem::{Target, Unknown};
-use crate::engine::replay::Complete;
-use crate::engine::search::{Fitted, Search};
-use crate::engine::select::Found;
-use crate::engine::subject::Model;
-use crate::outcome::{Amount, Candidate, Claimed, Verdict};
+use crate::engine::problem::{BalanceTarget, BalanceUnknown};
+use crate::engine::replay::CompleteModel;
+use crate::engine::search::{CaseSearch, FittedSet};
+use crate::engine::select::SearchResult;
+use crate::engine::subject::EngineModel;
+use crate::outcome::{CandidateCause, Claimed, ClaimedAmount, Verdict};
 use trueup_numerics::order::descending;
 
 /// Probabilities of the `i`-th cause that is claimed and of what may stand in its place: one of them it is, or none, so that
 /// together they are no more than what is left beside `unknown`.
-fn probabilities(found: &Found, decision: &Decision, i: usize) -> impl Fn(f64) -> f64 {
+fn probabilities(found: &SearchResult, decision: &Decision, i: usize) -> impl Fn(f64) -> f64 {
     let own = decision.probability[i];
     let mut seen: Vec<&Hypothesis> = found.best.stated.set.iter().collect();
     let mut sum = own;
@@ -39,10 +39,10 @@ const RIVALS: usize = 2;
 
 /// What is claimed. `best` is the estimate of the chosen set, `of` makes that of a rival's.
 pub(super) fn effects(
-    plant: effect::Plant,
-    found: &Found,
-    best: &Estimated,
-    of: &dyn Fn(&Fitted) -> Estimated,
+    plant: effect::PlantKind,
+    found: &SearchResult,
+    best: &SetEstimate,
+    of: &dyn Fn(&FittedSet) -> SetEstimate,
     decision: &Decision,
 ) -> Vec<Claimed> {
     let rivals = match decision.verdict {
@@ -66,13 +66,17 @@ pub(super) fn effects(
     all
 }
 
-pub(super) fn candidates(plant: effect::Plant, found: &Found, decision: &Decision) -> Vec<Candidate> {
-    let mut all: Vec<Candidate> = Vec::new();
+pub(super) fn candidates(
+    plant: effect::PlantKind,
+    found: &SearchResult,
+    decision: &Decision,
+) -> Vec<CandidateCause> {
+    let mut all: Vec<CandidateCause> = Vec::new();
     let mut add = |h: &Hypothesis, probability: f64, evidence: f64| {
         let joint = joint_of(h, plant);
-        let same = |c: &Candidate| c.id == h.id && c.component == h.component && c.joint == joint;
+        let same = |c: &CandidateCause| c.id == h.id && c.component == h.component && c.joint == joint;
         if h.is_effect() && !all.iter().any(same) {
-            all.push(Candidate {
+            all.push(CandidateCause {
                 id: h.id.clone(),
                 component: h.component.clone(),
                 joint,
@@ -106,16 +110,16 @@ pub(super) fn candidates(plant: effect::Plant, found: &Found, decision: &Decisio
 }
 
 /// The plant's own parameters and what was estimated of its sensors.
-pub(super) fn parameters(best: &Estimated) -> BTreeMap<String, Amount> {
+pub(super) fn parameters(best: &SetEstimate) -> BTreeMap<String, ClaimedAmount> {
     let stated = best.stated();
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
-    let fitted = |u: &Unknown| u.run.is_none() && u.lower < u.upper;
+    let fitted = |u: &BalanceUnknown| u.run.is_none() && u.lower < u.upper;
     let shared = stated.unknowns[..own].iter().enumerate().filter(|(_, u)| fitted(u));
-    let mut all: BTreeMap<String, Amount> =
+    let mut all: BTreeMap<String, ClaimedAmount> =
         shared.map(|(k, u)| (u.name.clone(), best.amount(k, 0.0))).collect();
     let offsets = stated.unknowns[..own].iter().enumerate();
-    let mut each: BTreeMap<&str, Vec<Amount>> = BTreeMap::new();
-    for (k, u) in offsets.filter(|(_, u)| u.run.is_some() && matches!(u.target, Target::Offset(_))) {
+    let mut each: BTreeMap<&str, Vec<ClaimedAmount>> = BTreeMap::new();
+    for (k, u) in offsets.filter(|(_, u)| u.run.is_some() && matches!(u.target, BalanceTarget::Offset(_))) {
         each.entry(&u.name).or_default().push(best.amount(k, 0.0));
     }
     all.extend(each.into_iter().filter_map(|(name, amounts)| Some((name.to_owned(), of_all(amounts)?))));
@@ -123,17 +127,17 @@ pub(super) fn parameters(best: &Estimated) -> BTreeMap<String, Amount> {
 }
 
 /// What is estimated in every recording anew as one figure: the mean, with all that any of them allows.
-fn of_all(amounts: Vec<Amount>) -> Option<Amount> {
+fn of_all(amounts: Vec<ClaimedAmount>) -> Option<ClaimedAmount> {
     let value = amounts.iter().map(|a| a.value).sum::<f64>() / amounts.len() as f64;
     let end = |i: usize, worse: fn(f64, f64) -> f64| {
         amounts.iter().map(|a| a.ci95[i]).reduce(|a, b| Some(worse(a?, b?)))
     };
     let ci95 = [end(0, f64::min)?, end(1, f64::max)?];
     let reason = amounts.iter().find_map(|a| a.reason.clone());
-    Some(Amount { value, ci95, reason, ..amounts.into_iter().next()? })
+    Some(ClaimedAmount { value, ci95, reason, ..amounts.into_iter().next()? })
 }
 
-pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<String>> {
+pub(super) fn indistinguishable(found: &SearchResult, decision: &Decision) -> Vec<Vec<String>> {
     if decision.verdict != Verdict::Ambiguous {
         return Vec::new();
     }
@@ -151,7 +155,7 @@ pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<S
 }
 
 /// Effects that are claimed in one place and fit as well in another.
-pub(super) fn elsewhere(plant: effect::Plant, found: &Found, decision: &Decision) -> Vec<String> {
+pub(super) fn elsewhere(plant: effect::PlantKind, found: &SearchResult, decision: &Decision) -> Vec<String> {
     if !matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
         return Vec::new();
     }
@@ -181,14 +185,18 @@ fn distinct<T: PartialEq>(list: impl IntoIterator<Item = T>) -> Vec<T> {
     all
 }
 
-pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Began>) -> Augmented {
+pub(super) fn augmented(
+    search: &CaseSearch<'_>,
+    after: &CompleteModel,
+    began: Option<&FreeRunStart>,
+) -> AugmentedModel {
     let stated = &after.stated;
     let problem = search.compare(stated);
     let values = problem.parameters(0, &after.theta);
     // An FMU has the link and what it carries in one.
     let values = match &stated.model {
-        Model::Arm(m) => m.merged(&values),
-        Model::Joint(_) => values,
+        EngineModel::Arm(m) => m.merged(&values),
+        EngineModel::Joint(_) => values,
     };
     let named = search.case.subject.parameters(&stated.model);
     let mut all: Vec<(String, f64)> = named
@@ -210,14 +218,14 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Be
         }
     }
     let flexible = match &stated.model {
-        Model::Arm(m) => m.flexible().to_vec(),
-        Model::Joint(_) => search.case.subject.flexible.clone(),
+        EngineModel::Arm(m) => m.flexible().to_vec(),
+        EngineModel::Joint(_) => search.case.subject.flexible.clone(),
     };
     let subject = &search.case.subject;
     let claim = |h: &Hypothesis| (h.id.clone(), h.component.clone(), joint_of(h, subject.plant));
     let claims = stated.set.iter().filter(|h| h.is_effect()).map(claim).collect();
     let (fixed_base, payload) = (subject.fixed_base, subject.payload);
-    Augmented { effects, flexible, fixed_base, values: all, claims, payload }
+    AugmentedModel { effects, flexible, fixed_base, values: all, claims, payload }
 }
 
 #[cfg(test)]
@@ -227,7 +235,7 @@ mod tests {
     use crate::engine::made::{fitted, found};
 
     /// The first of these sets claimed, the others not told from it, likeliest first.
-    fn ambiguous(sets: &[&str]) -> (Found, Decision) {
+    fn ambiguous(sets: &[&str]) -> (SearchResult, Decision) {
         let rivals = (1..sets.len()).map(|at| (at, -0.1 * at as f64)).collect();
         let decision = Decision {
             verdict: Verdict::Ambiguous,
@@ -259,22 +267,22 @@ mod tests {
     fn one_of_a_set_or_none_is_certain() {
         let (found, mut decision) = ambiguous(&["backlash[1]", "motor-friction[1]", "cable-stiffness[1]"]);
         (decision.probability, decision.unknown) = (vec![0.9], 0.1);
-        let all = candidates(effect::Plant::Joint, &found, &decision);
+        let all = candidates(effect::PlantKind::Joint, &found, &decision);
         let sum: f64 = all.iter().map(|c| c.probability).sum();
         assert!((sum - 0.9).abs() < 1e-12, "{sum}: 0.9 exp(-0.1 k) were 2.45");
         assert!(all[0].probability > all[1].probability && all[1].probability > all[2].probability);
         // Of rivals that hardly count nothing is taken.
         decision.rivals = vec![vec![(1, -9.0)]];
         decision.probability = vec![0.5];
-        assert_eq!(candidates(effect::Plant::Joint, &found, &decision)[0].probability, 0.5);
+        assert_eq!(candidates(effect::PlantKind::Joint, &found, &decision)[0].probability, 0.5);
     }
 
     #[test]
     fn what_acts_at_no_joint_is_a_candidate_at_none() {
         let (mut found, mut decision) = ambiguous(&["backlash[2]", "motor-friction[2]"]);
         decision.rivals[0] = vec![(1, 0.0)];
-        let joints = |found: &Found| -> Vec<Option<usize>> {
-            candidates(effect::Plant::Arm, found, &decision).iter().map(|c| c.joint).collect()
+        let joints = |found: &SearchResult| -> Vec<Option<usize>> {
+            candidates(effect::PlantKind::Arm, found, &decision).iter().map(|c| c.joint).collect()
         };
         assert_eq!(joints(&found), [Some(2), Some(2)]);
         found.sets[1].stated.set[0].per_joint = false;
@@ -291,7 +299,7 @@ mod tests {
             ambiguous(&["backlash[1]", "backlash[2]", "motor-friction[1]", "backlash[3]", "backlash[2]"]);
         // Another form of the same cause.
         found.sets[4].stated.set[0].times = Times::EachRun;
-        let notes = elsewhere(effect::Plant::Arm, &found, &decision);
+        let notes = elsewhere(effect::PlantKind::Arm, &found, &decision);
         let place = &found.best.stated.set[0].component;
         let told = format!(
             "backlash fits as well at {place} of joint 2, {place} of joint 3 as at {place} of joint 1"

@@ -7,7 +7,7 @@ use trueup_signals::Finding;
 
 use super::Diagnosed;
 use crate::finite::{self, NotFinite};
-use crate::outcome::{Diagnosis, Inputs, Noticed};
+use crate::outcome::{Diagnosis, DiagnosisInputs, NoticedMistake};
 
 impl Diagnosis {
     /// Adds what the intake noticed in a case of this folder, and what was read (`None`: it came from memory).
@@ -18,10 +18,10 @@ impl Diagnosis {
         &mut self,
         intake: &[Finding],
         folder: &Path,
-        inputs: Option<Inputs>,
+        inputs: Option<DiagnosisInputs>,
     ) -> Result<(), NotFinite> {
         self.inputs = inputs;
-        self.findings.splice(0..0, Noticed::of(intake, folder));
+        self.findings.splice(0..0, NoticedMistake::of(intake, folder));
         self.findings.sort_by_key(|f| Reverse(f.severity));
         finite::check(self)
     }
@@ -36,7 +36,7 @@ impl Diagnosed {
         &mut self,
         intake: &[Finding],
         folder: &Path,
-        inputs: Option<Inputs>,
+        inputs: Option<DiagnosisInputs>,
     ) -> Result<(), NotFinite> {
         self.diagnosis.complete(intake, folder, inputs)
     }

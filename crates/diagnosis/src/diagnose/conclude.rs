@@ -4,19 +4,21 @@ use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
 use super::claim::{augmented, candidates, effects, elsewhere, indistinguishable, parameters};
-use super::contest::{Contender, POLISH};
-use super::estimate::{Estimated, Reported};
-use super::ground::Ground;
+use super::contest::{ContendingSet, POLISH};
+use super::estimate::{ReportedEstimate, SetEstimate};
+use super::ground::ComparisonBasis;
 use super::held_out::{closed_alone, held_out};
 use super::place::{look, where_it_lies};
-use super::record::Record;
-use super::traces::{Windowed, gap_report, traces};
-use super::{Began, DiagnoseError, Diagnosed, Options, blind, drift, refusal, strained, watch};
+use super::record::DecisionRecord;
+use super::traces::{WindowedGap, gap_report, traces};
+use super::{
+    DiagnoseError, DiagnoseOptions, Diagnosed, FreeRunStart, blind, drift, refusal, strained, watch,
+};
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::replay::{Complete, DRAWS, Polished, Replayed, Settled, joined};
-use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Found, same};
+use crate::engine::replay::{CompleteModel, DRAWS, FreeRunFit, ReplayedReadings, SettledReplay, joined};
+use crate::engine::search::{CaseSearch, FittedSet};
+use crate::engine::select::{SearchResult, same};
 use crate::experiment;
 use crate::outcome::*;
 use crate::picture::isolability;
@@ -29,50 +31,50 @@ const LAST: usize = 16;
 const TUNED: usize = 1;
 
 /// What a verdict is told from.
-pub(super) struct Decided {
-    pub found: Found,
+pub(super) struct DecidedCase {
+    pub found: SearchResult,
     pub decision: Decision,
     /// The chosen set as evidence has it; `None`: balances and free runs decided.
-    pub by_evidence: Option<Fitted>,
+    pub by_evidence: Option<FittedSet>,
     /// Sets that ran freely.
-    pub contenders: Vec<Contender>,
-    pub record: Record,
+    pub contenders: Vec<ContendingSet>,
+    pub record: DecisionRecord,
     /// What was found before any cause was looked for.
-    pub noticed: Vec<Noticed>,
+    pub noticed: Vec<NoticedMistake>,
 }
 
 /// A model that runs freely, and what it shows.
-struct Ran {
-    complete: Complete,
-    shown: Replayed,
+struct SimulatedRuns {
+    complete: CompleteModel,
+    shown: ReplayedReadings,
 }
 
 /// Runs freely what was decided, and tells where the gap lies and how far it closes.
 pub(super) fn conclude(
-    search: &Search<'_>,
-    options: &Options,
-    [before, tuned]: [Complete; 2],
-    ground: Ground<'_>,
-    Decided { found, mut decision, by_evidence, contenders, record, noticed }: Decided,
+    search: &CaseSearch<'_>,
+    options: &DiagnoseOptions,
+    [before, tuned]: [CompleteModel; 2],
+    ground: ComparisonBasis<'_>,
+    DecidedCase { found, mut decision, by_evidence, contenders, record, noticed }: DecidedCase,
     loaded: &Loaded,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     let (case, runs) = (search.case, ground.runs);
     let nominal = |e: PredictError| DiagnoseError::Nominal(e.to_string());
-    let ran = |complete: Complete| -> Result<Ran, DiagnoseError> {
+    let ran = |complete: CompleteModel| -> Result<SimulatedRuns, DiagnoseError> {
         let shown = search.replay(&complete, runs).map_err(nominal)?;
-        Ok(Ran { complete, shown })
+        Ok(SimulatedRuns { complete, shown })
     };
     tell(0.85, "running freely what was decided, and how far noise goes");
     let no_gap = decision.verdict == Verdict::NoGap;
     let mut tuned = match no_gap {
-        true => Ran { complete: before.clone(), shown: ground.before.clone() },
-        false => Ran { complete: tuned, shown: ground.tuned.clone() },
+        true => SimulatedRuns { complete: before.clone(), shown: ground.before.clone() },
+        false => SimulatedRuns { complete: tuned, shown: ground.tuned.clone() },
     };
     let gaps: Vec<(usize, f64)> =
         contenders.iter().filter_map(|c| Some((c.at, ground.gap(&c.shown)?))).collect();
     let freely =
-        |set: &Fitted| contenders.iter().find(|c| same(&found.sets[c.at].stated.set, &set.stated.set));
+        |set: &FittedSet| contenders.iter().find(|c| same(&found.sets[c.at].stated.set, &set.stated.set));
     let mut notes = if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() };
     if decision.unmoved {
         notes.push("no fit of the model's own parameters runs nearer than those given: their values stay, and explain nothing".into());
@@ -82,12 +84,12 @@ pub(super) fn conclude(
     }
     let window = search.window();
     // Of a set that was found by evidence its own values come first.
-    let reported = |led: &Fitted, free: &[&Polished]| {
+    let reported = |led: &FittedSet, free: &[&FreeRunFit]| {
         let own = by_evidence.as_ref().filter(|own| same(&own.stated.set, &led.stated.set));
-        let led: Vec<&Fitted> = own.into_iter().chain([led]).collect();
-        Reported::of(search, window, &led, free)
+        let led: Vec<&FittedSet> = own.into_iter().chain([led]).collect();
+        ReportedEstimate::of(search, window, &led, free)
     };
-    let mut claim: Option<(Reported, Ran)> = None;
+    let mut claim: Option<(ReportedEstimate, SimulatedRuns)> = None;
     if matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
         let polished = match freely(&found.best) {
             Some(c) => c.polished(),
@@ -109,7 +111,7 @@ pub(super) fn conclude(
             notes.push(why);
         } else {
             let shown = if own.free == Some(0) {
-                Ran { complete: own.complete.clone(), shown: free }
+                SimulatedRuns { complete: own.complete.clone(), shown: free }
             } else {
                 ran(own.complete.clone())?
             };
@@ -123,7 +125,7 @@ pub(super) fn conclude(
             let led = if bare { &found.best } else { &found.plain };
             // The tuned model has all parameters free: where the owner's standard deviations let a fit predict as well, it is none.
             let held = search.polish(led, POLISH);
-            let free = Polished {
+            let free = FreeRunFit {
                 complete: tuned.complete.clone(),
                 misfit: ground.misfit,
                 fitted: Some(fitted.clone()),
@@ -138,7 +140,7 @@ pub(super) fn conclude(
     let claimed = claim.is_some();
     let (told, after) = match claim {
         Some((own, after)) => (Some(own), after),
-        None => (own, Ran { complete: tuned.complete.clone(), shown: tuned.shown.clone() }),
+        None => (own, SimulatedRuns { complete: tuned.complete.clone(), shown: tuned.shown.clone() }),
     };
     notes.extend(blind::told(search, decision.verdict));
     // Evidence looks for orders by a spectrum of its own.
@@ -156,7 +158,7 @@ pub(super) fn conclude(
     let windowed = window.and_then(|w| windowed(search, models, &ground, &settled, (w, options.seed)));
     let gap = gap_report(runs, &traces, windowed.as_ref(), options.seed);
     let (picture, location, next) = if options.verdict_only {
-        (None, Where::default(), None)
+        (None, GapLocation::default(), None)
     } else {
         tell(0.95, "finding where the gap is");
         let picture = look(loaded, search, &found, &decision);
@@ -171,10 +173,11 @@ pub(super) fn conclude(
     let told = told.map(|own| own.estimated);
     let far = told.as_ref().map_or_else(Vec::new, |own| strained::told(own.fitted(), case));
     let plant = case.subject.plant;
-    let rival = |set: &Fitted| {
-        let free = freely(set).map(Contender::polished);
-        let free: Vec<&Polished> = free.iter().collect();
-        Reported::of(search, window, &[set], &free).map_or_else(|| Estimated::new(set, None), |r| r.estimated)
+    let rival = |set: &FittedSet| {
+        let free = freely(set).map(ContendingSet::polished);
+        let free: Vec<&FreeRunFit> = free.iter().collect();
+        ReportedEstimate::of(search, window, &[set], &free)
+            .map_or_else(|| SetEstimate::new(set, None), |r| r.estimated)
     };
     let claims = told.as_ref().filter(|_| claimed);
     let mut diagnosis = Diagnosis {
@@ -188,7 +191,7 @@ pub(super) fn conclude(
         candidates: candidates(plant, &found, &decision),
         parameters: told.as_ref().map(parameters).unwrap_or_default(),
         indistinguishable: indistinguishable(&found, &decision),
-        unknown: Unknown { present: unknown, probability: decision.unknown, place },
+        unknown: UnknownShare { present: unknown, probability: decision.unknown, place },
         next_experiment: next.as_ref().map(|n| n.said.clone()),
         watch: options.watch.then(|| watch::watch(search, &tuned.complete)),
         augmented: None,
@@ -207,8 +210,9 @@ pub(super) fn conclude(
     if decision.verdict == Verdict::Ambiguous && next.is_none() && !options.verdict_only {
         diagnosis.notes.push(experiment::NOTHING.into());
     }
-    let began = |(run, settled)| Began::new(search, &after.complete, run, settled);
-    let began: Vec<Began> = if claimed { runs.iter().zip(&settled).map(began).collect() } else { Vec::new() };
+    let began = |(run, settled)| FreeRunStart::new(search, &after.complete, run, settled);
+    let began: Vec<FreeRunStart> =
+        if claimed { runs.iter().zip(&settled).map(began).collect() } else { Vec::new() };
     let augmented = claimed.then(|| augmented(search, &after.complete, began.first()));
     tell(1.0, "done");
     Ok(Diagnosed {
@@ -225,14 +229,14 @@ pub(super) fn conclude(
 
 /// What these models show of the recordings over windows; `None`: one of them cannot be simulated there.
 fn windowed(
-    search: &Search<'_>,
-    [before, tuned, after]: [&Complete; 3],
-    ground: &Ground<'_>,
-    settled: &[Settled],
+    search: &CaseSearch<'_>,
+    [before, tuned, after]: [&CompleteModel; 3],
+    ground: &ComparisonBasis<'_>,
+    settled: &[SettledReplay],
     (seconds, seed): (f64, u64),
-) -> Option<Windowed> {
-    let shown = |c: &Complete| Some(joined(&search.in_windows(c, ground.runs, seconds, None).ok()?));
+) -> Option<WindowedGap> {
+    let shown = |c: &CompleteModel| Some(joined(&search.in_windows(c, ground.runs, seconds, None).ok()?));
     let windows = search.in_windows(after, ground.runs, seconds, Some(settled)).ok()?;
     let floors = search.window_floors(after, &windows, seed).ok()?;
-    Some(Windowed { seconds, shown: [shown(before)?, shown(tuned)?, joined(&windows)], floors })
+    Some(WindowedGap { seconds, shown: [shown(before)?, shown(tuned)?, joined(&windows)], floors })
 }

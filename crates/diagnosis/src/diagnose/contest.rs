@@ -2,13 +2,13 @@
 
 use trueup_identification::parallel;
 
-use super::field::{self, Field, Kind};
-use super::ground::Ground;
-use crate::engine::decide::{LeftOut, Ran};
-use crate::engine::replay::{Complete, Polished, Replayed};
-use crate::engine::screen::Asked;
-use crate::engine::search::Fitted;
-use crate::engine::select::{Effort, Found};
+use super::field::{self, RivalField, RivalKind};
+use super::ground::ComparisonBasis;
+use crate::engine::decide::{FreeRunResults, LeftOut};
+use crate::engine::replay::{CompleteModel, FreeRunFit, ReplayedReadings};
+use crate::engine::screen::RequestedCause;
+use crate::engine::search::FittedSet;
+use crate::engine::select::{SearchEffort, SearchResult};
 use trueup_numerics::order::descending;
 
 /// Iterations of a last fit, free-running.
@@ -25,28 +25,28 @@ pub(super) const HELPS: f64 = 0.7;
 
 /// A set that ran freely.
 #[derive(Clone, Debug)]
-pub(super) struct Contender {
+pub(super) struct ContendingSet {
     /// Which of the sets that were fitted.
     pub at: usize,
     /// Fitted free-running.
-    pub complete: Complete,
+    pub complete: CompleteModel,
     /// Held-out recordings.
-    pub shown: Replayed,
+    pub shown: ReplayedReadings,
     /// Their gap, channels weighed as the ground weighs them.
     pub after: f64,
     /// The free-running fit.
-    pub fitted: Option<Fitted>,
+    pub fitted: Option<FittedSet>,
 }
 
-impl Contender {
+impl ContendingSet {
     /// As it was fitted; what it misses of the recordings for fitting is not kept.
-    pub(super) fn polished(&self) -> Polished {
-        Polished { complete: self.complete.clone(), misfit: f64::NAN, fitted: self.fitted.clone() }
+    pub(super) fn polished(&self) -> FreeRunFit {
+        FreeRunFit { complete: self.complete.clone(), misfit: f64::NAN, fitted: self.fitted.clone() }
     }
 }
 
-impl Ground<'_> {
-    fn run(&self, found: &Found, at: usize) -> Option<Contender> {
+impl ComparisonBasis<'_> {
+    fn run(&self, found: &SearchResult, at: usize) -> Option<ContendingSet> {
         let set = &found.sets[at];
         let mut polished = self.search.polish(set, POLISH);
         // Worse than without its effects: from where these were left out.
@@ -58,30 +58,30 @@ impl Ground<'_> {
         self.shown(at, polished)
     }
     /// A set fitted free-running from where the model without effects ended.
-    fn beside_tuned(&self, set: &Fitted) -> Option<Polished> {
+    fn beside_tuned(&self, set: &FittedSet) -> Option<FreeRunFit> {
         let (stated, start) = self.search.beside(self.fitted.as_ref()?, set)?;
         self.search.polished(stated, &start, POLISH)
     }
-    pub(super) fn shown(&self, at: usize, polished: Polished) -> Option<Contender> {
-        let Polished { complete, fitted, .. } = polished;
+    pub(super) fn shown(&self, at: usize, polished: FreeRunFit) -> Option<ContendingSet> {
+        let FreeRunFit { complete, fitted, .. } = polished;
         let shown = self.search.replay(&complete, self.runs).ok()?;
         let after = self.free(&shown)?.after;
-        Some(Contender { at, complete, shown, after, fitted })
+        Some(ContendingSet { at, complete, shown, after, fitted })
     }
 
     /// Sets with a cause more than `led`, those that explain most of what `base`, running freely, misses.
     pub(super) fn more(
         &self,
-        found: &mut Found,
-        led: &Fitted,
-        base: Option<&Fitted>,
-        effort: Effort,
-        ran: &[Contender],
-    ) -> Vec<Contender> {
+        found: &mut SearchResult,
+        led: &FittedSet,
+        base: Option<&FittedSet>,
+        effort: SearchEffort,
+        ran: &[ContendingSet],
+    ) -> Vec<ContendingSet> {
         let Some(base) = base else { return Vec::new() };
         self.search.grow(found, led, effort);
         let set = &led.stated.set;
-        let grown = |f: &Fitted| {
+        let grown = |f: &FittedSet| {
             f.stated.set.len() == set.len() + 1
                 && set.iter().all(|h| f.stated.set.contains(h))
                 && f.stated.set.iter().any(|h| h.is_effect() && !set.contains(h))
@@ -91,16 +91,19 @@ impl Ground<'_> {
         let places: Vec<usize> =
             (0..found.sets.len()).filter(new).filter(|at| grown(&found.sets[*at])).collect();
         let ask = |at: usize| Some((at, self.search.asked(base, &found.sets[at])?));
-        let mut all: Vec<(usize, Asked)> = parallel::map(places, ask).into_iter().flatten().collect();
+        let mut all: Vec<(usize, RequestedCause)> =
+            parallel::map(places, ask).into_iter().flatten().collect();
         all.retain(|a| a.1.share > MISSED);
         descending(&mut all, |item| item.1.share);
         all.truncate(TRIED);
-        let run = |(at, a): (usize, Asked)| self.shown(at, self.search.polished(a.stated, &a.start, POLISH)?);
+        let run = |(at, a): (usize, RequestedCause)| {
+            self.shown(at, self.search.polished(a.stated, &a.start, POLISH)?)
+        };
         parallel::map(all, run).into_iter().flatten().collect()
     }
 
     /// Noise carried through the model that is the best so far.
-    fn carry(&mut self, best: &Contender) {
+    fn carry(&mut self, best: &ContendingSet) {
         let tuned = self.free(&self.tuned).map_or(f64::INFINITY, |f| f.tuned);
         if best.after < tuned
             && let Ok(floors) = self.search.floors(&best.complete, self.runs, self.seed)
@@ -108,29 +111,29 @@ impl Ground<'_> {
             self.floors = floors;
         }
     }
-    pub(super) fn is_near(&self, c: &Contender) -> bool {
+    pub(super) fn is_near(&self, c: &ContendingSet) -> bool {
         self.free(&c.shown).is_some_and(|f| f.after <= self.limits.free_runs.near * f.floor)
     }
 
     /// Lets run freely: the chosen set, sets with one cause more or less that the balances favour, and the likeliest
     /// rivals; where no effect was chosen, the single effects that lead. A gap near the floor leaves nothing to be found.
-    pub(super) fn contest(&mut self, found: &mut Found, effort: Effort) -> Vec<Contender> {
-        let field = Field::new(found, self.limits);
+    pub(super) fn contest(&mut self, found: &mut SearchResult, effort: SearchEffort) -> Vec<ContendingSet> {
+        let field = RivalField::new(found, self.limits);
         let mut all = if field.claims { Vec::new() } else { self.more_than_plain(found, effort, &[]) };
-        for wanted in [Kind::Best, Kind::Fewer, Kind::Rival] {
+        for wanted in [RivalKind::Best, RivalKind::Fewer, RivalKind::Rival] {
             self.enter(found, &field, wanted, &mut all);
-            if let (Kind::Best, [best]) = (wanted, &all[..]) {
+            if let (RivalKind::Best, [best]) = (wanted, &all[..]) {
                 self.carry(best);
                 if field.claims && !self.is_near(best) {
                     self.second(found, effort, &mut all);
                 }
             }
-            if wanted == Kind::Fewer {
+            if wanted == RivalKind::Fewer {
                 self.fewer_still(found, &field, &mut all);
             }
         }
         let bare = self.free(&self.tuned).unwrap_or_default();
-        let help = |all: &[Contender], gap: f64| all.iter().any(|c| c.after <= HELPS * gap);
+        let help = |all: &[ContendingSet], gap: f64| all.iter().any(|c| c.after <= HELPS * gap);
         if field.claims && !help(&all, bare.tuned) {
             all.extend(self.more_than_plain(found, effort, &all));
             let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
@@ -153,15 +156,21 @@ impl Ground<'_> {
         all
     }
 
-    fn enter(&self, found: &Found, field: &Field, wanted: Kind, all: &mut Vec<Contender>) {
+    fn enter(
+        &self,
+        found: &SearchResult,
+        field: &RivalField,
+        wanted: RivalKind,
+        all: &mut Vec<ContendingSet>,
+    ) {
         let good = all.iter().any(|c| self.is_near(c));
         let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
         let list = field.entrants(found, wanted, good, &ran);
         all.extend(parallel::map(list, |at| self.run(found, at)).into_iter().flatten());
     }
     /// Sets without two or more of the chosen causes, as long as those without one less do as well as all of them.
-    fn fewer_still(&self, found: &Found, field: &Field, all: &mut Vec<Contender>) {
-        let best = |all: &[Contender], size: usize| {
+    fn fewer_still(&self, found: &SearchResult, field: &RivalField, all: &mut Vec<ContendingSet>) {
+        let best = |all: &[ContendingSet], size: usize| {
             let of_size = all.iter().filter(|c| found.sets[c.at].stated.set.len() == size);
             let best = of_size.min_by(|a, b| a.after.total_cmp(&b.after));
             best.map(|c| (c.at, self.free(&c.shown).map_or(c.after, |f| c.after.max(f.floor))))
@@ -170,40 +179,45 @@ impl Ground<'_> {
         for size in (2..field.size()).rev() {
             let fewer = best(all, size).filter(|f| f.1 <= self.limits.free_runs.even * whole);
             let Some((at, _)) = fewer else { return };
-            self.enter(found, &field.around(&found.sets[at]), Kind::Fewer, all);
+            self.enter(found, &field.around(&found.sets[at]), RivalKind::Fewer, all);
         }
     }
 
     /// Sets with a cause more than the plain model, beside the free run of its parameters.
-    fn more_than_plain(&self, found: &mut Found, effort: Effort, ran: &[Contender]) -> Vec<Contender> {
+    fn more_than_plain(
+        &self,
+        found: &mut SearchResult,
+        effort: SearchEffort,
+        ran: &[ContendingSet],
+    ) -> Vec<ContendingSet> {
         let plain = found.plain.clone();
         self.more(found, &plain, self.fitted.as_ref(), effort, ran)
     }
 
     /// How far the predictions of two are apart, as a gap.
-    pub(super) fn apart(&self, a: &Contender, b: &Contender) -> Option<f64> {
+    pub(super) fn apart(&self, a: &ContendingSet, b: &ContendingSet) -> Option<f64> {
         let pooled = self.beside(|run, channel| &a.shown[run][channel], [&b.shown; 3]);
         self.together(&pooled, pooled.each().iter().map(|g| g.after))
     }
 }
 
 /// What ran.
-pub(super) struct Contest<'a> {
+pub(super) struct FreeRunComparison<'a> {
     /// Where.
-    pub ground: &'a Ground<'a>,
+    pub ground: &'a ComparisonBasis<'a>,
     /// The sets.
-    pub contenders: &'a [Contender],
+    pub contenders: &'a [ContendingSet],
     /// How far each fit goes.
-    pub effort: Effort,
+    pub effort: SearchEffort,
 }
 
-impl Contest<'_> {
-    fn find(&self, set: usize) -> Option<&Contender> {
+impl FreeRunComparison<'_> {
+    fn find(&self, set: usize) -> Option<&ContendingSet> {
         self.contenders.iter().find(|c| c.at == set)
     }
 }
 
-impl Ran for Contest<'_> {
+impl FreeRunResults for FreeRunComparison<'_> {
     fn after(&self, set: usize) -> Option<f64> {
         self.find(set).map(|c| c.after)
     }
@@ -217,7 +231,7 @@ impl Ran for Contest<'_> {
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         Some(self.ground.of_each(&self.find(set)?.shown))
     }
-    fn left_out(&self, set: Option<usize>, fitted: &Fitted) -> Option<LeftOut> {
+    fn left_out(&self, set: Option<usize>, fitted: &FittedSet) -> Option<LeftOut> {
         let free = set.and_then(|at| self.find(at)?.fitted.as_ref());
         self.ground.left_out(free.unwrap_or(fitted), self.effort)
     }
@@ -225,7 +239,7 @@ impl Ran for Contest<'_> {
 
 /// The likeliest set that did not run and has a late reading where the best of those that did has a late command, or the other
 /// way round.
-fn late_where(found: &Found, ran: &[Contender]) -> Option<usize> {
+fn late_where(found: &SearchResult, ran: &[ContendingSet]) -> Option<usize> {
     let best = &found.sets[ran.iter().min_by(|a, b| a.after.total_cmp(&b.after))?.at];
     let late = (0..found.sets.len()).filter(|at| found.sets[*at].is_late_where(best));
     let likeliest =
@@ -234,7 +248,7 @@ fn late_where(found: &Found, ran: &[Contender]) -> Option<usize> {
 }
 
 /// Adds those that ran to the others; of the same set the new one takes the place of the old one.
-pub(super) fn merge(all: &mut Vec<Contender>, new: Vec<Contender>) {
+pub(super) fn merge(all: &mut Vec<ContendingSet>, new: Vec<ContendingSet>) {
     for new in new {
         match all.iter_mut().find(|old| old.at == new.at) {
             Some(old) => *old = new,
@@ -249,11 +263,11 @@ pub(super) mod tests {
     use crate::engine::made::{fitted, found, stated};
 
     /// Contenders by their sets and the gaps of their free runs.
-    pub(in crate::diagnose) fn ran(all: &[(usize, f64)]) -> Vec<Contender> {
-        let complete = Complete { stated: stated(Vec::new()), theta: Vec::new() };
+    pub(in crate::diagnose) fn ran(all: &[(usize, f64)]) -> Vec<ContendingSet> {
+        let complete = CompleteModel { stated: stated(Vec::new()), theta: Vec::new() };
         let one = |&(at, after): &(usize, f64)| {
             let (complete, shown) = (complete.clone(), Vec::new());
-            Contender { at, complete, shown, after, fitted: None }
+            ContendingSet { at, complete, shown, after, fitted: None }
         };
         all.iter().map(one).collect()
     }

@@ -10,8 +10,8 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::acting::Acting;
-use crate::engine::balance::{Led, Smooth};
-use crate::outcome::{Noticed, Severity};
+use crate::engine::balance::{GriddedRecording, Smooth};
+use crate::outcome::{NoticedMistake, OutcomeSeverity};
 
 /// Parts of a recording: a channel may be dead from one of them on, or up to one.
 const PARTS: usize = 16;
@@ -35,7 +35,7 @@ const MOST: f64 = 0.5;
 
 /// Sums over the rows of a part of a recording.
 #[derive(Clone)]
-struct Part {
+struct DeadPart {
     rows: f64,
     /// Products of all regressors, the effect of the drive, and what is missed, in this order.
     products: DMatrix<f64>,
@@ -48,16 +48,16 @@ struct Part {
 
 /// Parts of a recording in which a channel is dead.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Span(Range<usize>);
+struct DeadSpan(Range<usize>);
 
-impl Span {
+impl DeadSpan {
     /// All spans that begin with a recording or end with it, the longest first.
     fn all() -> impl Iterator<Item = Self> {
         let ends = |n: usize| [0..n, PARTS - n..PARTS].into_iter().take(if n == PARTS { 1 } else { 2 });
         (FEWEST..=PARTS).rev().flat_map(ends).map(Self)
     }
 
-    fn when(&self, led: &Led) -> String {
+    fn when(&self, led: &GriddedRecording) -> String {
         let n = led.counts.len();
         let at = |part: usize| led.t[(led.counts.start + part * n / PARTS).min(led.t.len() - 1)];
         match (self.0.start, self.0.end) {
@@ -68,15 +68,15 @@ impl Span {
     }
 }
 
-/// A regression of what is missed; coefficients as in [`Part::products`], without the last.
-struct Regression {
+/// A regression of what is missed; coefficients as in [`DeadPart::products`], without the last.
+struct ChannelRegression {
     coefficients: DVector<f64>,
     /// What it leaves, root mean square.
     left: f64,
 }
 
-impl Regression {
-    fn new<'p>(parts: impl Iterator<Item = &'p Part>) -> Option<Self> {
+impl ChannelRegression {
+    fn new<'p>(parts: impl Iterator<Item = &'p DeadPart>) -> Option<Self> {
         let (mut products, mut rows, mut count) = (DMatrix::zeros(0, 0), 0.0, 0);
         for part in parts {
             products = if count == 0 { part.products.clone() } else { products + &part.products };
@@ -95,7 +95,7 @@ impl Regression {
     }
 
     /// What it leaves in these parts, root mean square, with the drive and as if it did nothing.
-    fn leaves<'p>(&self, parts: impl Iterator<Item = &'p Part>) -> [f64; 2] {
+    fn leaves<'p>(&self, parts: impl Iterator<Item = &'p DeadPart>) -> [f64; 2] {
         let mut without = self.coefficients.clone();
         if let Some(drive) = without.iter_mut().last() {
             *drive = -1.0;
@@ -116,7 +116,7 @@ fn power(products: &DMatrix<f64>, coefficients: &DVector<f64>) -> f64 {
 /// What is dead.
 #[derive(Clone)]
 pub(super) struct Dead {
-    pub finding: Noticed,
+    pub finding: NoticedMistake,
     /// It has one value all along.
     pub constant: bool,
     /// What is missing of a drive that is not recorded, over what it does elsewhere; 0 of all else.
@@ -145,7 +145,7 @@ pub(super) fn channels(all: &[Acting<'_>], inputs: &[String], outputs: &[String]
 
 /// A drive that is quiet while the readings accelerate, or that does nothing while it is active.
 fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dead> {
-    let runs: Vec<(&Acting<'_>, usize, Vec<Part>)> = all
+    let runs: Vec<(&Acting<'_>, usize, Vec<DeadPart>)> = all
         .iter()
         .filter_map(|a| {
             let at = a.accelerated().find(|at| a.led.channels[*at].output == output)?;
@@ -154,20 +154,20 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
         })
         .collect();
     let usual = usual(runs.iter().flat_map(|r| &r.2).map(|p| p.varies));
-    let quiet = |p: &Part| p.varies <= QUIET * usual;
+    let quiet = |p: &DeadPart| p.varies <= QUIET * usual;
     let live = || runs.iter().flat_map(|r| &r.2).filter(|p| !quiet(p));
-    let regression = Regression::new(live());
+    let regression = ChannelRegression::new(live());
     let mut found = Vec::new();
     for (index, (a, at, parts)) in runs.iter().enumerate() {
         let u = &a.led.inputs[input][a.led.counts.clone()];
         let constant = u.iter().all(|v| *v == u[0]);
-        let unrecorded = |span: &Span| {
+        let unrecorded = |span: &DeadSpan| {
             let parts = &parts[span.0.clone()];
             parts.iter().all(quiet)
                 && regression.as_ref().map_or(constant, |r| unexplained(r, parts))
                 && (regression.is_some() || rms(parts, |p| missed(p)) > rms(parts, |p| p.moved))
         };
-        if let Some(span) = Span::all().find(unrecorded) {
+        if let Some(span) = DeadSpan::all().find(unrecorded) {
             let how = if constant { format!("it stays at {}", u[0]) } else { "it hardly changes".to_owned() };
             let text = format!(
                 "{name}: {how} {} while the readings accelerate as under a drive: the channel is dead; look at the sensor and the logger, and \
@@ -181,7 +181,7 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
             found.push(Dead { finding: finding(a.led, name, text), constant, lacks });
             continue;
         }
-        let idle = |span: &Span| {
+        let idle = |span: &DeadSpan| {
             let own = &parts[span.0.clone()];
             let active = own.iter().filter(|p| p.varies >= ACTIVE * usual).count();
             let others =
@@ -194,9 +194,9 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
             };
             active as f64 >= 0.75 * own.len() as f64
                 && !stands(a, *at, span)
-                && Regression::new(others()).is_some_and(|r| does_nothing(&r, own, others()))
+                && ChannelRegression::new(others()).is_some_and(|r| does_nothing(&r, own, others()))
         };
-        if let Some(span) = Span::all().find(idle) {
+        if let Some(span) = DeadSpan::all().find(idle) {
             let text = format!(
                 "{name}: {} it has no effect, the readings move as without it, and elsewhere they follow it: the drive was off or not \
                  connected; leave these readings out",
@@ -212,7 +212,7 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
 fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) -> Vec<Dead> {
     let mut found = Vec::new();
     for (output, name) in outputs.iter().enumerate().filter(|(o, _)| driven.contains(&Some(*o))) {
-        let runs: Vec<(&Acting<'_>, usize, Vec<Part>)> = all
+        let runs: Vec<(&Acting<'_>, usize, Vec<DeadPart>)> = all
             .iter()
             .filter_map(|a| {
                 let at = a.accelerated().find(|at| a.led.channels[*at].output == output)?;
@@ -222,10 +222,10 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
             .collect();
         let usual = usual(runs.iter().flat_map(|r| &r.2).map(|p| p.acts));
         let live = runs.iter().flat_map(|(a, at, parts)| {
-            parts.iter().enumerate().filter(|(i, _)| !stands(a, *at, &Span(*i..i + 1))).map(|p| p.1)
+            parts.iter().enumerate().filter(|(i, _)| !stands(a, *at, &DeadSpan(*i..i + 1))).map(|p| p.1)
         });
-        let live: Vec<&Part> = live.collect();
-        let Some(regression) = Regression::new(live.iter().copied()) else { continue };
+        let live: Vec<&DeadPart> = live.collect();
+        let Some(regression) = ChannelRegression::new(live.iter().copied()) else { continue };
         let moved = rms(live.iter().copied(), |p| p.moved);
         // How far it usually goes in so many parts.
         let goes = |parts: usize| {
@@ -238,7 +238,7 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
             each.get(each.len() / 2).copied().unwrap_or(0.0)
         };
         for (a, at, parts) in &runs {
-            let dead = |span: &Span| {
+            let dead = |span: &DeadSpan| {
                 let own = &parts[span.0.clone()];
                 let active = own.iter().filter(|p| p.acts >= ACTIVE * usual && p.acts > 0.0).count();
                 stands(a, *at, span)
@@ -249,7 +249,7 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
                         left > DEAD * regression.left && left > MOVED * moved
                     }
             };
-            if let Some(span) = Span::all().find(dead) {
+            if let Some(span) = DeadSpan::all().find(dead) {
                 let value =
                     a.led.channels[*at].y[a.led.counts.start + span.0.start * a.led.counts.len() / PARTS];
                 let text = format!(
@@ -265,9 +265,9 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
     found
 }
 
-fn finding(led: &Led, channel: &str, text: String) -> Noticed {
-    Noticed {
-        severity: Severity::Grave,
+fn finding(led: &GriddedRecording, channel: &str, text: String) -> NoticedMistake {
+    NoticedMistake {
+        severity: OutcomeSeverity::Grave,
         kind: "dead-channel".into(),
         file: led.name.clone(),
         line: None,
@@ -277,8 +277,8 @@ fn finding(led: &Led, channel: &str, text: String) -> Noticed {
 }
 
 /// Far more is left than elsewhere, and most of the motion.
-fn unexplained(r: &Regression, parts: &[Part]) -> bool {
-    let left = |parts: &[Part]| r.leaves(parts.iter())[0];
+fn unexplained(r: &ChannelRegression, parts: &[DeadPart]) -> bool {
+    let left = |parts: &[DeadPart]| r.leaves(parts.iter())[0];
     let shows = parts.iter().filter(|p| left(std::slice::from_ref(p)) > DEAD * r.left).count();
     // Without the regression as well, which may be wrong where a recording goes further than the others.
     let all = left(parts).min(rms(parts, missed));
@@ -286,7 +286,11 @@ fn unexplained(r: &Regression, parts: &[Part]) -> bool {
 }
 
 /// As if the drive did nothing, the readings are as well explained as elsewhere, where it does something.
-fn does_nothing<'p>(r: &Regression, own: &[Part], others: impl Iterator<Item = &'p Part>) -> bool {
+fn does_nothing<'p>(
+    r: &ChannelRegression,
+    own: &[DeadPart],
+    others: impl Iterator<Item = &'p DeadPart>,
+) -> bool {
     let [with, without] = r.leaves(own.iter());
     let elsewhere = r.leaves(others)[1];
     let shows = own.iter().filter(|p| {
@@ -300,23 +304,23 @@ fn does_nothing<'p>(r: &Regression, own: &[Part], others: impl Iterator<Item = &
         && shows.count() as f64 >= 0.75 * own.len() as f64
 }
 
-fn drive_of(p: &Part) -> usize {
+fn drive_of(p: &DeadPart) -> usize {
     p.products.nrows() - 2
 }
 
-fn missed(p: &Part) -> f64 {
+fn missed(p: &DeadPart) -> f64 {
     let n = p.products.nrows() - 1;
     p.products[(n, n)]
 }
 
 /// The same as if the drive did nothing.
-fn undriven(p: &Part) -> f64 {
+fn undriven(p: &DeadPart) -> f64 {
     let (drive, n) = (drive_of(p), p.products.nrows() - 1);
     p.products[(n, n)] + 2.0 * p.products[(drive, n)] + p.products[(drive, drive)]
 }
 
 /// Root mean square of a sum of squares over parts.
-fn rms<'p>(parts: impl IntoIterator<Item = &'p Part>, of: impl Fn(&Part) -> f64) -> f64 {
+fn rms<'p>(parts: impl IntoIterator<Item = &'p DeadPart>, of: impl Fn(&DeadPart) -> f64) -> f64 {
     let [sum, rows] = parts.into_iter().fold([0.0; 2], |[s, n], p| [s + of(p), n + p.rows]);
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
@@ -329,13 +333,13 @@ fn usual(of: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Whether a reading does not leave its noise.
-fn stands(a: &Acting<'_>, at: usize, span: &Span) -> bool {
+fn stands(a: &Acting<'_>, at: usize, span: &DeadSpan) -> bool {
     let s: &Smooth = &a.led.channels[at];
     let rows = rows(a.led, &span.0);
     deviation(&s.enters[0][rows]) <= 2.0 * s.sigma
 }
 
-fn rows(led: &Led, parts: &Range<usize>) -> Range<usize> {
+fn rows(led: &GriddedRecording, parts: &Range<usize>) -> Range<usize> {
     let (n, from) = (led.counts.len(), led.counts.start);
     from + parts.start * n / PARTS..from + parts.end * n / PARTS
 }
@@ -347,7 +351,7 @@ fn deviation(x: &[f64]) -> f64 {
 }
 
 /// Sums over the parts of a recording, of a channel `at` that `along` acts on; `varies` is the channel in question.
-fn parts(a: &Acting<'_>, at: usize, along: &[f64], varies: &[f64]) -> Option<Vec<Part>> {
+fn parts(a: &Acting<'_>, at: usize, along: &[f64], varies: &[f64]) -> Option<Vec<DeadPart>> {
     let led = a.led;
     if led.counts.len() < 4 * PARTS {
         return None;
@@ -365,7 +369,7 @@ fn parts(a: &Acting<'_>, at: usize, along: &[f64], varies: &[f64]) -> Option<Vec
         let rows = rows(led, &(part..part + 1));
         let n = 3 * led.channels.len() + 3;
         let matrix = DMatrix::from_row_iterator(rows.len(), n, rows.clone().flat_map(row));
-        Part {
+        DeadPart {
             rows: rows.len() as f64,
             products: matrix.tr_mul(&matrix),
             moved: led.channels[at].ddy[rows.clone()].iter().map(|x| x * x).sum(),
@@ -373,6 +377,6 @@ fn parts(a: &Acting<'_>, at: usize, along: &[f64], varies: &[f64]) -> Option<Vec
             acts: deviation(&along[rows]),
         }
     };
-    let all: Vec<Part> = (0..PARTS).map(one).collect();
+    let all: Vec<DeadPart> = (0..PARTS).map(one).collect();
     all.iter().all(|p| p.products.iter().all(|v| v.is_finite())).then_some(all)
 }

@@ -1,28 +1,28 @@
 //! Nominal runs that drift away: how much of such a gap is closed is no figure.
 
-use crate::outcome::{Diagnosis, Gap, Noticed, Severity};
+use crate::outcome::{Diagnosis, HeldOutGap, NoticedMistake, OutcomeSeverity};
 
 /// A gap beyond this is larger than the motion itself.
 const AWAY: f64 = 1.0;
 
 /// Takes the share that is closed away where the nominal run drifts away, and says so.
 pub(super) fn told(d: &mut Diagnosis) {
-    let clear = |g: &mut Gap| {
+    let clear = |g: &mut HeldOutGap| {
         let away = g.before > AWAY;
         if away {
             (g.closed, g.ci95) = (None, None);
         }
         away
     };
-    let text = |what: &str, g: &Gap| {
+    let text = |what: &str, g: &HeldOutGap| {
         format!(
             "the nominal run drifts away: its error{what} is {:.3} times the motion, so how much of it is closed is no \
              figure; compare `after` with `floor`",
             g.before
         )
     };
-    let finding = |channel: Option<&String>, text| Noticed {
-        severity: Severity::Warning,
+    let finding = |channel: Option<&String>, text| NoticedMistake {
+        severity: OutcomeSeverity::Warning,
         kind: "drifts-away".into(),
         // There the nominal parameters stand.
         file: "case.toml".into(),
@@ -46,11 +46,11 @@ pub(super) fn told(d: &mut Diagnosis) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outcome::{GapReport, Unknown, Verdict};
+    use crate::outcome::{GapReport, UnknownShare, Verdict};
 
     #[test]
     fn what_drifts_away_is_not_closed_by_a_share_and_says_so() {
-        let gap = |before| Gap {
+        let gap = |before| HeldOutGap {
             before,
             tuned: 0.5,
             after: 0.02,
@@ -75,7 +75,7 @@ mod tests {
             parameters: Default::default(),
             indistinguishable: Vec::new(),
             watch: None,
-            unknown: Unknown::default(),
+            unknown: UnknownShare::default(),
             next_experiment: None,
             augmented: None,
             capped: false,
@@ -84,7 +84,7 @@ mod tests {
             notes: Vec::new(),
         };
         told(&mut d);
-        let closed = |g: &Gap| (g.closed, g.ci95);
+        let closed = |g: &HeldOutGap| (g.closed, g.ci95);
         assert_eq!(d.gap.overall.as_ref().map(closed), Some((None, None)));
         assert_eq!(closed(&d.gap.channels["a"]), (None, None));
         assert_eq!(closed(&d.gap.channels["b"]), (Some(0.99), Some([0.98, 1.0])));

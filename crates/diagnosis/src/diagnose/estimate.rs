@@ -7,16 +7,16 @@ use nalgebra::DMatrix;
 use trueup_models::effect;
 
 use crate::engine::hypothesis::{Hypothesis, joint_of};
-use crate::engine::problem::{Target, Unknown};
-use crate::engine::replay::{Complete, Polished, Window};
-use crate::engine::search::{Fitted, Search, Stated};
-use crate::engine::select::Found;
-use crate::outcome::{Amount, Claimed};
+use crate::engine::problem::{BalanceTarget, BalanceUnknown};
+use crate::engine::replay::{CompleteModel, FreeRunFit, Window};
+use crate::engine::search::{CaseSearch, FittedSet, PosedSet};
+use crate::engine::select::SearchResult;
+use crate::outcome::{Claimed, ClaimedAmount};
 
 /// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
 const LAW_SPREAD: f64 = 0.025;
 
-impl Fitted {
+impl FittedSet {
     /// Standard deviations of its coordinates, misfit included.
     pub(crate) fn deviations(&self) -> Vec<f64> {
         let information = self.information.clone();
@@ -29,8 +29,8 @@ impl Fitted {
         (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
     }
     /// The model with these values, ready to run freely.
-    fn complete(&self) -> Complete {
-        Complete { stated: self.stated.clone(), theta: self.theta.clone() }
+    fn complete(&self) -> CompleteModel {
+        CompleteModel { stated: self.stated.clone(), theta: self.theta.clone() }
     }
 }
 
@@ -43,12 +43,12 @@ const ALIKE: f64 = 1.2;
 /// Values with their deviations.
 #[derive(Clone, Debug)]
 struct One {
-    fitted: Fitted,
+    fitted: FittedSet,
     sd: Vec<f64>,
 }
 
 impl One {
-    fn new(fitted: &Fitted) -> Self {
+    fn new(fitted: &FittedSet) -> Self {
         Self { fitted: fitted.clone(), sd: fitted.deviations() }
     }
     /// Value of an unknown at so many deviations, in its unit.
@@ -60,8 +60,8 @@ impl One {
     /// What an excess is told above: it is named, and the FMU has it, as the whole.
     fn base(&self, k: usize) -> f64 {
         let stated = &self.fitted.stated;
-        let Target::Above { base, .. } = stated.unknowns[k].target else { return 0.0 };
-        let of = |u: &Unknown| u.target == Target::Parameter(base) && u.run.is_none();
+        let BalanceTarget::Above { base, .. } = stated.unknowns[k].target else { return 0.0 };
+        let of = |u: &BalanceUnknown| u.target == BalanceTarget::Parameter(base) && u.run.is_none();
         let at = stated.unknowns.iter().position(of);
         let fitted = at.map(|k| stated.unknowns[k].scale.value(self.fitted.theta[k]).0);
         fitted.or_else(|| stated.nominal.get(base).copied()).unwrap_or(0.0)
@@ -70,38 +70,39 @@ impl One {
 
 /// A set as it is reported: one estimate, and the other one that its intervals have in them.
 #[derive(Clone, Debug)]
-pub(super) struct Estimated {
+pub(super) struct SetEstimate {
     told: One,
     other: Option<One>,
 }
 
 /// An estimate with the model that runs by it.
-pub(super) struct Reported {
-    pub estimated: Estimated,
+pub(super) struct ReportedEstimate {
+    pub estimated: SetEstimate,
     /// What the FMU has, and what the gap after is of.
-    pub complete: Complete,
+    pub complete: CompleteModel,
     /// Which of the free-running fits it is; `None`: that of the balances.
     pub free: Option<usize>,
     /// The recordings for fitting over windows, where estimates were compared by them.
     pub windows: Option<Vec<Window>>,
 }
 
-impl Reported {
+impl ReportedEstimate {
     /// Of a set that was fitted without free runs (`led`, one or several fits), and of its free-running fits, those first that are
     /// held most by what its owner believes. Each takes the place of those before it if it predicts better over windows of that
     /// length; where recordings hold none, if it misses less of them whole. `None`: there is no fit.
     pub(super) fn of(
-        search: &Search<'_>,
+        search: &CaseSearch<'_>,
         window: Option<f64>,
-        led: &[&Fitted],
-        free: &[&Polished],
+        led: &[&FittedSet],
+        free: &[&FreeRunFit],
     ) -> Option<Self> {
-        let fit = |f: &&Fitted| (None, (*f).clone(), f.complete(), f64::INFINITY);
-        let free_fit =
-            |(at, p): (usize, &&Polished)| Some((Some(at), p.fitted.clone()?, p.complete.clone(), p.misfit));
-        let all: Vec<(Option<usize>, Fitted, Complete, f64)> =
+        let fit = |f: &&FittedSet| (None, (*f).clone(), f.complete(), f64::INFINITY);
+        let free_fit = |(at, p): (usize, &&FreeRunFit)| {
+            Some((Some(at), p.fitted.clone()?, p.complete.clone(), p.misfit))
+        };
+        let all: Vec<(Option<usize>, FittedSet, CompleteModel, f64)> =
             led.iter().map(fit).chain(free.iter().enumerate().filter_map(free_fit)).collect();
-        let windows = |c: &Complete| search.in_windows(c, &search.case.train, window?, None).ok();
+        let windows = |c: &CompleteModel| search.in_windows(c, &search.case.train, window?, None).ok();
         let mut best = 0;
         let mut own = if all.len() > 1 { windows(&all.first()?.2) } else { None };
         for (k, other) in all.iter().enumerate().skip(1) {
@@ -116,7 +117,7 @@ impl Reported {
         }
         let (free, told, complete, _) = all.get(best)?;
         let other = if best > 0 { all.first() } else { all.get(1) };
-        let estimated = Estimated::new(told, other.map(|o| &o.1));
+        let estimated = SetEstimate::new(told, other.map(|o| &o.1));
         Some(Self { estimated, complete: complete.clone(), free: *free, windows: own })
     }
 }
@@ -145,21 +146,21 @@ pub(super) fn predicts_as_well(one: Option<&[Window]>, other: Option<&[Window]>)
     mean <= (SURE * (variance / n).sqrt()).max(ALIKE.ln())
 }
 
-impl Estimated {
-    pub(super) fn new(told: &Fitted, other: Option<&Fitted>) -> Self {
+impl SetEstimate {
+    pub(super) fn new(told: &FittedSet, other: Option<&FittedSet>) -> Self {
         Self { told: One::new(told), other: other.map(One::new) }
     }
     /// The set in numbers.
-    pub(super) fn stated(&self) -> &Stated {
+    pub(super) fn stated(&self) -> &PosedSet {
         &self.told.fitted.stated
     }
     /// The estimate.
-    pub(super) fn fitted(&self) -> &Fitted {
+    pub(super) fn fitted(&self) -> &FittedSet {
         &self.told.fitted
     }
     /// An unknown of the set; its interval has in it what the other estimate says, as far as that is sure, and `form` times
     /// the value.
-    pub(super) fn amount(&self, k: usize, form: f64) -> Amount {
+    pub(super) fn amount(&self, k: usize, form: f64) -> ClaimedAmount {
         let u = &self.stated().unknowns[k];
         let value = self.told.value(k, 0.0);
         let apart = self.other.as_ref().and_then(|o| {
@@ -173,15 +174,15 @@ impl Estimated {
             value + sign * chance.hypot(apart.unwrap_or(0.0)).hypot(1.96 * form * (value - base))
         };
         let bounds = [u.lower + base, u.upper + base];
-        Amount::within(bounds, value, u.unit.clone(), [end(-1.0), end(1.0)])
+        ClaimedAmount::within(bounds, value, u.unit.clone(), [end(-1.0), end(1.0)])
     }
     /// One of its causes, as it is told.
     pub(super) fn claimed(
         &self,
         h: &Hypothesis,
         probability: f64,
-        plant: effect::Plant,
-        found: &Found,
+        plant: effect::PlantKind,
+        found: &SearchResult,
     ) -> Claimed {
         let stated = self.stated();
         let at = stated.set.iter().position(|o| o == h).unwrap_or(0);

@@ -2,8 +2,8 @@
 
 use crate::engine::decide::{Balances, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::search::Fitted;
-use crate::engine::select::Found;
+use crate::engine::search::FittedSet;
+use crate::engine::select::SearchResult;
 use trueup_numerics::order::descending;
 
 /// Evidence that a single effect has to bring to run where none was chosen.
@@ -13,7 +13,7 @@ const SINGLES: usize = 2;
 
 /// What a set is to the chosen one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum RivalKind {
     /// The chosen one itself.
     Best,
     /// The chosen one without one of its causes.
@@ -24,8 +24,8 @@ pub(super) enum Kind {
 
 /// Who may run beside the set that the balances chose.
 #[derive(Clone)]
-pub(super) struct Field {
-    chosen: Fitted,
+pub(super) struct RivalField {
+    chosen: FittedSet,
     /// It has an effect.
     pub claims: bool,
     /// Evidence of the plain model.
@@ -35,8 +35,8 @@ pub(super) struct Field {
     settled: f64,
 }
 
-impl Field {
-    pub(super) fn new(found: &Found, limits: Thresholds) -> Self {
+impl RivalField {
+    pub(super) fn new(found: &SearchResult, limits: Thresholds) -> Self {
         Self {
             chosen: found.best.clone(),
             claims: found.best.stated.set.iter().any(Hypothesis::is_effect),
@@ -47,7 +47,7 @@ impl Field {
     }
 
     /// The same around another set.
-    pub(super) fn around(&self, chosen: &Fitted) -> Self {
+    pub(super) fn around(&self, chosen: &FittedSet) -> Self {
         Self { chosen: chosen.clone(), ..self.clone() }
     }
     /// How many causes the chosen set has.
@@ -55,31 +55,37 @@ impl Field {
         self.chosen.stated.set.len()
     }
 
-    fn kind(&self, f: &Fitted) -> Option<Kind> {
+    fn kind(&self, f: &FittedSet) -> Option<RivalKind> {
         let (best, set) = (&self.chosen.stated.set, &f.stated.set);
         let shared = set.iter().filter(|h| best.contains(h)).count();
         let open = || self.balances.odds(f, &self.chosen) > -self.settled;
         match () {
             () if !set.iter().any(Hypothesis::is_effect) => None,
             () if !self.claims => {
-                (set.len() == 1 && f.evidence(1.0) > self.plain + BRINGS).then_some(Kind::Rival)
+                (set.len() == 1 && f.evidence(1.0) > self.plain + BRINGS).then_some(RivalKind::Rival)
             }
-            () if shared == best.len() && set.len() == best.len() => Some(Kind::Best),
-            () if shared + 1 == best.len() && set.len() + 1 == best.len() => Some(Kind::Fewer),
-            () if shared + 1 == best.len() && set.len() == best.len() => open().then_some(Kind::Rival),
+            () if shared == best.len() && set.len() == best.len() => Some(RivalKind::Best),
+            () if shared + 1 == best.len() && set.len() + 1 == best.len() => Some(RivalKind::Fewer),
+            () if shared + 1 == best.len() && set.len() == best.len() => open().then_some(RivalKind::Rival),
             () => None,
         }
     }
 
     /// Of that kind the likeliest, of one cause in one place the better of its forms; without those that `ran`. `good`: one of
     /// these came near the floor.
-    pub(super) fn entrants(&self, found: &Found, wanted: Kind, good: bool, ran: &[usize]) -> Vec<usize> {
+    pub(super) fn entrants(
+        &self,
+        found: &SearchResult,
+        wanted: RivalKind,
+        good: bool,
+        ran: &[usize],
+    ) -> Vec<usize> {
         let best = &self.chosen.stated.set;
         let most = match wanted {
-            Kind::Best => 1,
-            Kind::Fewer => best.len(),
-            Kind::Rival if self.claims => 1 + usize::from(!good),
-            Kind::Rival => 2,
+            RivalKind::Best => 1,
+            RivalKind::Fewer => best.len(),
+            RivalKind::Rival if self.claims => 1 + usize::from(!good),
+            RivalKind::Rival => 2,
         };
         let mut order: Vec<usize> = (0..found.sets.len()).collect();
         descending(&mut order, |item| found.sets[*item].evidence(1.0));
@@ -92,7 +98,7 @@ impl Field {
 }
 
 /// The single effects that lead, where nothing that was chosen helps; without those that `ran`.
-pub(super) fn leading(found: &Found, ran: &[usize]) -> Vec<usize> {
+pub(super) fn leading(found: &SearchResult, ran: &[usize]) -> Vec<usize> {
     let id = |at: usize| match &found.sets[at].stated.set[..] {
         [h] if h.is_effect() => Some(&*h.id),
         _ => None,

@@ -5,30 +5,30 @@ use std::collections::BTreeMap;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use trueup_signals::process::overall;
 
-use super::Options;
-use crate::engine::decide::{self, Free, Thresholds};
+use super::DiagnoseOptions;
+use crate::engine::decide::{self, FreeRun, Thresholds};
 use crate::engine::problem::Compared;
-use crate::engine::replay::{Complete, DRAWS, Replayed, joined};
-use crate::engine::search::{Fitted, Search};
-use crate::floor::{self, Gap, Pooled};
+use crate::engine::replay::{CompleteModel, DRAWS, ReplayedReadings, joined};
+use crate::engine::search::{CaseSearch, FittedSet};
+use crate::floor::{self, GapShares, Pooled};
 
 /// How far a channel stands out from what chance leaves, where all together do not: then channels count by their floors.
 const STANDS: f64 = 1.5;
 
 /// The model as it is and with its own parameters fitted, on the held-out recordings.
-pub(super) struct Ground<'a> {
+pub(super) struct ComparisonBasis<'a> {
     /// Search that found the sets.
-    pub search: &'a Search<'a>,
+    pub search: &'a CaseSearch<'a>,
     /// Held-out recordings.
     pub runs: &'a [Compared],
     /// With the parameters as they were given.
-    pub before: Replayed,
+    pub before: ReplayedReadings,
     /// With them fitted.
-    pub tuned: Replayed,
+    pub tuned: ReplayedReadings,
     /// The free-running fit of them.
-    pub fitted: Option<Fitted>,
+    pub fitted: Option<FittedSet>,
     /// Stretches of the recordings for fitting, and the free-running fit of its parameters to them, where balances are blind.
-    pub stretches: Option<(&'a Search<'a>, Fitted)>,
+    pub stretches: Option<(&'a CaseSearch<'a>, FittedSet)>,
     /// What the better of both misses of the recordings for fitting.
     pub misfit: f64,
     /// What noise leaves, by recording and channel.
@@ -41,15 +41,15 @@ pub(super) struct Ground<'a> {
     pub weights: BTreeMap<String, f64>,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> ComparisonBasis<'a> {
     /// Channels are weighed alike, unless a gap that is plain in one of them drowns in the noise of others.
     pub(super) fn new(
-        search: &'a Search<'a>,
+        search: &'a CaseSearch<'a>,
         runs: &'a [Compared],
-        shown: [Replayed; 2],
-        (fitted, misfit): (Option<Fitted>, f64),
+        shown: [ReplayedReadings; 2],
+        (fitted, misfit): (Option<FittedSet>, f64),
         floors: Vec<Vec<f64>>,
-        options: &Options,
+        options: &DiagnoseOptions,
     ) -> Self {
         let [before, tuned] = shown;
         let (seed, limits, weights) = (options.seed, options.limits, BTreeMap::new());
@@ -78,7 +78,7 @@ impl<'a> Ground<'a> {
     }
 
     /// Held-out recordings with `after` in the place of the model with causes.
-    fn pooled<'b>(&'b self, after: &'b Replayed) -> Pooled<'b> {
+    fn pooled<'b>(&'b self, after: &'b ReplayedReadings) -> Pooled<'b> {
         let measured = |run: usize, channel: usize| &self.runs[run].run.channels[channel].y[..];
         self.beside(measured, [&self.before, &self.tuned, after])
     }
@@ -87,12 +87,12 @@ impl<'a> Ground<'a> {
     pub(super) fn beside<'b>(
         &'b self,
         measured: impl Fn(usize, usize) -> &'b [f64],
-        [before, tuned, after]: [&'b Replayed; 3],
+        [before, tuned, after]: [&'b ReplayedReadings; 3],
     ) -> Pooled<'b> {
         let mut all = Vec::new();
         for (r, run) in self.runs.iter().enumerate() {
             for (c, channel) in run.run.channels.iter().enumerate() {
-                all.push(floor::Replayed {
+                all.push(floor::ReplayedChannel {
                     recording: &run.run.name,
                     channel: &channel.name,
                     measured: measured(r, c),
@@ -113,17 +113,17 @@ impl<'a> Ground<'a> {
     }
 
     /// What is claimed runs further off than the refitted model does, by more than chance: both gaps.
-    pub(super) fn worse(&self, after: &Replayed) -> Option<[f64; 2]> {
+    pub(super) fn worse(&self, after: &ReplayedReadings) -> Option<[f64; 2]> {
         let free = self.free(after)?;
         free.does_worse().then_some([free.after, free.tuned])
     }
 
     /// Gaps with `after` in the place of the model with causes.
-    pub(super) fn free(&self, after: &Replayed) -> Option<Free> {
+    pub(super) fn free(&self, after: &ReplayedReadings) -> Option<FreeRun> {
         let pooled = self.pooled(after);
         let own = pooled.each();
-        let figure = |of: fn(&Gap) -> f64| self.together(&pooled, own.iter().map(of));
-        Some(Free {
+        let figure = |of: fn(&GapShares) -> f64| self.together(&pooled, own.iter().map(of));
+        Some(FreeRun {
             before: figure(|g| g.before)?,
             tuned: figure(|g| g.tuned)?,
             after: figure(|g| g.after)?,
@@ -136,7 +136,7 @@ impl<'a> Ground<'a> {
     }
 
     /// Gap of a model over windows of these recordings, in units of what noise leaves there.
-    pub(super) fn windowed(&self, model: &Complete) -> Option<f64> {
+    pub(super) fn windowed(&self, model: &CompleteModel) -> Option<f64> {
         let seconds = self.search.window()?;
         let windows = self.search.in_windows(model, self.runs, seconds, None).ok()?;
         let floors = self.search.window_floors(model, &windows, self.seed).ok()?;
@@ -148,16 +148,24 @@ impl<'a> Ground<'a> {
                 let (recording, measured) = (&*run.run.name, &*channel.y);
                 let floor = floors[r][c];
                 let channel = &*channel.name;
-                all.push(floor::Replayed { recording, channel, measured, before, tuned, after, floor });
+                all.push(floor::ReplayedChannel {
+                    recording,
+                    channel,
+                    measured,
+                    before,
+                    tuned,
+                    after,
+                    floor,
+                });
             }
         }
         let each = Pooled::new(&all).each();
-        let figure = |of: fn(&Gap) -> f64| overall(&each.iter().map(of).collect::<Vec<_>>());
+        let figure = |of: fn(&GapShares) -> f64| overall(&each.iter().map(of).collect::<Vec<_>>());
         Some(figure(|g| g.after)? / figure(|g| g.floor)?)
     }
 
     /// Recording by recording what is left above the floor, as a power; see [`Ran::each`].
-    pub(super) fn of_each(&self, shown: &Replayed) -> Vec<f64> {
+    pub(super) fn of_each(&self, shown: &ReplayedReadings) -> Vec<f64> {
         let of = |run: usize| {
             let channels = self.runs[run].run.channels.iter().enumerate();
             let weighed = channels.map(|(c, channel)| {
@@ -172,7 +180,7 @@ impl<'a> Ground<'a> {
     }
 
     /// Gap as it is reported, all channels alike.
-    pub(super) fn gap(&self, shown: &Replayed) -> Option<f64> {
+    pub(super) fn gap(&self, shown: &ReplayedReadings) -> Option<f64> {
         overall(&self.pooled(shown).each().iter().map(|g| g.after).collect::<Vec<_>>())
     }
 

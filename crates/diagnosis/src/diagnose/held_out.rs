@@ -1,16 +1,16 @@
 //! Held-out gaps of candidates, and how much of the gap an effect closes alone.
 
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::select::Found;
-use crate::outcome::{Candidate, Claimed, Gap, Verdict};
+use crate::engine::select::SearchResult;
+use crate::outcome::{CandidateCause, Claimed, HeldOutGap, Verdict};
 
 /// Fills in the gap on held-out recordings: of what is claimed that of the claim (`after`), of others that of the best set
 /// with them that ran freely (`gaps`: set and gap).
 pub(super) fn held_out(
-    found: &Found,
+    found: &SearchResult,
     verdict: Verdict,
     after: Option<f64>,
-    candidates: &mut [Candidate],
+    candidates: &mut [CandidateCause],
     gaps: &[(usize, f64)],
 ) {
     if verdict == Verdict::NoGap {
@@ -37,7 +37,12 @@ impl Hypothesis {
 
 /// Says of each effect how much of the held-out gap it closes alone, where it ran freely alone; elsewhere what its balances
 /// said stays.
-pub(super) fn closed_alone(found: &Found, overall: &Gap, effects: &mut [Claimed], gaps: &[(usize, f64)]) {
+pub(super) fn closed_alone(
+    found: &SearchResult,
+    overall: &HeldOutGap,
+    effects: &mut [Claimed],
+    gaps: &[(usize, f64)],
+) {
     let over = overall.before - overall.floor;
     if over <= 0.0 {
         return;
@@ -59,7 +64,7 @@ mod tests {
 
     #[test]
     fn what_ran_alone_closes_what_its_free_run_closes() {
-        let overall = Gap {
+        let overall = HeldOutGap {
             before: 11.0,
             tuned: 11.0,
             after: 2.0,

@@ -2,13 +2,13 @@
 
 use trueup_identification::parallel;
 
-use super::contest::{Contender, HELPS, MORE, POLISH, TRIED, merge};
-use super::ground::Ground;
+use super::contest::{ContendingSet, HELPS, MORE, POLISH, TRIED, merge};
+use super::ground::ComparisonBasis;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::replay::Polished;
-use crate::engine::screen::Asked;
-use crate::engine::search::{Fitted, Search, Stated};
-use crate::engine::select::{Effort, Found, put, same};
+use crate::engine::replay::FreeRunFit;
+use crate::engine::screen::RequestedCause;
+use crate::engine::search::{CaseSearch, FittedSet, PosedSet};
+use crate::engine::select::{SearchEffort, SearchResult, put, same};
 use trueup_numerics::order::ascending;
 
 /// Share of what a free run misses that a cause would explain: one look from afar says little of a fit.
@@ -17,11 +17,11 @@ const HINT: f64 = 0.1;
 const HINTS: usize = 8;
 const BRIEF: usize = 6;
 
-impl Ground<'_> {
+impl ComparisonBasis<'_> {
     /// Single effects that explain much of what `self.fitted`, running freely, misses, whatever the balances say of them:
     /// these do not see what happens in reversals, nor much behind coarse encoders. Where none of them comes near, parameters
     /// were dragged too far to look from: others are looked at from where the best of them ended.
-    pub(super) fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
+    pub(super) fn lacking(&self, found: &mut SearchResult, effort: SearchEffort) -> Vec<ContendingSet> {
         let Some(base) = &self.fitted else { return Vec::new() };
         let mut all = self.lacked(found, base, effort, None, &[]);
         let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
@@ -35,12 +35,12 @@ impl Ground<'_> {
     /// Of what `base`, which runs freely, lacks those that come nearest, fitted freely; of those that `ran` what does better.
     fn lacked(
         &self,
-        found: &mut Found,
-        base: &Fitted,
-        effort: Effort,
-        led: Option<&Fitted>,
-        ran: &[Contender],
-    ) -> Vec<Contender> {
+        found: &mut SearchResult,
+        base: &FittedSet,
+        effort: SearchEffort,
+        led: Option<&FittedSet>,
+        ran: &[ContendingSet],
+    ) -> Vec<ContendingSet> {
         let begun = self
             .search
             .nearest(self.search.lacking(base, HINT))
@@ -54,13 +54,13 @@ impl Ground<'_> {
     /// parameters right; what would do the same as it does is told from there. All are then fitted to whole recordings.
     pub(super) fn lacking_in_stretches(
         &self,
-        found: &mut Found,
-        effort: Effort,
-        ran: &[Contender],
-    ) -> Vec<Contender> {
+        found: &mut SearchResult,
+        effort: SearchEffort,
+        ran: &[ContendingSet],
+    ) -> Vec<ContendingSet> {
         let Some((short, base)) = &self.stretches else { return Vec::new() };
-        let further = |near: Vec<Fitted>| {
-            let fit = |near: Fitted| {
+        let further = |near: Vec<FittedSet>| {
+            let fit = |near: FittedSet| {
                 let (stated, start) = short.anew(&near)?;
                 short.polished(stated, &start, POLISH)
             };
@@ -71,13 +71,13 @@ impl Ground<'_> {
         let alike = best.map_or_else(Vec::new, |best| short.alike(best, HINT));
         all.extend(further(short.nearest(alike)));
         ascending(&mut all, |item| item.misfit);
-        let mut each: Vec<Fitted> = Vec::new();
+        let mut each: Vec<FittedSet> = Vec::new();
         for fitted in all.into_iter().filter_map(|p| p.fitted) {
             if !each.iter().any(|e| same(&e.stated.set, &fitted.stated.set)) {
                 each.push(fitted);
             }
         }
-        let run = |f: Fitted| self.by_balances(self.search.polish(&f.of_all(), POLISH), effort, None);
+        let run = |f: FittedSet| self.by_balances(self.search.polish(&f.of_all(), POLISH), effort, None);
         let fitted = parallel::map(each, run);
         self.entered(found, fitted.into_iter().flatten(), ran)
     }
@@ -86,13 +86,13 @@ impl Ground<'_> {
     /// where `led` had them if that is better; of those that `ran` what does better.
     fn settled(
         &self,
-        found: &mut Found,
-        all: Vec<(Stated, Vec<f64>)>,
-        effort: Effort,
-        led: Option<&Fitted>,
-        ran: &[Contender],
-    ) -> Vec<Contender> {
-        let run = |(stated, start): (Stated, Vec<f64>)| {
+        found: &mut SearchResult,
+        all: Vec<(PosedSet, Vec<f64>)>,
+        effort: SearchEffort,
+        led: Option<&FittedSet>,
+        ran: &[ContendingSet],
+    ) -> Vec<ContendingSet> {
+        let run = |(stated, start): (PosedSet, Vec<f64>)| {
             self.by_balances(self.search.polished(stated, &start, POLISH)?, effort, led)
         };
         let fitted = parallel::map(all, run);
@@ -102,10 +102,10 @@ impl Ground<'_> {
     /// A set that ran freely with its fit by the balances, from where it ended or from where `led` had it.
     fn by_balances(
         &self,
-        polished: Polished,
-        effort: Effort,
-        led: Option<&Fitted>,
-    ) -> Option<(Fitted, Polished)> {
+        polished: FreeRunFit,
+        effort: SearchEffort,
+        led: Option<&FittedSet>,
+    ) -> Option<(FittedSet, FreeRunFit)> {
         let from = polished.fitted.as_ref()?;
         let stated = self.search.state(&from.stated.set).ok()?;
         let starts = [Some(stated.begin_with(&[from])), led.map(|led| stated.begin_with(&[led, from]))];
@@ -117,25 +117,25 @@ impl Ground<'_> {
     /// Sets that ran freely on the recordings held out, among those that were fitted; of those that `ran` what does better.
     fn entered(
         &self,
-        found: &mut Found,
-        fitted: impl Iterator<Item = (Fitted, Polished)>,
-        ran: &[Contender],
-    ) -> Vec<Contender> {
-        let shown = |(led, polished): (Fitted, Polished)| {
+        found: &mut SearchResult,
+        fitted: impl Iterator<Item = (FittedSet, FreeRunFit)>,
+        ran: &[ContendingSet],
+    ) -> Vec<ContendingSet> {
+        let shown = |(led, polished): (FittedSet, FreeRunFit)| {
             let old = ran.iter().find(|c| same(&found.sets[c.at].stated.set, &led.stated.set));
             let new = self.shown(found.sets.len(), polished)?;
             // The fit by the balances belongs to its run.
             let stands = old.is_none_or(|old| new.after < old.after);
-            stands.then(|| Contender { at: put(&mut found.sets, led), ..new })
+            stands.then(|| ContendingSet { at: put(&mut found.sets, led), ..new })
         };
         fitted.filter_map(shown).collect()
     }
 
     /// Fits the best of these further, where it falls short.
-    fn refine(&self, all: &mut [Contender], of: impl Fn(&Contender) -> bool) {
+    fn refine(&self, all: &mut [ContendingSet], of: impl Fn(&ContendingSet) -> bool) {
         let best = all.iter_mut().filter(|c| of(c)).min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|best| !self.is_near(best)) else { return };
-        let further = |f: &Fitted| {
+        let further = |f: &FittedSet| {
             let (stated, start) = self.search.anew(f)?;
             self.search.polished(stated, &start, 2 * POLISH)
         };
@@ -146,9 +146,14 @@ impl Ground<'_> {
     }
 
     /// A second cause beside the single one that helps most, where that falls short even once it is fitted further.
-    pub(super) fn beside_best(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
+    pub(super) fn beside_best(
+        &self,
+        found: &mut SearchResult,
+        effort: SearchEffort,
+        all: &mut Vec<ContendingSet>,
+    ) {
         let bare = self.free(&self.tuned).unwrap_or_default().bare();
-        let helps = |c: &Contender| c.after <= HELPS * bare && found.sets[c.at].stated.set.len() == 1;
+        let helps = |c: &ContendingSet| c.after <= HELPS * bare && found.sets[c.at].stated.set.len() == 1;
         self.refine(all, helps);
         let best = all.iter().filter(|c| helps(c)).min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(base) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return };
@@ -162,7 +167,12 @@ impl Ground<'_> {
 
     /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for,
     /// and of those that they do not see, for these they have nothing against.
-    pub(super) fn second(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
+    pub(super) fn second(
+        &self,
+        found: &mut SearchResult,
+        effort: SearchEffort,
+        all: &mut Vec<ContendingSet>,
+    ) {
         let Some((at, base)) = all.first().map(|c| (c.at, c.fitted.clone())) else { return };
         let led = found.sets[at].clone();
         all.extend(self.more(found, &led, base.as_ref(), effort, all));
@@ -179,17 +189,18 @@ impl Ground<'_> {
     /// if it does far better than all others.
     fn grown(
         &self,
-        found: &mut Found,
-        base: &Fitted,
-        led: Option<&Fitted>,
-        effort: Effort,
-        all: &mut Vec<Contender>,
-    ) -> Option<Fitted> {
+        found: &mut SearchResult,
+        base: &FittedSet,
+        led: Option<&FittedSet>,
+        effort: SearchEffort,
+        all: &mut Vec<ContendingSet>,
+    ) -> Option<FittedSet> {
         let lacked = self.lacked(found, base, effort, led, &[]);
         let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
         merge(all, lacked);
-        let against =
-            |c: &Contender| led.is_some_and(|led| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE);
+        let against = |c: &ContendingSet| {
+            led.is_some_and(|led| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE)
+        };
         all.retain(|c| !(tried.contains(&c.at) && against(c)));
         self.refine(all, |c| tried.contains(&c.at));
         far_better(all, &tried).and_then(|c| c.fitted.clone())
@@ -198,12 +209,12 @@ impl Ground<'_> {
     /// Sets with some of the causes of `best`, from where that ended; of those that `ran` what does better.
     fn fewer(
         &self,
-        found: &mut Found,
-        best: &Fitted,
+        found: &mut SearchResult,
+        best: &FittedSet,
         sets: Vec<Vec<Hypothesis>>,
-        effort: Effort,
-        ran: &[Contender],
-    ) -> Vec<Contender> {
+        effort: SearchEffort,
+        ran: &[ContendingSet],
+    ) -> Vec<ContendingSet> {
         let begun = |set: Vec<Hypothesis>| {
             let stated = self.search.state_like(&set, best.stated.free.clone()).ok()?;
             let start = self.search.begin_with(&stated, best);
@@ -213,27 +224,28 @@ impl Ground<'_> {
     }
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Those of the sets that are asked for which come nearest after some steps of a fit: a look from afar says little of one.
-    fn nearest(&self, asked: Vec<Asked>) -> Vec<Fitted> {
-        let mut all: Vec<Asked> = Vec::new();
+    fn nearest(&self, asked: Vec<RequestedCause>) -> Vec<FittedSet> {
+        let mut all: Vec<RequestedCause> = Vec::new();
         for asked in asked {
             // Of the forms of one cause in one place the likeliest.
-            let cause = |a: &Asked| a.stated.set.last().cloned();
-            let like = |a: &Asked| cause(a).zip(cause(&asked)).is_some_and(|(a, b)| a.same_place(&b));
+            let cause = |a: &RequestedCause| a.stated.set.last().cloned();
+            let like =
+                |a: &RequestedCause| cause(a).zip(cause(&asked)).is_some_and(|(a, b)| a.same_place(&b));
             if all.len() < HINTS && !all.iter().any(like) {
                 all.push(asked);
             }
         }
-        let brief = |a: Asked| self.polished(a.stated, &a.start, BRIEF);
-        let mut begun: Vec<Polished> = parallel::map(all, brief).into_iter().flatten().collect();
+        let brief = |a: RequestedCause| self.polished(a.stated, &a.start, BRIEF);
+        let mut begun: Vec<FreeRunFit> = parallel::map(all, brief).into_iter().flatten().collect();
         ascending(&mut begun, |item| item.misfit);
         begun.into_iter().take(TRIED).filter_map(|p| p.fitted).collect()
     }
 }
 
 /// The best of those that were `tried` last, if it does far better than the others.
-fn far_better<'c>(all: &'c [Contender], tried: &[usize]) -> Option<&'c Contender> {
+fn far_better<'c>(all: &'c [ContendingSet], tried: &[usize]) -> Option<&'c ContendingSet> {
     let (tried, others): (Vec<_>, Vec<_>) = all.iter().partition(|c| tried.contains(&c.at));
     let without = others.iter().map(|c| c.after).fold(f64::INFINITY, f64::min);
     let best = tried.into_iter().filter(|c| c.after <= HELPS * without);

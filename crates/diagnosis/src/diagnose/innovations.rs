@@ -14,10 +14,10 @@ use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict};
 use trueup_models::effect::PUSHES;
 
 use crate::engine::decide::{Decision, Thresholds};
-use crate::engine::hypothesis::{Claim, Hypothesis, Times};
-use crate::engine::problem::Target;
-use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Effort, Found, same};
+use crate::engine::hypothesis::{Hypothesis, HypothesisClaim, Times};
+use crate::engine::problem::BalanceTarget;
+use crate::engine::search::{CaseSearch, FittedSet};
+use crate::engine::select::{SearchEffort, SearchResult, same};
 use crate::json::number;
 use crate::outcome::Verdict;
 use values::{ColumnFit, ColumnUnits};
@@ -27,7 +27,7 @@ const DISTINCT: f64 = -10.0;
 
 /// What the innovations engine decided from.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Judged {
+pub struct JudgedCase {
     /// Nats that the leader gains over the refitted parameters.
     #[serde(deserialize_with = "number")]
     pub gain: f64,
@@ -43,7 +43,7 @@ pub struct Judged {
     pub numbers: Vec<(String, f64)>,
 }
 
-impl From<&JointJudgement> for Judged {
+impl From<&JointJudgement> for JudgedCase {
     fn from(j: &JointJudgement) -> Self {
         let JointJudgement { gain, margin, probability, second, .. } = *j;
         let numbers = j.numbers.iter().map(|(name, x)| ((*name).to_owned(), *x)).collect();
@@ -52,38 +52,38 @@ impl From<&JointJudgement> for Judged {
 }
 
 /// The engine's hypotheses as sets, and its judgement as a decision.
-pub(super) struct Told {
-    pub found: Found,
+pub(super) struct EngineDecision {
+    pub found: SearchResult,
     pub decision: Decision,
     /// The chosen set with the engine's own values, before the last fit.
-    pub own: Fitted,
+    pub own: FittedSet,
     /// Nats over the refitted parameters, by effect and place.
     pub evidence: BTreeMap<(String, String), f64>,
 }
 
 /// An effect of the engine's with the numbers that it takes in a set.
-struct Part<'a> {
+struct EffectPart<'a> {
     effect: &'a FittedEffect,
     shape: &'a LawShape,
     amplitudes: &'a [f64],
 }
 
-impl<'a> Part<'a> {
+impl<'a> EffectPart<'a> {
     fn alone(effect: &'a FittedEffect) -> Self {
         Self { effect, shape: &effect.shape, amplitudes: &effect.fit.amplitudes }
     }
 }
 
 /// Makes sets of what the engine found.
-pub(super) struct Teller<'a> {
-    search: &'a Search<'a>,
+pub(super) struct DecisionBuilder<'a> {
+    search: &'a CaseSearch<'a>,
     findings: &'a JointFindings,
-    effort: Effort,
+    effort: SearchEffort,
 }
 
-impl<'a> Teller<'a> {
+impl<'a> DecisionBuilder<'a> {
     /// For a case.
-    pub(super) fn new(search: &'a Search<'a>, findings: &'a JointFindings, effort: Effort) -> Self {
+    pub(super) fn new(search: &'a CaseSearch<'a>, findings: &'a JointFindings, effort: SearchEffort) -> Self {
         Self { search, findings, effort }
     }
 
@@ -91,7 +91,11 @@ impl<'a> Teller<'a> {
     ///
     /// # Errors
     /// Which effect cannot be put into the model, or why that cannot be simulated.
-    pub(super) fn told(&self, judged: &JointJudgement, limits: &Thresholds) -> Result<Told, String> {
+    pub(super) fn told(
+        &self,
+        judged: &JointJudgement,
+        limits: &Thresholds,
+    ) -> Result<EngineDecision, String> {
         let plain = self.set(&[], &self.findings.null.theta)?;
         let effects = &self.findings.effects;
         let of = |key: &(&str, &str)| {
@@ -109,8 +113,8 @@ impl<'a> Teller<'a> {
                 let lead = of(first)?;
                 let second = FittedEffect { id: p.second.0, place: p.second.1, ..lead.clone() };
                 let parts = [
-                    Part { amplitudes: a, ..Part::alone(lead) },
-                    Part { effect: &second, shape: &p.shape, amplitudes: b },
+                    EffectPart { amplitudes: a, ..EffectPart::alone(lead) },
+                    EffectPart { effect: &second, shape: &p.shape, amplitudes: b },
                 ];
                 self.set(&parts, &p.fit.theta)?
             }
@@ -118,7 +122,7 @@ impl<'a> Teller<'a> {
         };
         let best = self.fitted(&own);
         // What is not claimed is kept as the engine has it; what cannot be simulated is none.
-        let mut sets: Vec<Fitted> = Vec::new();
+        let mut sets: Vec<FittedSet> = Vec::new();
         for h in effects {
             let claimed = judged.set.contains(&h.key());
             let Ok(set) = self.single(h) else { continue };
@@ -137,7 +141,7 @@ impl<'a> Teller<'a> {
             sets.push(best.clone().lean());
         }
         let rivals: Vec<(usize, f64)> = if best.stated.set.len() == 1 {
-            let rival = |(at, s): (usize, &Fitted)| {
+            let rival = |(at, s): (usize, &FittedSet)| {
                 let h = &s.stated.set[0];
                 let other = s.stated.set.len() == 1 && *h != best.stated.set[0];
                 let alike = judged.set.iter().any(|key| *key == (&*h.id, &*h.component));
@@ -156,7 +160,7 @@ impl<'a> Teller<'a> {
             ((h.id.to_owned(), h.place.to_owned()), h.evidence - self.findings.null.evidence)
         };
         let evidence = effects.iter().map(evidence).collect();
-        Ok(Told { found: Found { plain, sets, best }, decision, own, evidence })
+        Ok(EngineDecision { found: SearchResult { plain, sets, best }, decision, own, evidence })
     }
 
     fn decision(
@@ -194,12 +198,12 @@ impl<'a> Teller<'a> {
         }
     }
 
-    fn single(&self, effect: &FittedEffect) -> Result<Fitted, String> {
-        self.set(&[Part::alone(effect)], &effect.fit.theta)
+    fn single(&self, effect: &FittedEffect) -> Result<FittedSet, String> {
+        self.set(&[EffectPart::alone(effect)], &effect.fit.theta)
     }
 
     /// A set with the engine's values.
-    fn set(&self, parts: &[Part<'_>], theta: &[f64]) -> Result<Fitted, String> {
+    fn set(&self, parts: &[EffectPart<'_>], theta: &[f64]) -> Result<FittedSet, String> {
         let search = self.search;
         let causes: Result<Vec<Hypothesis>, String> = parts.iter().map(|p| self.cause(p)).collect();
         let stated = search.state(&causes?)?;
@@ -208,7 +212,7 @@ impl<'a> Teller<'a> {
             values.push(((*name).to_owned(), *value));
         }
         for (part, h) in parts.iter().zip(&stated.set) {
-            let Claim::Effect(choice) = h.claim else { continue };
+            let HypothesisClaim::Effect(choice) = h.claim else { continue };
             let frame = part.effect.frame.borrow();
             let units = ColumnUnits::of(&frame, &self.findings.null.sizes);
             let fit = ColumnFit { id: part.effect.id, shape: part.shape, amplitudes: part.amplitudes, theta };
@@ -227,8 +231,8 @@ impl<'a> Teller<'a> {
             // An effect's word on the plant comes last.
             let Some((_, value)) = values.iter().rev().find(|(name, _)| name == u.stem()) else { continue };
             // What exceeds another is told from it by the engine, too.
-            let set = matches!(u.target, Target::Parameter(_)) || u.target.shifts();
-            if set || matches!(u.target, Target::Above { .. }) {
+            let set = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.shifts();
+            if set || matches!(u.target, BalanceTarget::Above { .. }) {
                 *x = u.scale.coordinate(value.clamp(u.lower, u.upper));
             }
         }
@@ -238,12 +242,12 @@ impl<'a> Teller<'a> {
     }
 
     /// Fitted from there, where that says more.
-    fn fitted(&self, own: &Fitted) -> Fitted {
+    fn fitted(&self, own: &FittedSet) -> FittedSet {
         let fit = self.search.fit(own.stated.clone(), &own.theta, self.effort.options());
         fit.ok().filter(|f| f.evidence(1.0) >= own.evidence(1.0)).unwrap_or_else(|| own.clone())
     }
 
-    fn cause(&self, part: &Part<'_>) -> Result<Hypothesis, String> {
+    fn cause(&self, part: &EffectPart<'_>) -> Result<Hypothesis, String> {
         let FittedEffect { id, place, .. } = *part.effect;
         let several = part.shape.pulses.len().min(PUSHES) > 1;
         let times = if several { Times::Several } else { Times::Once };

@@ -2,8 +2,8 @@
 
 use super::acting::Acting;
 use super::dead;
-use crate::engine::search::Search;
-use crate::outcome::{Noticed, Severity};
+use crate::engine::search::CaseSearch;
+use crate::outcome::{NoticedMistake, OutcomeSeverity};
 
 /// What a gain comes from that is near it. Fewer than between channels (`trueup_signals::check`), whose slopes are sharp: a gain of
 /// 6 or 10 may be a wrong parameter, so neither revolutions nor rpm are among them.
@@ -25,7 +25,7 @@ const LEFT: f64 = 0.5;
 
 /// The gain of an input in a recording, by least squares of the accelerations that the nominal model misses.
 #[derive(Clone, Copy, Debug)]
-struct Gain {
+struct ScaleGain {
     value: f64,
     /// Standard deviation, by leaving parts of the recording out in turn.
     deviation: f64,
@@ -33,7 +33,7 @@ struct Gain {
     left: f64,
 }
 
-impl Gain {
+impl ScaleGain {
     /// Of the equation `without + gain along = 0`, row by row.
     fn new(without: &[f64], along: &[f64]) -> Option<Self> {
         let n = without.len();
@@ -70,12 +70,12 @@ struct Seen<'a> {
     output: usize,
     /// Power of what it does there, over that of what the readings accelerate.
     acts: f64,
-    gain: Option<Gain>,
+    gain: Option<ScaleGain>,
 }
 
 /// Says which channels are dead and which inputs are in another unit or have the opposite sign: recording by recording where the
 /// others tell otherwise, else of the case. Those held out are looked at as well, for nothing is fitted here.
-pub fn mistaken(search: &Search<'_>) -> Vec<Noticed> {
+pub fn mistaken(search: &CaseSearch<'_>) -> Vec<NoticedMistake> {
     let subject = &search.case.subject;
     let names = subject.inputs();
     let all = Acting::all(search);
@@ -88,7 +88,7 @@ pub fn mistaken(search: &Search<'_>) -> Vec<Noticed> {
     if scaled.is_empty() { dead.into_iter().map(|d| d.finding).collect() } else { scaled }
 }
 
-fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<Noticed> {
+fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
     let recorded = |input: &usize| runs.iter().any(|r| !r.led.inputs[*input].is_empty());
     let recorded: Vec<usize> = (0..names.len()).filter(recorded).collect();
     let each = recorded.iter().map(|input| vec![*input]);
@@ -106,8 +106,8 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<Noticed> {
         let channel = (inputs.len() == 1).then(|| called.clone());
         let told = judged(&seen, &called);
         if !told.is_empty() {
-            let one = |(file, text)| Noticed {
-                severity: Severity::Grave,
+            let one = |(file, text)| NoticedMistake {
+                severity: OutcomeSeverity::Grave,
                 kind: "input-scale".into(),
                 file,
                 line: None,
@@ -130,17 +130,17 @@ fn seen<'a>(run: &Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
         name: &led.name,
         output: led.channels[at].output,
         acts: square(&along(at)) / square(&led.channels[at].ddy).max(f64::MIN_POSITIVE),
-        gain: Gain::new(&without[at][counts.clone()], &along(at)[counts.clone()]),
+        gain: ScaleGain::new(&without[at][counts.clone()], &along(at)[counts.clone()]),
     };
     Some((0..with.len()).map(one).collect())
 }
 
 /// Files with what is wrong in them.
 fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
-    let gains: Vec<(&str, Gain)> = seen.iter().filter_map(|s| Some((s.name, s.gain?))).collect();
+    let gains: Vec<(&str, ScaleGain)> = seen.iter().filter_map(|s| Some((s.name, s.gain?))).collect();
     // Beside what others tell a gap in the model, which all have, drops out.
     let usual = |own: usize| {
-        let sure = |g: &Gain| g.value.abs() > SURE * g.deviation;
+        let sure = |g: &ScaleGain| g.value.abs() > SURE * g.deviation;
         let others = gains.iter().enumerate().filter(|(k, g)| *k != own && sure(&g.1)).map(|g| g.1.1.value);
         let mut others: Vec<f64> = others.collect();
         others.sort_by(f64::total_cmp);
@@ -160,7 +160,7 @@ fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
         );
         return vec![("case.toml".into(), text)];
     }
-    let one = |(k, (name, gain)): (usize, &(&str, Gain))| {
+    let one = |(k, (name, gain)): (usize, &(&str, ScaleGain))| {
         let beside = usual(k);
         let (_, cause) = gain.cause(beside.unwrap_or(1.0))?;
         let beside = beside.map_or(String::new(), |b| format!(" where the others need {b:.3e}"));
@@ -183,9 +183,9 @@ mod tests {
         let along: Vec<f64> = (0..800).map(|k| (0.1 * f64::from(k)).sin()).collect();
         let noise: Vec<f64> = (0..800).map(|k| (1.7 * f64::from(k * k)).sin()).collect();
         let without: Vec<f64> = along.iter().zip(&noise).map(|(d, e)| -2.5 * d + 0.3 * e).collect();
-        let g = Gain::new(&without, &along).unwrap();
+        let g = ScaleGain::new(&without, &along).unwrap();
         assert!((g.value - 2.5).abs() < 4.0 * g.deviation && g.deviation < 0.03, "{g:?}");
         assert!((g.left - 0.09 / (2.25 + 0.09)).abs() < 0.01, "{g:?}");
-        assert!(Gain::new(&without, &vec![0.0; 800]).is_none());
+        assert!(ScaleGain::new(&without, &vec![0.0; 800]).is_none());
     }
 }

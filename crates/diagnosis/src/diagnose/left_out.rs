@@ -1,16 +1,16 @@
 //! Leave-one-out: what a set misses of each recording for fitting that it was not fitted to, beside the model without effects.
 
 use super::contest::POLISH;
-use super::ground::Ground;
+use super::ground::ComparisonBasis;
 use crate::engine::decide::LeftOut;
 use crate::engine::fold::Fold;
-use crate::engine::replay::Complete;
-use crate::engine::search::Fitted;
-use crate::engine::select::Effort;
+use crate::engine::replay::CompleteModel;
+use crate::engine::search::FittedSet;
+use crate::engine::select::SearchEffort;
 
-impl Ground<'_> {
+impl ComparisonBasis<'_> {
     /// Each recording for fitting left out in turn; `None`: there is one alone, or a model cannot be fitted or run.
-    pub(super) fn left_out(&self, set: &Fitted, effort: Effort) -> Option<LeftOut> {
+    pub(super) fn left_out(&self, set: &FittedSet, effort: SearchEffort) -> Option<LeftOut> {
         let folds = self.search.case.train.len();
         if folds < 2 {
             return None;
@@ -23,23 +23,23 @@ impl Ground<'_> {
     }
 
     /// What the refitted model and the set miss of one that was left out, and its noise, as powers.
-    fn without(&self, run: usize, set: &Fitted, effort: Effort) -> Option<[f64; 3]> {
+    fn without(&self, run: usize, set: &FittedSet, effort: SearchEffort) -> Option<[f64; 3]> {
         let fold = Fold::new(self.search, run);
         let search = fold.search(self.search);
         let left = &search.case.holdout;
-        let fit = |of: &Fitted| Some(fold.fit(&search, of, effort.options(), POLISH)?.complete);
+        let fit = |of: &FittedSet| Some(fold.fit(&search, of, effort.options(), POLISH)?.complete);
         let tuned = match &self.fitted {
             Some(tuned) => fit(tuned)?,
             // No fit ran nearer than the model as it was given.
             None => {
                 let plain = search.state(&[]).ok()?;
-                Complete { theta: search.compare(&plain).start(), stated: plain }
+                CompleteModel { theta: search.compare(&plain).start(), stated: plain }
             }
         };
         let with = fit(set)?;
         let channels = left[0].run.channels.len().max(1) as f64;
         let missed =
-            |model: &Complete| Some(search.misfit(&search.replay(model, left).ok()?, left) / channels);
+            |model: &CompleteModel| Some(search.misfit(&search.replay(model, left).ok()?, left) / channels);
         Some([missed(&tuned)?, missed(&with)?, search.noise(&left[0]) / channels])
     }
 }

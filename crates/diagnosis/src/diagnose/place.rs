@@ -1,17 +1,17 @@
 //! Where the gap sits, from what the search left and the held-out traces.
 
-use crate::engine::unknown::Prior;
+use crate::engine::unknown::UnknownPrior;
 use std::collections::BTreeMap;
 
 use trueup_models::{effect, joint};
 use trueup_signals::Loaded;
 
-use super::Trace;
+use super::ChannelTrace;
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::{Hypothesis, joint_of};
-use crate::engine::recordings::Prepared;
-use crate::engine::search::Search;
-use crate::engine::select::Found;
+use crate::engine::recordings::PreparedCase;
+use crate::engine::search::CaseSearch;
+use crate::engine::select::SearchResult;
 use crate::locate;
 use crate::outcome::*;
 use crate::picture::{Picture, picture};
@@ -21,7 +21,12 @@ use trueup_numerics::order::descending;
 const INTERVALS: usize = 60;
 
 /// What the case shows with the plant's own parameters as they were fitted, whatever effect they were fitted beside.
-pub(super) fn look(loaded: &Loaded, search: &Search<'_>, found: &Found, decision: &Decision) -> Picture {
+pub(super) fn look(
+    loaded: &Loaded,
+    search: &CaseSearch<'_>,
+    found: &SearchResult,
+    decision: &Decision,
+) -> Picture {
     let case = search.case;
     // Beside a wrong cause they would be bent.
     let fitted = if decision.verdict == Verdict::Unknown { &found.plain } else { &found.best };
@@ -34,13 +39,15 @@ pub(super) fn look(loaded: &Loaded, search: &Search<'_>, found: &Found, decision
             let u = &stated.unknowns[k];
             let mut x = fitted.theta[k];
             // What is missing bends them, too: no further than their owner would believe.
-            if let (Verdict::Unknown, Some(Prior { mean, deviation: sd, .. })) = (decision.verdict, u.prior) {
+            if let (Verdict::Unknown, Some(UnknownPrior { mean, deviation: sd, .. })) =
+                (decision.verdict, u.prior)
+            {
                 x = x.clamp(mean - 2.0 * sd, mean + 2.0 * sd);
             }
             p[i] = u.scale.value(x).0;
         }
     }
-    if case.subject.plant == effect::Plant::Joint {
+    if case.subject.plant == effect::PlantKind::Joint {
         let (coulomb, held) = (joint::parameter::COULOMB_FRICTION, joint::parameter::STATIC_FRICTION);
         p[held] = p[held].max(p[coulomb]);
         if case.nominal[held] <= case.nominal[coulomb] {
@@ -53,8 +60,8 @@ pub(super) fn look(loaded: &Loaded, search: &Search<'_>, found: &Found, decision
 /// By component: as much of the excess as goes with a cause alone, or comes back without it; of what nobody knows the form of
 /// what the balances saw there.
 fn components(
-    plant: effect::Plant,
-    found: &Found,
+    plant: effect::PlantKind,
+    found: &SearchResult,
     decision: &Decision,
     picture: &Picture,
 ) -> Vec<ComponentShare> {
@@ -66,7 +73,7 @@ fn components(
         Some(c) => c.share = c.share.max(share),
         None => all.push(ComponentShare { id: id.to_owned(), share, joint }),
     };
-    let joint = |h: &Hypothesis| if plant == effect::Plant::Arm { joint_of(h, plant) } else { None };
+    let joint = |h: &Hypothesis| if plant == effect::PlantKind::Arm { joint_of(h, plant) } else { None };
     let unknown = decision.verdict == Verdict::Unknown;
     if !unknown && found.best.stated.set.iter().any(Hypothesis::is_effect) {
         for (h, share) in of_claims(found, decision) {
@@ -94,13 +101,13 @@ fn components(
 }
 
 /// What the set that was chosen takes of the excess.
-fn explainable(found: &Found) -> f64 {
+fn explainable(found: &SearchResult) -> f64 {
     (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12)
 }
 
 /// The share of the excess that each effect claimed takes alone, or leaves where it alone is missing; where balances see
 /// nothing, as much of the free run's for each.
-fn of_claims<'a>(found: &'a Found, decision: &Decision) -> Vec<(&'a Hypothesis, f64)> {
+fn of_claims<'a>(found: &'a SearchResult, decision: &Decision) -> Vec<(&'a Hypothesis, f64)> {
     let (set, total) = (&found.best.stated.set, explainable(found));
     let claimed: Vec<&Hypothesis> = set.iter().filter(|h| h.is_effect()).collect();
     if set.len() == 1 || decision.blind {
@@ -120,15 +127,15 @@ fn of_claims<'a>(found: &'a Found, decision: &Decision) -> Vec<(&'a Hypothesis, 
 /// Where the gap sits: components, channels, times, bands, regimes.
 pub(super) fn where_it_lies(
     loaded: &Loaded,
-    search: &Search<'_>,
-    found: &Found,
+    search: &CaseSearch<'_>,
+    found: &SearchResult,
     decision: &Decision,
     picture: &Picture,
-    traces: &[Trace],
+    traces: &[ChannelTrace],
     seed: u64,
-) -> Where {
+) -> GapLocation {
     if decision.verdict == Verdict::NoGap {
-        return Where::default();
+        return GapLocation::default();
     }
     let plant = search.case.subject.plant;
     let components = components(plant, found, decision, picture);
@@ -166,12 +173,12 @@ pub(super) fn where_it_lies(
 /// Times, bands and regimes of what the plain model misses: there a cause shows while it acts.
 fn missing_by_place(
     loaded: &Loaded,
-    search: &Search<'_>,
-    found: &Found,
+    search: &CaseSearch<'_>,
+    found: &SearchResult,
     picture: &Picture,
     (components, mut channels): (Vec<ComponentShare>, Vec<ChannelShare>),
     seed: u64,
-) -> Where {
+) -> GapLocation {
     let case = search.case;
     let problem = search.compare(&found.plain.stated);
     let mut series: Vec<(String, String, Vec<f64>, Vec<f64>)> = Vec::new();
@@ -190,12 +197,12 @@ fn missing_by_place(
     let mut by_channel: BTreeMap<&str, f64> = BTreeMap::new();
     series.iter().for_each(|(_, c, _, v)| *by_channel.entry(c).or_default() += power(v));
     let Some(main) = by_channel.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|m| m.0.to_string()) else {
-        return Where { components, channels, ..Where::default() };
+        return GapLocation { components, channels, ..GapLocation::default() };
     };
-    let residuals: Vec<locate::Residual<'_>> = series
+    let residuals: Vec<locate::ResidualSeries<'_>> = series
         .iter()
         .filter(|(_, c, ..)| *c == main)
-        .map(|(recording, _, time, value)| locate::Residual { recording, time, value, floor: 1.0 })
+        .map(|(recording, _, time, value)| locate::ResidualSeries { recording, time, value, floor: 1.0 })
         .collect();
     // An estimate of what is missing has sharper edges than what it leaves in a channel.
     let seen = picture.intervals.clone();
@@ -221,16 +228,16 @@ fn missing_by_place(
     let regimes = regimes(case, &residuals, &|variable| unit(loaded, variable), seed);
     descending(&mut channels, |item| item.share);
     let cause = match picture.cause {
-        Some(locate::Cause::Internal) => Some("internal".to_owned()),
-        Some(locate::Cause::External) => Some("external".to_owned()),
+        Some(locate::BoundarySide::Internal) => Some("internal".to_owned()),
+        Some(locate::BoundarySide::External) => Some("external".to_owned()),
         _ => None,
     };
-    Where { components, channels, intervals, regimes, bands, cause }
+    GapLocation { components, channels, intervals, regimes, bands, cause }
 }
 
 fn regimes(
-    case: &Prepared,
-    residuals: &[locate::Residual<'_>],
+    case: &PreparedCase,
+    residuals: &[locate::ResidualSeries<'_>],
     units: &dyn Fn(&str) -> String,
     seed: u64,
 ) -> Vec<RegimeShare> {

@@ -6,19 +6,19 @@
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use trueup_models::effect::{Choice, Plant};
+use trueup_models::effect::{EffectChoice, PlantKind};
 use trueup_models::joint::TwoMassJoint;
 
 use super::claim::{candidates, effects, indistinguishable};
-use super::estimate::Estimated;
-use super::innovations::Judged;
-use crate::engine::decide::{Free, LeftOut, Ran, Thresholds, decide};
-use crate::engine::hypothesis::{Claim, Hypothesis, Times};
-use crate::engine::search::{Fitted, Octave, Stated};
-use crate::engine::select::Found;
-use crate::engine::subject::Model;
+use super::estimate::SetEstimate;
+use super::innovations::JudgedCase;
+use crate::engine::decide::{FreeRun, FreeRunResults, LeftOut, Thresholds, decide};
+use crate::engine::hypothesis::{Hypothesis, HypothesisClaim, Times};
+use crate::engine::search::{FittedSet, Octave, PosedSet};
+use crate::engine::select::SearchResult;
+use crate::engine::subject::EngineModel;
 use crate::json::number;
-use crate::outcome::{Candidate, Claimed, Unknown, Verdict};
+use crate::outcome::{CandidateCause, Claimed, UnknownShare, Verdict};
 
 /// Name of the file beside diagnosis.json.
 pub const FILE: &str = "decision.json";
@@ -27,14 +27,14 @@ const SCHEMA: &str = "trueup.decision/1";
 
 /// What a verdict was decided from.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Record {
+pub struct DecisionRecord {
     /// `trueup.decision/1`.
     pub schema: String,
     /// The plant is an arm, no joint.
     pub arm: bool,
     /// The innovations engine decided, from this; `None`: balances and free runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub innovations: Option<Judged>,
+    pub innovations: Option<JudgedCase>,
     /// Why balances decided where the innovations engine would have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instead: Option<String>,
@@ -42,15 +42,15 @@ pub struct Record {
     #[serde(deserialize_with = "number")]
     pub raw_excess: f64,
     /// Gaps of free runs without effects.
-    pub free: Free,
+    pub free: FreeRun,
     /// Every recording has one channel alone.
     pub one_sensor: bool,
     /// Nothing added.
-    pub plain: Set,
+    pub plain: RecordedSet,
     /// What the search chose.
-    pub best: Set,
+    pub best: RecordedSet,
     /// Every set that was fitted.
-    pub sets: Vec<Set>,
+    pub sets: Vec<RecordedSet>,
     /// How far the free runs of two sets are apart, as a gap: their places in `sets`, then the figure.
     pub apart: Vec<(usize, usize, f64)>,
     /// Leave-one-out over the recordings for fitting: which set was to be claimed (`null`: `best`), and what it misses.
@@ -60,11 +60,11 @@ pub struct Record {
 
 /// A set that was fitted.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Set {
+pub struct RecordedSet {
     /// Its causes.
-    pub causes: Vec<Cause>,
+    pub causes: Vec<RecordedCause>,
     /// Its unknowns.
-    pub posterior: Vec<Estimate>,
+    pub posterior: Vec<RecordedEstimate>,
     /// log of its evidence, up to a constant that all sets share.
     #[serde(deserialize_with = "number")]
     pub evidence: f64,
@@ -90,9 +90,9 @@ pub struct Set {
 
 /// A cause.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Cause {
+pub struct RecordedCause {
     /// Effect with its place (`sensor-delay:motorAngle`), a parameter, or an offset.
-    pub kind: Kind,
+    pub kind: CauseKind,
     /// Effect id of the contract, or the parameter's name.
     pub id: String,
     /// Where it acts.
@@ -113,7 +113,7 @@ pub struct Cause {
 /// What a cause is.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum CauseKind {
     /// `id` or `id:place` of the library.
     Effect(String),
     /// By its index in the model without effects.
@@ -124,7 +124,7 @@ pub enum Kind {
 
 /// An unknown of a set.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Estimate {
+pub struct RecordedEstimate {
     /// Name.
     pub name: String,
     /// Mean, in `unit`.
@@ -139,34 +139,40 @@ pub struct Estimate {
 
 /// What was decided again.
 #[derive(Clone, Debug, Serialize)]
-pub struct Again {
+pub struct Redecided {
     /// The verdict.
     pub verdict: Verdict,
     /// What is claimed, without amplitudes.
     pub effects: Vec<Claimed>,
     /// Ranked.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<CandidateCause>,
     /// Sets that cannot be told apart.
     pub indistinguishable: Vec<Vec<String>>,
     /// None of these.
-    pub unknown: Unknown,
+    pub unknown: UnknownShare,
     /// Gap with what is claimed, as sets are compared by it.
     pub after: f64,
 }
 
-impl Record {
+impl DecisionRecord {
     /// Of a search and the free runs of some of its sets.
-    pub(super) fn new(plant: Plant, found: &Found, raw_excess: f64, free: Free, ran: &dyn Ran) -> Self {
-        let set = |at: Option<usize>, f: &Fitted| {
+    pub(super) fn new(
+        plant: PlantKind,
+        found: &SearchResult,
+        raw_excess: f64,
+        free: FreeRun,
+        ran: &dyn FreeRunResults,
+    ) -> Self {
+        let set = |at: Option<usize>, f: &FittedSet| {
             let after = |at| (ran.after(at), ran.each(at));
             let (gap, by_recording) = at.map_or((None, None), after);
-            Set { gap, by_recording, ..Set::of(f) }
+            RecordedSet { gap, by_recording, ..RecordedSet::of(f) }
         };
         let ran_freely: Vec<usize> = (0..found.sets.len()).filter(|at| ran.after(*at).is_some()).collect();
         let pairs = ran_freely.iter().flat_map(|a| ran_freely.iter().map(move |b| (*a, *b)));
         Self {
             schema: SCHEMA.into(),
-            arm: plant == Plant::Arm,
+            arm: plant == PlantKind::Arm,
             innovations: None,
             instead: None,
             raw_excess,
@@ -196,30 +202,30 @@ impl Record {
     ///
     /// # Errors
     /// An effect that the library has not, or a verdict that was not made from what is kept.
-    pub fn decide(&self, limits: &Thresholds) -> Result<Again, String> {
+    pub fn decide(&self, limits: &Thresholds) -> Result<Redecided, String> {
         if self.innovations.is_some() {
             return Err("the innovations engine decided it, by evidences that these thresholds do not judge: run the diagnosis again".into());
         }
-        let plant = if self.arm { Plant::Arm } else { Plant::Joint };
+        let plant = if self.arm { PlantKind::Arm } else { PlantKind::Joint };
         let sets: Result<_, String> = self.sets.iter().map(|s| s.fitted(plant)).collect();
         let mut found =
-            Found { plain: self.plain.fitted(plant)?, best: self.best.fitted(plant)?, sets: sets? };
+            SearchResult { plain: self.plain.fitted(plant)?, best: self.best.fitted(plant)?, sets: sets? };
         let mut free = self.free;
         let decision = decide(&mut found, self.raw_excess, &mut free, self, limits);
-        let of = |set: &Fitted| Estimated::new(set, None);
+        let of = |set: &FittedSet| SetEstimate::new(set, None);
         let present = decision.verdict == Verdict::Unknown;
-        Ok(Again {
+        Ok(Redecided {
             verdict: decision.verdict,
             effects: effects(plant, &found, &of(&found.best), &of, &decision),
             candidates: candidates(plant, &found, &decision),
             indistinguishable: indistinguishable(&found, &decision),
-            unknown: Unknown { present, probability: decision.unknown, place: None },
+            unknown: UnknownShare { present, probability: decision.unknown, place: None },
             after: free.after,
         })
     }
 }
 
-impl Ran for Record {
+impl FreeRunResults for DecisionRecord {
     fn after(&self, set: usize) -> Option<f64> {
         self.sets[set].gap
     }
@@ -232,18 +238,18 @@ impl Ran for Record {
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         self.sets[set].by_recording.clone()
     }
-    fn left_out(&self, set: Option<usize>, _: &Fitted) -> Option<LeftOut> {
+    fn left_out(&self, set: Option<usize>, _: &FittedSet) -> Option<LeftOut> {
         self.left_out.filter(|l| l.0 == set).map(|l| l.1)
     }
 }
 
-impl Set {
-    fn of(f: &Fitted) -> Self {
+impl RecordedSet {
+    fn of(f: &FittedSet) -> Self {
         let estimates = f.stated.unknowns.iter().zip(f.theta.iter().zip(f.deviations()));
         Self {
-            causes: f.stated.set.iter().map(Cause::of).collect(),
+            causes: f.stated.set.iter().map(RecordedCause::of).collect(),
             posterior: estimates
-                .map(|(u, (x, deviation))| Estimate {
+                .map(|(u, (x, deviation))| RecordedEstimate {
                     name: u.name.clone(),
                     value: u.scale.value(*x).0,
                     unit: u.unit.clone(),
@@ -261,11 +267,11 @@ impl Set {
         }
     }
     /// As far as a decision looks at it.
-    fn fitted(&self, plant: Plant) -> Result<Fitted, String> {
+    fn fitted(&self, plant: PlantKind) -> Result<FittedSet, String> {
         let model = TwoMassJoint::new::<&str>(true, &[]).map_err(|e| e.to_string())?;
         let set: Result<Vec<_>, _> = self.causes.iter().map(|c| c.hypothesis(plant)).collect();
-        Ok(Fitted {
-            stated: Stated::of_causes(set?, Model::joint(model)),
+        Ok(FittedSet {
+            stated: PosedSet::of_causes(set?, EngineModel::joint(model)),
             theta: Vec::new(),
             residuals: DVector::zeros(0),
             jacobian: DMatrix::zeros(0, 0),
@@ -281,12 +287,12 @@ impl Set {
     }
 }
 
-impl Cause {
+impl RecordedCause {
     fn of(h: &Hypothesis) -> Self {
         let kind = match h.claim {
-            Claim::Effect(choice) => Kind::Effect(choice.id()),
-            Claim::Parameter(index) => Kind::Parameter(index),
-            Claim::Offset(output) => Kind::Offset(output),
+            HypothesisClaim::Effect(choice) => CauseKind::Effect(choice.id()),
+            HypothesisClaim::Parameter(index) => CauseKind::Parameter(index),
+            HypothesisClaim::Offset(output) => CauseKind::Offset(output),
         };
         Self {
             kind,
@@ -299,11 +305,13 @@ impl Cause {
             shifted: Some(h.shifted),
         }
     }
-    fn hypothesis(&self, plant: Plant) -> Result<Hypothesis, String> {
+    fn hypothesis(&self, plant: PlantKind) -> Result<Hypothesis, String> {
         let claim = match &self.kind {
-            Kind::Effect(id) => Claim::Effect(Choice::parse(id, plant).map_err(|e| e.to_string())?),
-            Kind::Parameter(index) => Claim::Parameter(*index),
-            Kind::Offset(output) => Claim::Offset(*output),
+            CauseKind::Effect(id) => {
+                HypothesisClaim::Effect(EffectChoice::parse(id, plant).map_err(|e| e.to_string())?)
+            }
+            CauseKind::Parameter(index) => HypothesisClaim::Parameter(*index),
+            CauseKind::Offset(output) => HypothesisClaim::Offset(*output),
         };
         Ok(Hypothesis {
             claim,
@@ -313,7 +321,7 @@ impl Cause {
             per_joint: self.per_joint,
             times: self.times,
             rigid: self.rigid,
-            shifted: self.shifted.unwrap_or(matches!(claim, Claim::Effect(c) if c.spec().shifts)),
+            shifted: self.shifted.unwrap_or(matches!(claim, HypothesisClaim::Effect(c) if c.spec().shifts)),
         })
     }
 }
@@ -321,37 +329,41 @@ impl Cause {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::made::{Shown, fitted, found, free};
+    use crate::engine::made::{FreeRunGaps, fitted, found, free};
 
     /// Sets with what they leave, in floors, and the gap of their free run.
-    type Made<'a> = [(&'a str, f64, Option<f64>)];
+    type MadeSet<'a> = [(&'a str, f64, Option<f64>)];
 
     /// Verdict, claims with their probability, gap.
     type Decided = (Verdict, Vec<(String, f64)>, f64);
 
-    fn decided_twice(sets: &Made<'_>, chosen: Option<usize>, with: f64) -> [Decided; 2] {
+    fn decided_twice(sets: &MadeSet<'_>, chosen: Option<usize>, with: f64) -> [Decided; 2] {
         let fits = sets.iter().map(|s| fitted(s.0, s.1, 40.0)).collect();
         let mut found = found(fits, chosen, 40.0);
         let gaps = sets.iter().map(|s| s.2).collect();
         let left_out = Some(LeftOut { tuned: 5.0, with, noise: 1.0 });
-        let ran = Shown { gaps, apart: Some(0.3), left_out, ..Shown::default() };
+        let ran = FreeRunGaps { gaps, apart: Some(0.3), left_out, ..FreeRunGaps::default() };
         let (raw, mut free) = (found.plain.excess(), free(10.0));
-        let mut record = Record::new(Plant::Joint, &found, raw, free, &ran);
+        let mut record = DecisionRecord::new(PlantKind::Joint, &found, raw, free, &ran);
         let first = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
         record.left_out = first.left_out;
         let text = serde_json::to_string(&record).unwrap();
-        let again = Record::parse(&text).unwrap().decide(&Thresholds::default()).unwrap();
-        let of = |set: &Fitted| Estimated::new(set, None);
+        let again = DecisionRecord::parse(&text).unwrap().decide(&Thresholds::default()).unwrap();
+        let of = |set: &FittedSet| SetEstimate::new(set, None);
         let claims = |list: Vec<Claimed>| list.into_iter().map(|c| (c.id, c.probability)).collect();
         [
-            (first.verdict, claims(effects(Plant::Joint, &found, &of(&found.best), &of, &first)), free.after),
+            (
+                first.verdict,
+                claims(effects(PlantKind::Joint, &found, &of(&found.best), &of, &first)),
+                free.after,
+            ),
             (again.verdict, claims(again.effects), again.after),
         ]
     }
 
     #[test]
     fn what_is_decided_again_is_the_same_to_the_bit() {
-        let cases: [(Verdict, &Made<'_>, Option<usize>); 4] = [
+        let cases: [(Verdict, &MadeSet<'_>, Option<usize>); 4] = [
             (Verdict::Effects, &[("backlash", 1.0, Some(1.1)), ("motorInertia", 60.0, None)], Some(0)),
             (
                 Verdict::Ambiguous,
@@ -379,11 +391,11 @@ mod tests {
     #[test]
     fn what_is_not_finite_or_of_another_schema_is_read_as_such() {
         let found = found(vec![fitted("backlash", f64::INFINITY, 40.0)], Some(0), 40.0);
-        let ran = Shown { gaps: vec![None], ..Shown::default() };
-        let record = Record::new(Plant::Joint, &found, 1.0, free(10.0), &ran);
+        let ran = FreeRunGaps { gaps: vec![None], ..FreeRunGaps::default() };
+        let record = DecisionRecord::new(PlantKind::Joint, &found, 1.0, free(10.0), &ran);
         let text = serde_json::to_string(&record).unwrap();
-        assert!(Record::parse(&text).unwrap().sets[0].chi2.is_nan());
+        assert!(DecisionRecord::parse(&text).unwrap().sets[0].chi2.is_nan());
         let old = text.replace("trueup.decision/1", "trueup.decision/0");
-        assert!(Record::parse(&old).unwrap_err().contains("run the diagnosis again"));
+        assert!(DecisionRecord::parse(&old).unwrap_err().contains("run the diagnosis again"));
     }
 }

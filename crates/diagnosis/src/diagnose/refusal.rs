@@ -1,21 +1,21 @@
 //! Why a claim is refused after it was run: it predicts recordings held out worse than the refitted model, or rests on one recording.
 
 use super::contest::HELPS;
-use super::estimate::{Reported, log_ratios, predicts_as_well};
-use super::ground::Ground;
+use super::estimate::{ReportedEstimate, log_ratios, predicts_as_well};
+use super::ground::ComparisonBasis;
 use crate::engine::problem::Compared;
-use crate::engine::replay::{Complete, Replayed};
-use crate::engine::search::Search;
+use crate::engine::replay::{CompleteModel, ReplayedReadings};
+use crate::engine::search::CaseSearch;
 
 /// A run that leaves more than this share of a gap hardly helps.
 const HARDLY: f64 = 0.9;
 
 /// By free runs of whole recordings; `free`: the claim on those held out.
 pub(super) fn of_whole(
-    ground: &Ground<'_>,
-    tuned: &Complete,
-    claim: &Complete,
-    free: &Replayed,
+    ground: &ComparisonBasis<'_>,
+    tuned: &CompleteModel,
+    claim: &CompleteModel,
+    free: &ReplayedReadings,
 ) -> Option<String> {
     if let Some([with, without]) = ground.worse(free) {
         return Some(format!(
@@ -29,13 +29,13 @@ pub(super) fn of_whole(
 
 /// By runs over windows of so many seconds, which the true model follows through stick and slip too.
 pub(super) fn in_windows(
-    ground: &Ground<'_>,
+    ground: &ComparisonBasis<'_>,
     seconds: f64,
-    tuned: &Complete,
-    claim: &Reported,
+    tuned: &CompleteModel,
+    claim: &ReportedEstimate,
 ) -> Option<String> {
     let (search, train) = (ground.search, &ground.search.case.train);
-    let windows = |c: &Complete, runs: &[Compared]| search.in_windows(c, runs, seconds, None).ok();
+    let windows = |c: &CompleteModel, runs: &[Compared]| search.in_windows(c, runs, seconds, None).ok();
     let [with, without] = [&claim.complete, tuned].map(|c| windows(c, ground.runs));
     if !predicts_as_well(with.as_deref(), without.as_deref()) {
         return Some(format!(
@@ -63,9 +63,9 @@ fn resting(name: String) -> String {
 }
 
 /// The one recording for fitting in which a model with causes runs far nearer than without, where it helps in none of the others.
-fn rests_on_one(search: &Search<'_>, without: &Complete, with: &Complete) -> Option<String> {
+fn rests_on_one(search: &CaseSearch<'_>, without: &CompleteModel, with: &CompleteModel) -> Option<String> {
     let runs = &search.case.train;
-    let missed = |c: &Complete| -> Option<Vec<f64>> {
+    let missed = |c: &CompleteModel| -> Option<Vec<f64>> {
         let shown = search.replay(c, runs).ok()?;
         let of = |(run, shown): (&Compared, &Vec<Vec<f64>>)| {
             run.run.channels.iter().zip(shown).map(|(c, s)| search.mean_square(c, s)).sum()

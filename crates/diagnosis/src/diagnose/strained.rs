@@ -1,27 +1,27 @@
 //! Parameters that recordings put far from where their owner believes them: either is wrong, and that is told.
 
-use crate::engine::problem::{Target, Unknown};
-use crate::engine::recordings::Prepared;
-use crate::engine::search::Fitted;
+use crate::engine::problem::{BalanceTarget, BalanceUnknown};
+use crate::engine::recordings::PreparedCase;
+use crate::engine::search::FittedSet;
 use crate::engine::unknown::KNOWN;
-use crate::outcome::{Noticed, Severity};
+use crate::outcome::{NoticedMistake, OutcomeSeverity};
 use trueup_identification::unknown::Scale;
 
 /// Deviations of its owner's doubt from which a parameter is far.
 const FAR: f64 = 10.0;
 
 /// A finding for each of the plant's own parameters that is far from what the case says.
-pub(super) fn told(fitted: &Fitted, case: &Prepared) -> Vec<Noticed> {
+pub(super) fn told(fitted: &FittedSet, case: &PreparedCase) -> Vec<NoticedMistake> {
     let stated = &fitted.stated;
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
     let plain = stated.unknowns[..own].iter().zip(&fitted.theta);
     let parameters = plain.filter(|(u, _)| {
-        u.run.is_none() && matches!(u.target, Target::Parameter(_)) && u.scale == Scale::Log
+        u.run.is_none() && matches!(u.target, BalanceTarget::Parameter(_)) && u.scale == Scale::Log
     });
     parameters.filter_map(|(u, x)| one(u, *x, case.doubt.get(&u.name).copied())).collect()
 }
 
-fn one(u: &Unknown, x: f64, doubt: Option<f64>) -> Option<Noticed> {
+fn one(u: &BalanceUnknown, x: f64, doubt: Option<f64>) -> Option<NoticedMistake> {
     let moved = x - u.coordinate();
     let times = moved.abs() / doubt.unwrap_or(KNOWN);
     if times <= FAR {
@@ -35,8 +35,8 @@ fn one(u: &Unknown, x: f64, doubt: Option<f64>) -> Option<Noticed> {
         }
         None => "which the case holds to be known".to_owned(),
     };
-    Some(Noticed {
-        severity: Severity::Warning,
+    Some(NoticedMistake {
+        severity: OutcomeSeverity::Warning,
         kind: "far-from-belief".into(),
         file: "case.toml".into(),
         line: None,
@@ -55,10 +55,10 @@ mod tests {
 
     #[test]
     fn what_moves_ten_doubts_is_told_with_its_share() {
-        let u = Unknown {
+        let u = BalanceUnknown {
             name: "torqueConstant".into(),
             unit: "N.m/A".into(),
-            target: Target::Parameter(3),
+            target: BalanceTarget::Parameter(3),
             run: None,
             start: 0.04,
             scale: Scale::Log,

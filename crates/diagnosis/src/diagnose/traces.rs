@@ -1,16 +1,20 @@
 //! What was measured and simulated, and the gap as figures.
 
-use super::Trace;
+use super::ChannelTrace;
 use crate::engine::problem::Compared;
-use crate::engine::replay::Replayed;
+use crate::engine::replay::ReplayedReadings;
 use crate::floor;
-use crate::outcome::{Gap, GapReport, WindowGap};
+use crate::outcome::{GapReport, HeldOutGap, WindowGap};
 
-pub(super) fn traces(runs: &[Compared], shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Trace> {
+pub(super) fn traces(
+    runs: &[Compared],
+    shown: [&ReplayedReadings; 3],
+    floors: &[Vec<f64>],
+) -> Vec<ChannelTrace> {
     let mut all = Vec::new();
     for (r, run) in runs.iter().enumerate() {
         for (c, channel) in run.run.channels.iter().enumerate() {
-            all.push(Trace {
+            all.push(ChannelTrace {
                 recording: run.run.name.clone(),
                 channel: channel.name.clone(),
                 time: channel.t.clone(),
@@ -26,18 +30,18 @@ pub(super) fn traces(runs: &[Compared], shown: [&Replayed; 3], floors: &[Vec<f64
 }
 
 /// Simulations of recordings over windows: nominal, refitted, with what is claimed; and what noise leaves.
-pub(super) struct Windowed {
+pub(super) struct WindowedGap {
     /// Length of a window, s.
     pub seconds: f64,
     /// Readings by recording and channel.
-    pub shown: [Replayed; 3],
+    pub shown: [ReplayedReadings; 3],
     /// Deviations by recording and channel.
     pub floors: Vec<Vec<f64>>,
 }
 
-fn figures(traces: &[Trace], seed: u64) -> floor::Gaps {
-    fn of(t: &Trace) -> floor::Replayed<'_> {
-        floor::Replayed {
+fn figures(traces: &[ChannelTrace], seed: u64) -> floor::Gaps {
+    fn of(t: &ChannelTrace) -> floor::ReplayedChannel<'_> {
+        floor::ReplayedChannel {
             recording: &t.recording,
             channel: &t.channel,
             measured: &t.measured,
@@ -53,8 +57,8 @@ fn figures(traces: &[Trace], seed: u64) -> floor::Gaps {
 /// Gaps of whole recordings, with those over windows beside them.
 pub(super) fn gap_report(
     runs: &[Compared],
-    traces: &[Trace],
-    windowed: Option<&Windowed>,
+    traces: &[ChannelTrace],
+    windowed: Option<&WindowedGap>,
     seed: u64,
 ) -> GapReport {
     let found = figures(traces, seed);
@@ -62,13 +66,13 @@ pub(super) fn gap_report(
         let [before, tuned, after] = &w.shown;
         (w.seconds, figures(&self::traces(runs, [before, tuned, after], &w.floors), seed))
     });
-    let window = |of: &dyn Fn(&floor::Gaps) -> Option<floor::Gap>| {
+    let window = |of: &dyn Fn(&floor::Gaps) -> Option<floor::GapShares>| {
         let (seconds, gaps) = windows.as_ref()?;
-        let floor::Gap { before, tuned, after, floor, closed, .. } = of(gaps)?;
+        let floor::GapShares { before, tuned, after, floor, closed, .. } = of(gaps)?;
         let finite = [before, tuned, after, floor].iter().all(|x| x.is_finite());
         finite.then_some(WindowGap { seconds: *seconds, before, tuned, after, floor, closed })
     };
-    let of = |g: &floor::Gap, window| Gap {
+    let of = |g: &floor::GapShares, window| HeldOutGap {
         before: g.before,
         tuned: g.tuned,
         after: g.after,
@@ -77,7 +81,7 @@ pub(super) fn gap_report(
         ci95: g.ci95,
         window,
     };
-    let channel = |(name, g): &(String, floor::Gap)| {
+    let channel = |(name, g): &(String, floor::GapShares)| {
         let own = window(&|gaps| gaps.channels.iter().find(|c| c.0 == *name).map(|c| c.1));
         (name.clone(), of(g, own))
     };

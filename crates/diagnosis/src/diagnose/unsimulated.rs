@@ -2,11 +2,11 @@
 
 use trueup_signals::Loaded;
 
-use super::{DiagnoseError, Diagnosed, Options};
+use super::{DiagnoseError, DiagnoseOptions, Diagnosed};
 use crate::engine::decide::Decision;
-use crate::engine::recordings::Prepared;
+use crate::engine::recordings::PreparedCase;
 use crate::finite;
-use crate::outcome::{Diagnosis, GapReport, Noticed, SCHEMA, Unknown, Where};
+use crate::outcome::{Diagnosis, GapLocation, GapReport, NoticedMistake, SCHEMA, UnknownShare};
 use crate::picture::{isolability, picture};
 
 /// The verdict `unknown` without a gap in the place of an error of the simulation, or of figures that are not finite.
@@ -16,9 +16,9 @@ use crate::picture::{isolability, picture};
 pub(super) fn in_place_of(
     found: Result<Diagnosed, DiagnoseError>,
     loaded: &Loaded,
-    case: &Prepared,
-    noticed: Vec<Noticed>,
-    options: &Options,
+    case: &PreparedCase,
+    noticed: Vec<NoticedMistake>,
+    options: &DiagnoseOptions,
 ) -> Result<Diagnosed, DiagnoseError> {
     match found {
         Ok(found) => match finite::check(&found.diagnosis) {
@@ -32,9 +32,9 @@ pub(super) fn in_place_of(
 
 fn without_gap(
     loaded: &Loaded,
-    case: &Prepared,
-    noticed: Vec<Noticed>,
-    options: &Options,
+    case: &PreparedCase,
+    noticed: Vec<NoticedMistake>,
+    options: &DiagnoseOptions,
     why: &str,
 ) -> Diagnosed {
     let nothing = Decision::nothing();
@@ -44,12 +44,12 @@ fn without_gap(
         verdict: nothing.verdict,
         gap: GapReport::default(),
         sensors: (&isolability(loaded, &case.subject)).into(),
-        location: Where::default(),
+        location: GapLocation::default(),
         effects: Vec::new(),
         candidates: Vec::new(),
         parameters: Default::default(),
         indistinguishable: Vec::new(),
-        unknown: Unknown { present: true, probability: nothing.unknown, place: None },
+        unknown: UnknownShare { present: true, probability: nothing.unknown, place: None },
         next_experiment: None,
         watch: options.watch.then(Vec::new),
         augmented: None,

@@ -4,15 +4,15 @@
 //! may miss at any time. What a suspect one misses beyond that is a departure, from where it first rises to half of its
 //! height to where it last is as high.
 
-use trueup_identification::model::Quantity;
+use trueup_identification::model::PlantQuantity;
 use trueup_identification::parallel;
-use trueup_models::effect::Plant;
+use trueup_models::effect::PlantKind;
 
-use crate::engine::balance::Led;
-use crate::engine::problem::{Compared, Comparison};
-use crate::engine::replay::Complete;
-use crate::engine::search::Search;
-use crate::outcome::{Departure, Like};
+use crate::engine::balance::GriddedRecording;
+use crate::engine::problem::{BalanceProblem, Compared};
+use crate::engine::replay::CompleteModel;
+use crate::engine::search::CaseSearch;
+use crate::outcome::{Departure, SimilarCause};
 use crate::picture::at_motor;
 
 /// Times what healthy recordings miss at the most that a suspect one has to miss.
@@ -24,13 +24,13 @@ const WINDOW: f64 = 4.0;
 struct Missed {
     recording: String,
     t: Vec<f64>,
-    channels: Vec<Channel>,
+    channels: Vec<ChannelWatch>,
     /// Instants of a window, at least two.
     window: usize,
 }
 
 /// Of one channel of it.
-struct Channel {
+struct ChannelWatch {
     /// Of the model's outputs.
     output: usize,
     /// Coordinate whose acceleration it leads; `None`: it is compared as it is.
@@ -44,7 +44,7 @@ struct Channel {
 }
 
 /// Departures in the recordings held out, in the order of their times.
-pub(super) fn watch(search: &Search<'_>, fitted: &Complete) -> Vec<Departure> {
+pub(super) fn watch(search: &CaseSearch<'_>, fitted: &CompleteModel) -> Vec<Departure> {
     let case = search.case;
     let of = |runs: &[Compared]| -> Vec<Missed> {
         parallel::map(0..runs.len(), |k| missed(search, fitted, &runs[k])).into_iter().flatten().collect()
@@ -70,9 +70,9 @@ pub(super) fn watch(search: &Search<'_>, fitted: &Complete) -> Vec<Departure> {
                 let length = inside.len() as f64;
                 let height = (inside.iter().map(|m| m * m).sum::<f64>() / length).sqrt() / most;
                 let like = c.driven.and_then(|(input, per)| {
-                    let Quantity { name, unit, .. } = search.case.inputs.get(input)?;
+                    let PlantQuantity { name, unit, .. } = search.case.inputs.get(input)?;
                     let value = -inside.iter().sum::<f64>() / length / per;
-                    Some(Like { input: name.clone(), value, unit: (*unit).to_owned() })
+                    Some(SimilarCause { input: name.clone(), value, unit: (*unit).to_owned() })
                 });
                 let departure = Departure {
                     recording: run.recording.clone(),
@@ -99,22 +99,22 @@ pub(super) fn watch(search: &Search<'_>, fitted: &Complete) -> Vec<Departure> {
     all
 }
 
-fn missed(search: &Search<'_>, fitted: &Complete, run: &Compared) -> Option<Missed> {
-    let led: &Led = search.led.iter().find(|l| l.name == run.run.name)?;
+fn missed(search: &CaseSearch<'_>, fitted: &CompleteModel, run: &Compared) -> Option<Missed> {
+    let led: &GriddedRecording = search.led.iter().find(|l| l.name == run.run.name)?;
     let alone = search.alone(fitted, run);
     let coordinates = search.case.subject.coordinates(alone.model, &alone.nominal);
     let links = led.links(alone.model, &coordinates);
     let lead = |c: usize| (0..coordinates.len()).find(|i| links.lead_of(*i) == Some(c));
     let leads: Vec<Option<usize>> = (0..led.channels.len()).map(lead).collect();
-    let problem = Comparison {
+    let problem = BalanceProblem {
         led: vec![(led, links)],
         unknowns: alone.unknowns.clone(),
-        ..Comparison::free(alone.model, alone.nominal.clone(), alone.runs)
+        ..BalanceProblem::free(alone.model, alone.nominal.clone(), alone.runs)
     };
     let series = problem.missing(0, &problem.start()).ok()?;
     let counts = led.counts.clone();
     let channels = series.into_iter().zip(&led.channels).zip(leads).zip(&run.run.channels);
-    let channels = channels.map(|(((missed, s), leads), c)| Channel {
+    let channels = channels.map(|(((missed, s), leads), c)| ChannelWatch {
         output: s.output,
         leads,
         name: c.name.clone(),
@@ -173,7 +173,7 @@ fn beyond(missed: &[f64], window: usize, most: f64) -> Vec<(usize, usize)> {
 }
 
 /// Where the departures of a channel act: what pushes both with and against the motion over all of them is no friction.
-fn place(search: &Search<'_>, c: &Channel, stretches: &[(usize, usize)]) -> (String, Option<usize>) {
+fn place(search: &CaseSearch<'_>, c: &ChannelWatch, stretches: &[(usize, usize)]) -> (String, Option<usize>) {
     let Some(i) = c.leads else { return (format!("sensor:{}", c.name), None) };
     let subject = &search.case.subject;
     let driven = search.case.coordinates.get(i).is_some_and(|k| !k.driven.is_empty());
@@ -186,10 +186,10 @@ fn place(search: &Search<'_>, c: &Channel, stretches: &[(usize, usize)]) -> (Str
     };
     match subject.plant {
         // The load's only input is a torque from outside.
-        Plant::Joint if i == 0 => (motor(), None),
-        Plant::Joint => ("load".into(), None),
-        Plant::Arm if i < 3 => ("base".into(), None),
-        Plant::Arm => {
+        PlantKind::Joint if i == 0 => (motor(), None),
+        PlantKind::Joint => ("load".into(), None),
+        PlantKind::Arm if i < 3 => ("base".into(), None),
+        PlantKind::Arm => {
             let element = c.name.split(['[', ']']).nth(1).and_then(|j| j.parse().ok());
             (if driven { motor() } else { "load".to_owned() }, element)
         }

@@ -20,8 +20,8 @@ mod terms;
 use std::collections::BTreeMap;
 
 use trueup_identification::predict::PredictError;
-use trueup_identification::run::Run;
-use trueup_identification::sensors::Sensors;
+use trueup_identification::run::IdentificationRun;
+use trueup_identification::sensors::SensorSet;
 use trueup_models::arm::ArmScalar;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
@@ -29,11 +29,11 @@ use trueup_signals::spline::Spline;
 
 use super::coordinate::median_step;
 use super::octaves;
-use super::problem::Target;
-use super::subject::Model;
-use advance::{Context, Work};
+use super::problem::BalanceTarget;
+use super::subject::EngineModel;
+use advance::{AdvanceWorkspace, StepContext};
 use input::{averaged, lag};
-pub use led::{Leading, Led, Smooth};
+pub use led::{GriddedRecording, Leading, Smooth};
 pub use links::Links;
 use trueup_identification::sizes::rates;
 
@@ -46,7 +46,7 @@ pub const PART: [f64; 2] = [2.5e-3, 5e-3];
 
 /// The kernel for recordings, in steps of their grids: one for all, since what noise leaves depends on it. Velocities come
 /// to about 2 % of what they are typically.
-pub fn kernel<'a>(runs: impl Iterator<Item = &'a Run>) -> f64 {
+pub fn kernel<'a>(runs: impl Iterator<Item = &'a IdentificationRun>) -> f64 {
     // By channel: sum of squared rates, their count, the largest deviation of a reading over a step.
     let mut all: BTreeMap<&str, (f64, f64, f64)> = BTreeMap::new();
     for run in runs {
@@ -65,9 +65,9 @@ pub fn kernel<'a>(runs: impl Iterator<Item = &'a Run>) -> f64 {
     })
 }
 
-impl Led {
+impl GriddedRecording {
     /// A recording on its grid, smoothed by a kernel of that many steps; floors not yet known.
-    pub fn new(run: &Run, inputs: usize, kernel: f64) -> Option<Self> {
+    pub fn new(run: &IdentificationRun, inputs: usize, kernel: f64) -> Option<Self> {
         let steps = run.channels.iter().filter_map(|c| median_step(&c.t));
         let step = steps.fold(f64::INFINITY, f64::min);
         let ends = run.channels.iter().filter_map(|c| c.t.last()).fold(f64::INFINITY, |m, t| m.min(*t));
@@ -126,11 +126,11 @@ impl Led {
     }
 
     /// The same with what moves in time moved: `(target, seconds)`.
-    pub fn shifted(&self, moves: &[(Target, f64)]) -> Self {
+    pub fn shifted(&self, moves: &[(BalanceTarget, f64)]) -> Self {
         let mut s = self.clone();
         for (target, by) in moves {
             match target {
-                Target::SensorDelay(output) => {
+                BalanceTarget::SensorDelay(output) => {
                     let samples = by / self.step;
                     for c in s.channels.iter_mut().filter(|c| c.output == *output) {
                         let [a, b] = &mut c.enters;
@@ -144,10 +144,10 @@ impl Led {
                         s.reversal.rotate_left(early);
                     }
                 }
-                Target::InputDelay(input) => {
+                BalanceTarget::ActuatorDeadTime(input) => {
                     s.inputs[*input] = octaves::moved(&s.inputs[*input], -by / self.step);
                 }
-                Target::InputLag(input) => lag(&mut s.inputs[*input], by / self.step),
+                BalanceTarget::ActuatorLag(input) => lag(&mut s.inputs[*input], by / self.step),
                 _ => {}
             }
         }
@@ -170,10 +170,10 @@ impl Led {
     /// States that are not finite.
     pub fn missing<T: ArmScalar>(
         &self,
-        model: &Model,
+        model: &EngineModel,
         links: &Links,
         p: &[T],
-        sensors: &Sensors<T>,
+        sensors: &SensorSet<T>,
     ) -> Result<Vec<Vec<T>>, PredictError> {
         let sizes = model.sizes();
         let n = self.t.len();
@@ -206,7 +206,7 @@ impl Led {
         let mut shown = vec![T::zero(); sizes.outputs];
         let mut plain = (vec![0.0; sizes.states], vec![0.0; sizes.inputs]);
         let values: Vec<f64> = p.iter().map(|v| v.value()).collect();
-        let (mut dx, mut work) = (vec![T::zero(); sizes.states], Work::new(sizes.states));
+        let (mut dx, mut work) = (vec![T::zero(); sizes.states], AdvanceWorkspace::new(sizes.states));
         let count = links.leads.len();
         let mut integral = vec![T::zero(); count];
         let mut coordinate = vec![[T::zero(); 3]; count];
@@ -307,7 +307,7 @@ impl Led {
                     let v = series.get(k).zip(series.get(k + 1)).map_or(0.0, |(a, b)| a * (1.0 - w) + b * w);
                     *m = read.gain[i] * v + read.bias[i];
                 }
-                let context = Context { model, links, p, u: &middle, modes: &modes, step: part };
+                let context = StepContext { model, links, p, u: &middle, modes: &modes, step: part };
                 context.advance(self.t[k] + from * h, &mut x, &mut work, |w, m| {
                     share(from + w / substeps as f64, m);
                 });

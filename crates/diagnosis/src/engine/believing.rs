@@ -1,22 +1,22 @@
 //! How surely the plant's own parameters are believed while much is missed, for reasons other than these.
 
 use nalgebra::{DMatrix, DVector};
-use trueup_identification::lsq::{Options, Solution, solve};
+use trueup_identification::lsq::{Solution, SolverOptions, solve};
 use trueup_identification::predict::PredictError;
 
-use super::problem::{Comparison, Target};
-use super::search::{Fitted, Octave, Search, Stated};
+use super::problem::{BalanceProblem, BalanceTarget};
+use super::search::{CaseSearch, FittedSet, Octave, PosedSet};
 
 /// A fit goes on while it leaves less than this share of what it left before, so often at the most.
 const FALLS: f64 = 0.5;
 const ROUNDS: usize = 5;
 
-impl Stated {
+impl PosedSet {
     /// The plant's own parameters among its unknowns.
     fn owned(&self) -> impl Iterator<Item = usize> {
         let own = self.begin.first().copied().unwrap_or(self.unknowns.len());
         (0..own).filter(|k| {
-            matches!(self.unknowns[*k].target, Target::Parameter(_)) && self.unknowns[*k].run.is_none()
+            matches!(self.unknowns[*k].target, BalanceTarget::Parameter(_)) && self.unknowns[*k].run.is_none()
         })
     }
     /// Scales the rows of what is believed of them.
@@ -33,7 +33,7 @@ impl Stated {
     }
 }
 
-impl Fitted {
+impl FittedSet {
     /// Residuals and their derivatives with the plant believed as it was in the fit.
     pub(super) fn as_believed(&self) -> (DVector<f64>, DMatrix<f64>) {
         let (mut r, mut j) = (self.residuals.clone(), self.jacobian.clone());
@@ -42,16 +42,16 @@ impl Fitted {
     }
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Solves with the plant's own parameters believed as one believes them whose readings miss so much for another reason: the
     /// size of a misfit is not known, so that readings count by what is left of it, and what is left falls as the fit goes on.
     /// Where they counted in full a cause that is lacking would drag parameters wherever they take up a little of it.
     pub(super) fn solve_believing(
         &self,
-        mut problem: Comparison<'_>,
-        stated: &Stated,
+        mut problem: BalanceProblem<'_>,
+        stated: &PosedSet,
         start: &[f64],
-        options: Options,
+        options: SolverOptions,
     ) -> Result<(Solution, f64), PredictError> {
         let readings = problem.readings();
         // A power of the floor's as one: what is slow has few values, and would not hold what is fast.

@@ -1,7 +1,7 @@
 //! A recording ready to be compared with a model.
 
-use trueup_identification::predict::Plan;
-use trueup_identification::run::Run;
+use trueup_identification::predict::PredictionPlan;
+use trueup_identification::run::IdentificationRun;
 
 /// A model that needs more steps than this between two readings is too stiff to be looked at.
 pub(super) const MOST_STEPS: f64 = 60.0;
@@ -10,16 +10,16 @@ pub(super) const MOST_STEPS: f64 = 60.0;
 #[derive(Clone, Debug)]
 pub struct Compared {
     /// Inputs and readings.
-    pub run: Run,
+    pub run: IdentificationRun,
     /// Parameters that hold for this recording: first states.
     pub known: Vec<(usize, f64)>,
-    pub(super) plan: Plan,
+    pub(super) plan: PredictionPlan,
 }
 
 impl Compared {
     /// Of a plant with `inputs` inputs.
-    pub fn new(run: Run, known: Vec<(usize, f64)>, inputs: usize) -> Self {
-        let plan = Plan::new(&run, inputs).within(MOST_STEPS);
+    pub fn new(run: IdentificationRun, known: Vec<(usize, f64)>, inputs: usize) -> Self {
+        let plan = PredictionPlan::new(&run, inputs).within(MOST_STEPS);
         Self { run, known, plan }
     }
     /// The first share of it.
@@ -48,20 +48,23 @@ impl Compared {
 #[cfg(test)]
 mod tests {
     use super::Compared;
-    use trueup_identification::run::{Channel, Run};
+    use trueup_identification::run::{IdentificationRun, OutputChannel};
 
     /// Channels may be read at different rates, and a recording may begin late.
     #[test]
     fn the_first_share_of_a_recording_ends_where_that_share_of_its_time_does() {
-        let channel = |output, n: u32, h: f64| Channel {
+        let channel = |output, n: u32, h: f64| OutputChannel {
             output,
             t: (0..n).map(|k| 2.0 + f64::from(k) * h).collect(),
             y: (0..n).map(f64::from).collect(),
             spread: vec![1.0; if output == 0 { n as usize } else { 0 }],
-            ..Channel::default()
+            ..OutputChannel::default()
         };
-        let run =
-            Run { channels: vec![channel(0, 11, 1.0), channel(1, 3, 4.0)], start: 2.0, ..Run::default() };
+        let run = IdentificationRun {
+            channels: vec![channel(0, 11, 1.0), channel(1, 3, 4.0)],
+            start: 2.0,
+            ..IdentificationRun::default()
+        };
         let half = Compared::new(run, vec![(3, 0.5)], 1).until(0.5, 1);
         let kept: Vec<&[f64]> = half.run.channels.iter().map(|c| &*c.y).collect();
         assert_eq!(kept, [&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0][..], &[0.0, 1.0]]);

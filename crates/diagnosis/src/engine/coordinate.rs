@@ -2,14 +2,14 @@
 
 use std::iter;
 
-use trueup_models::effect::{EffectSet, Plant};
+use trueup_models::effect::{EffectSet, PlantKind};
 use trueup_models::{arm, joint};
 
-use super::subject::{Model, Subject};
+use super::subject::{DiagnosisSubject, EngineModel};
 
 /// A coordinate of the plant.
 #[derive(Clone, Debug, Default)]
-pub struct Coordinate {
+pub struct CoordinateReadings {
     /// States that move with a change of its position, with their factors.
     pub position: Vec<(usize, f64)>,
     /// Those that move with a change of its velocity.
@@ -41,12 +41,12 @@ pub struct OtherEnd {
     pub shown: Option<usize>,
 }
 
-impl Subject {
+impl DiagnosisSubject {
     /// The coordinates of a model of this plant with these parameters.
-    pub fn coordinates(&self, model: &Model, p: &[f64]) -> Vec<Coordinate> {
+    pub fn coordinates(&self, model: &EngineModel, p: &[f64]) -> Vec<CoordinateReadings> {
         match (self.plant, model) {
-            (Plant::Joint, Model::Joint(m)) => joint_coordinates(m, p),
-            (Plant::Arm, Model::Arm(m)) => arm_coordinates(m, p),
+            (PlantKind::Joint, EngineModel::Joint(m)) => joint_coordinates(m, p),
+            (PlantKind::Arm, EngineModel::Arm(m)) => arm_coordinates(m, p),
             _ => Vec::new(),
         }
     }
@@ -58,13 +58,13 @@ fn by_servo(effects: &EffectSet, values: &[f64], site: usize, per_torque: f64) -
     Some((servo.begin.inputs + site, values[servo.begin.parameters + site] * per_torque))
 }
 
-fn joint_coordinates(m: &joint::TwoMassJoint, values: &[f64]) -> Vec<Coordinate> {
+fn joint_coordinates(m: &joint::TwoMassJoint, values: &[f64]) -> Vec<CoordinateReadings> {
     use joint::{input as i, output as o, parameter as p};
     let (n, j_m, j_l) = (values[p::GEAR_RATIO], values[p::MOTOR_INERTIA], values[p::LOAD_INERTIA]);
     let flexible = m.flexible();
     let inertia = if flexible { j_m } else { j_m + j_l / (n * n) };
     let driven = (i::MOTOR_CURRENT, values[p::TORQUE_CONSTANT] / inertia);
-    let motor = Coordinate {
+    let motor = CoordinateReadings {
         position: if flexible { vec![(0, 1.0), (2, 1.0)] } else { vec![(0, 1.0)] },
         velocity: vec![(1, 1.0)],
         held: Some(0),
@@ -80,9 +80,9 @@ fn joint_coordinates(m: &joint::TwoMassJoint, values: &[f64]) -> Vec<Coordinate>
         let positions = vec![(o::MOTOR_ANGLE, 1.0), (o::LOAD_ANGLE, 1.0 / n)];
         let velocities = vec![(o::MOTOR_VELOCITY, 1.0), (o::LOAD_VELOCITY, 1.0 / n)];
         let other_end = Some(OtherEnd { start: load_start, gear: n, shown: Some(o::LOAD_ANGLE) });
-        return vec![Coordinate { positions, velocities, other_end, ..motor }];
+        return vec![CoordinateReadings { positions, velocities, other_end, ..motor }];
     }
-    let load = Coordinate {
+    let load = CoordinateReadings {
         position: vec![(2, -n)],
         velocity: vec![(3, 1.0)],
         held: None,
@@ -96,19 +96,19 @@ fn joint_coordinates(m: &joint::TwoMassJoint, values: &[f64]) -> Vec<Coordinate>
     vec![motor, load]
 }
 
-fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate> {
+fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<CoordinateReadings> {
     use arm::{input as i, output as o, parameter as p};
     let (n, dofs) = (m.links(), m.dofs());
-    let of = |row: usize, position: usize, velocity: usize, start: [usize; 2]| Coordinate {
+    let of = |row: usize, position: usize, velocity: usize, start: [usize; 2]| CoordinateReadings {
         position: vec![(row, 1.0)],
         velocity: vec![(dofs + row, 1.0)],
         held: None,
         positions: vec![(position, 1.0)],
         velocities: vec![(velocity, 1.0)],
         start: Some(start),
-        ..Coordinate::default()
+        ..CoordinateReadings::default()
     };
-    let mut all: Vec<Coordinate> = (0..2)
+    let mut all: Vec<CoordinateReadings> = (0..2)
         .map(|i| {
             let start = [p::initial_base_position(n) + i, p::initial_base_velocity(n) + i];
             of(i, o::base_position(n) + i, o::base_velocity(n) + i, start)
@@ -119,10 +119,10 @@ fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate
     if m.has_fixed_base() {
         // It stays where its parameters say, whatever a sensor shows.
         all.iter_mut().for_each(|c| {
-            *c = Coordinate {
+            *c = CoordinateReadings {
                 position: c.position.clone(),
                 velocity: c.velocity.clone(),
-                ..Coordinate::default()
+                ..CoordinateReadings::default()
             };
         });
     }

@@ -7,12 +7,12 @@ mod odds;
 mod thresholds;
 
 use super::hypothesis::Hypothesis;
-use super::search::Fitted;
-use super::select::{Found, above};
+use super::search::FittedSet;
+use super::select::{SearchResult, above};
 use crate::outcome::Verdict;
 use account::Account;
 pub(crate) use free::left;
-pub use free::{Free, LeftOut, Ran};
+pub use free::{FreeRun, FreeRunResults, LeftOut};
 use judge::Judge;
 pub use odds::Balances;
 pub use thresholds::{OfBalances, OfFreeRuns, OfGap, OfOdds, Thresholds};
@@ -50,7 +50,7 @@ pub struct Rival<'a> {
     /// What stands in its place,
     pub cause: &'a Hypothesis,
     /// in this set.
-    pub set: &'a Fitted,
+    pub set: &'a FittedSet,
     /// Its odds (natural logarithm, below 0).
     pub odds: f64,
 }
@@ -77,7 +77,7 @@ impl Decision {
         self.unknown = self.unknown.max(0.5);
     }
     /// What is not told from the `i`-th cause of the chosen set, likeliest first.
-    pub fn close<'a>(&'a self, found: &'a Found, i: usize) -> impl Iterator<Item = Rival<'a>> {
+    pub fn close<'a>(&'a self, found: &'a SearchResult, i: usize) -> impl Iterator<Item = Rival<'a>> {
         self.rivals[i].iter().filter(|r| -r.1 < self.odds).filter_map(|(at, odds)| {
             let set = &found.sets[*at];
             Some(Rival { cause: found.best.replaced_in(set)?, set, odds: *odds })
@@ -85,9 +85,9 @@ impl Decision {
     }
 }
 
-impl Found {
+impl SearchResult {
     /// The best without any effect.
-    fn without_effects(&self) -> &Fitted {
+    fn without_effects(&self) -> &FittedSet {
         let own = self.sets.iter().filter(|f| f.effects() == 0);
         own.chain([&self.plain])
             .max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))
@@ -95,7 +95,7 @@ impl Found {
     }
 }
 
-impl Fitted {
+impl FittedSet {
     /// The cause that another set has in the place of one of its own.
     pub(crate) fn replaced_in<'a>(&self, other: &'a Self) -> Option<&'a Hypothesis> {
         other.stated.set.iter().find(|o| !self.stated.set.contains(o))
@@ -120,7 +120,13 @@ const NEXT_TO_NONE: f64 = 12.0;
 
 /// Chooses and decides; `raw` is the excess of the nominal model as it is. `found.best` and `free.after` become those of the
 /// set chosen.
-pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limits: &Thresholds) -> Decision {
+pub fn decide(
+    found: &mut SearchResult,
+    raw: f64,
+    free: &mut FreeRun,
+    ran: &dyn FreeRunResults,
+    limits: &Thresholds,
+) -> Decision {
     let judge = Judge::new(found, *free, ran, limits);
     let chosen = judge.choose();
     free.after = chosen.and_then(|at| ran.after(at)).unwrap_or(free.tuned);

@@ -6,20 +6,20 @@ use nalgebra::DMatrix;
 use rand::SeedableRng;
 use statrs::statistics::{Data, Median, Statistics};
 use trueup_identification::parallel;
-use trueup_identification::run::Run;
-use trueup_identification::sensors::Sensors;
-use trueup_models::effect::Plant;
+use trueup_identification::run::IdentificationRun;
+use trueup_identification::sensors::SensorSet;
+use trueup_models::effect::PlantKind;
 use trueup_models::joint;
 
-use super::balance::{FORM_ERROR, Led, PART, kernel};
-use super::problem::{Compared, Comparison};
-use super::recordings::Prepared;
+use super::balance::{FORM_ERROR, GriddedRecording, PART, kernel};
+use super::problem::{BalanceProblem, Compared};
+use super::recordings::PreparedCase;
 
 /// Recordings on their grids, with floors.
 #[derive(Clone, Debug)]
 pub struct Floors {
     /// Those for fitting, then those held out.
-    pub led: Vec<Led>,
+    pub led: Vec<GriddedRecording>,
     /// Mean square that a perfect model leaves of each, octave by octave.
     pub expected: Vec<Vec<f64>>,
 }
@@ -49,14 +49,15 @@ const MORE_NOISE: f64 = 4.0;
 ///
 /// # Errors
 /// A recording that is too short.
-pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
+pub fn floors(case: &PreparedCase, seed: u64) -> Result<Floors, String> {
     let inputs = case.model.sizes().inputs;
     let runs: Vec<&Compared> = case.train.iter().chain(&case.holdout).collect();
     let mut led = Vec::with_capacity(runs.len());
     let kernel = kernel(runs.iter().map(|r| &r.run));
-    let grids: Vec<Option<Led>> = runs.iter().map(|r| Led::new(&r.run, inputs, kernel)).collect();
-    let part = PART[usize::from(case.subject.plant == Plant::Arm)];
-    let whole: Vec<&Led> = grids.iter().flatten().collect();
+    let grids: Vec<Option<GriddedRecording>> =
+        runs.iter().map(|r| GriddedRecording::new(&r.run, inputs, kernel)).collect();
+    let part = PART[usize::from(case.subject.plant == PlantKind::Arm)];
+    let whole: Vec<&GriddedRecording> = grids.iter().flatten().collect();
     let lead = leading(case, &whole);
     let apart = apart(case, &whole);
     for (run, grid) in runs.iter().zip(grids) {
@@ -72,8 +73,8 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
         led.push(own);
     }
     let made_up = weighed(case, &runs, led, seed);
-    let unled = |own: &Led| own.links(&case.model, &case.coordinates).unled().next().is_some();
-    if case.subject.plant == Plant::Joint || !made_up.led.iter().any(unled) {
+    let unled = |own: &GriddedRecording| own.links(&case.model, &case.coordinates).unled().next().is_some();
+    if case.subject.plant == PlantKind::Joint || !made_up.led.iter().any(unled) {
         return Ok(made_up);
     }
     // Accelerations that the model makes up may let what nothing leads run away, those that were measured bring in the noise of
@@ -85,7 +86,7 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
 }
 
 /// Recordings with what a perfect model leaves of them.
-fn weighed(case: &Prepared, runs: &[&Compared], mut led: Vec<Led>, seed: u64) -> Floors {
+fn weighed(case: &PreparedCase, runs: &[&Compared], mut led: Vec<GriddedRecording>, seed: u64) -> Floors {
     let spectra: Vec<Spectra> = parallel::map(led.iter().zip(runs).enumerate(), |(i, (led, run))| {
         Spectra::of(case, led, run, seed.wrapping_add(i as u64))
     });
@@ -110,10 +111,10 @@ impl Floors {
 }
 
 impl Spectra {
-    fn of(case: &Prepared, own: &Led, run: &Compared, seed: u64) -> Self {
+    fn of(case: &PreparedCase, own: &GriddedRecording, run: &Compared, seed: u64) -> Self {
         let inputs = case.model.sizes().inputs;
         let links = own.links(&case.model, &case.coordinates);
-        let sensors = Sensors::none(inputs, case.model.sizes().outputs);
+        let sensors = SensorSet::none(inputs, case.model.sizes().outputs);
         let mut p = case.nominal.clone();
         run.known.iter().for_each(|(i, v)| p[*i] = *v);
         let (a, b): (Vec<_>, Vec<_>) =
@@ -130,7 +131,7 @@ impl Spectra {
         for _ in 0..DRAWS {
             let mut made = perfect.clone();
             case.read_noisily(&mut made, &mut rng);
-            let Some(mut made) = Led::new(&made, inputs, own.kernel) else { continue };
+            let Some(mut made) = GriddedRecording::new(&made, inputs, own.kernel) else { continue };
             made.leading.clone_from(&own.leading);
             made.part = own.part;
             made.mark_reversals(&links);
@@ -152,7 +153,7 @@ impl Spectra {
 
 /// Sets what a recording's values count by; what a perfect model leaves then, by octave. `like`: those of all
 /// recordings with the same channels; `counts`: values of an octave over all recordings.
-fn weigh(led: &mut Led, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec<f64> {
+fn weigh(led: &mut GriddedRecording, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec<f64> {
     let mean = |v: &(Vec<f64>, f64), at: usize| v.0[at] / v.1.max(1.0);
     let m = led.channels.len();
     (led.floors, led.whiten, led.share) = (vec![Vec::new(); m], Vec::new(), Vec::new());
@@ -201,11 +202,11 @@ fn weigh(led: &mut Led, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec
 
 /// Which coordinates may lead: those whose sensors let less noise through the springs than [`THROUGH`]. In all
 /// recordings the same.
-fn leading(case: &Prepared, all: &[&Led]) -> Vec<bool> {
+fn leading(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<bool> {
     let mut lead = vec![true; case.coordinates.len()];
     let rms = |v: &[f64]| (v.iter().map(|v| v * v).sum::<f64>() / v.len().max(1) as f64).sqrt();
     let p = &case.nominal;
-    if case.subject.plant == Plant::Joint && lead.len() == 2 {
+    if case.subject.plant == PlantKind::Joint && lead.len() == 2 {
         use joint::parameter as q;
         let (mut typical, mut noise) = (0.0f64, 0.0f64);
         for led in all {
@@ -224,10 +225,10 @@ fn leading(case: &Prepared, all: &[&Led]) -> Vec<bool> {
 /// Outputs beside another one from which they are so far apart that noise of either hardly comes through a spring between
 /// them. Of an arm: its motor would else be integrated beside accelerations of a satellite that a camera sees; a joint's load has
 /// no one else to be integrated beside.
-fn apart(case: &Prepared, all: &[&Led]) -> Vec<usize> {
+fn apart(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<usize> {
     // By output: power of how far the two are apart, and of the noise.
     let mut powers: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
-    for led in all.iter().filter(|_| case.subject.plant == Plant::Arm) {
+    for led in all.iter().filter(|_| case.subject.plant == PlantKind::Arm) {
         for pair in led.links(&case.model, &case.coordinates).beside() {
             let [own, other] = pair.map(|c| &led.channels[c]);
             let between: Vec<f64> = own.y.iter().zip(&other.y).map(|(a, b)| a - b).collect();
@@ -259,10 +260,10 @@ fn merge(own: &mut Products, more: &Products) {
 
 /// The recording as the nominal model would have made it, without noise. Where the model cannot be simulated the
 /// recording itself stays.
-fn perfect(case: &Prepared, run: &Compared) -> Run {
+fn perfect(case: &PreparedCase, run: &Compared) -> IdentificationRun {
     let mut made = run.run.clone();
     let one = [run.clone()];
-    let free = Comparison::free(&case.model, case.nominal.clone(), &one);
+    let free = BalanceProblem::free(&case.model, case.nominal.clone(), &one);
     if let Ok(shown) = free.shown(0, &[]) {
         made.channels.iter_mut().zip(shown).for_each(|(c, y)| c.y = y);
     }
@@ -272,18 +273,18 @@ fn perfect(case: &Prepared, run: &Compared) -> Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trueup_identification::run::Channel;
+    use trueup_identification::run::OutputChannel;
 
     /// Floors are of the leading that stands: those of another one before leave nothing behind.
     #[test]
     fn what_is_weighed_anew_is_weighed_alike() {
         let t: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.01).collect();
         let y: Vec<f64> = t.iter().map(|t| (3.0 * t).sin()).collect();
-        let channel = Channel { t, y: y.clone(), sigma: 1e-3, ..Channel::default() };
-        let run = Run { channels: vec![channel], ..Run::default() };
-        let mut led = Led::new(&run, 0, kernel([&run].into_iter())).unwrap();
-        let of = |led: &Led, size: f64| led.products(&[y.iter().map(|v| size * v).collect()]);
-        let made = |led: &Led, size: f64| Spectra {
+        let channel = OutputChannel { t, y: y.clone(), sigma: 1e-3, ..OutputChannel::default() };
+        let run = IdentificationRun { channels: vec![channel], ..IdentificationRun::default() };
+        let mut led = GriddedRecording::new(&run, 0, kernel([&run].into_iter())).unwrap();
+        let of = |led: &GriddedRecording, size: f64| led.products(&[y.iter().map(|v| size * v).collect()]);
+        let made = |led: &GriddedRecording, size: f64| Spectra {
             noise: of(led, size),
             terms: of(led, 1.0),
             real: of(led, 10.0 * size),

@@ -1,11 +1,11 @@
 //! Leave-one-out over the recordings for fitting: a search that has not seen one of them.
 
-use super::recordings::Prepared;
-use super::replay::Polished;
-use super::search::{Fitted, Search};
-use trueup_identification::lsq::Options;
+use super::recordings::PreparedCase;
+use super::replay::FreeRunFit;
+use super::search::{CaseSearch, FittedSet};
+use trueup_identification::lsq::SolverOptions;
 
-impl Prepared {
+impl PreparedCase {
     /// The same case with one recording for fitting held out, and nothing else.
     fn leaving_out(&self, run: usize) -> Self {
         let mut own = self.clone();
@@ -20,36 +20,36 @@ const AGAIN: usize = 6;
 /// One recording for fitting held out.
 #[derive(Debug)]
 pub struct Fold {
-    case: Prepared,
+    case: PreparedCase,
     run: usize,
 }
 
 impl Fold {
     /// Of a search; `run`: which is held out.
-    pub fn new(search: &Search<'_>, run: usize) -> Self {
+    pub fn new(search: &CaseSearch<'_>, run: usize) -> Self {
         Self { case: search.case.leaving_out(run), run }
     }
 
     /// The search over the others: typical sizes, causes and floors are those of all.
-    pub fn search<'a>(&'a self, all: &Search<'_>) -> Search<'a> {
+    pub fn search<'a>(&'a self, all: &CaseSearch<'_>) -> CaseSearch<'a> {
         let mut led = all.led[..all.case.train.len()].to_vec();
         let mut expected = all.expected[..led.len()].to_vec();
         let (last, left) = (led.remove(self.run), expected.remove(self.run));
         led.push(last);
         expected.push(left);
         let (sizes, causes, adrift) = (all.sizes.clone(), all.causes.clone(), all.adrift.clone());
-        Search { case: &self.case, sizes, causes, led, expected, adrift }
+        CaseSearch { case: &self.case, sizes, causes, led, expected, adrift }
     }
 
     /// Fits a set to the others, free-running, from where all recordings led it: as it ran freely, or else as the balances have
     /// it.
     pub fn fit(
         &self,
-        search: &Search<'_>,
-        from: &Fitted,
-        options: Options,
+        search: &CaseSearch<'_>,
+        from: &FittedSet,
+        options: SolverOptions,
         polish: usize,
-    ) -> Option<Polished> {
+    ) -> Option<FreeRunFit> {
         let known = self.known(from);
         let set = &from.stated.set;
         let stated = search.state(set).ok()?;
@@ -67,7 +67,7 @@ impl Fold {
     }
 
     /// A fit to all, recordings counted as they are without the one that is held out, of which nothing is known.
-    fn known(&self, from: &Fitted) -> Fitted {
+    fn known(&self, from: &FittedSet) -> FittedSet {
         let mut known = from.clone();
         for unknown in &mut known.stated.unknowns {
             unknown.run = match unknown.run {

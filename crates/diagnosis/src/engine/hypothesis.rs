@@ -7,23 +7,23 @@ mod pose;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
-use trueup_identification::run::Run;
-use trueup_identification::sizes::Sizes;
+use trueup_identification::run::IdentificationRun;
+use trueup_identification::sizes::TypicalSizes;
 use trueup_identification::unknown::Scale;
 use trueup_models::arm::PayloadParameter;
-use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
+use trueup_models::effect::{self, EffectChoice, Measure, ParameterRole, ParameterSpec, Scope};
 use trueup_models::joint;
 
-use super::problem::{Target, Unknown};
-use super::recordings::Prepared;
-use super::unknown::Prior;
-pub use pose::{Look, Posed};
+use super::problem::{BalanceTarget, BalanceUnknown};
+use super::recordings::PreparedCase;
+use super::unknown::UnknownPrior;
+pub use pose::{PosedHypothesis, TrialValues};
 
 /// What a hypothesis says.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Claim {
+pub enum HypothesisClaim {
     /// This effect is missing.
-    Effect(Choice),
+    Effect(EffectChoice),
     /// The parameters (by index in the model without effects) are further off than their doubt says.
     Parameter(usize),
     /// A channel of this output has a constant reading offset.
@@ -46,7 +46,7 @@ pub enum Times {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypothesis {
     /// What it says.
-    pub claim: Claim,
+    pub claim: HypothesisClaim,
     /// Effect id of the contract, or the parameter's name.
     pub id: String,
     /// Where it acts.
@@ -65,7 +65,7 @@ pub struct Hypothesis {
 
 impl Hypothesis {
     /// Something of the plant's own: a parameter, an offset.
-    fn own(claim: Claim, id: &str) -> Self {
+    fn own(claim: HypothesisClaim, id: &str) -> Self {
         Self {
             claim,
             id: id.to_owned(),
@@ -84,20 +84,20 @@ impl Hypothesis {
     /// Effects that an FMU has to be packed with: what the search makes by shifting signals it has as effects.
     pub fn packed(&self) -> impl Iterator<Item = String> {
         let own = match self.claim {
-            Claim::Effect(c) if self.loosens().is_none() => Some(c),
+            HypothesisClaim::Effect(c) if self.loosens().is_none() => Some(c),
             _ => None,
         };
         own.into_iter().chain(self.along()).map(|c| c.id())
     }
     /// What an arm has along with the effect.
-    pub fn along(&self) -> Option<Choice> {
-        let Claim::Effect(choice) = self.claim else { return None };
+    pub fn along(&self) -> Option<EffectChoice> {
+        let HypothesisClaim::Effect(choice) = self.claim else { return None };
         let id = choice.spec().along.filter(|_| self.per_joint)?;
-        Choice::parse(id, effect::Plant::Arm).ok()
+        EffectChoice::parse(id, effect::PlantKind::Arm).ok()
     }
     /// The joint of an arm that it makes flexible: by the structure, for the effect makes all so that are rigid.
     pub fn loosens(&self) -> Option<usize> {
-        let Claim::Effect(choice) = self.claim else { return None };
+        let HypothesisClaim::Effect(choice) = self.claim else { return None };
         (choice.spec().loosens() && self.per_joint).then_some(self.site)
     }
     /// The same cause in the same place, however its times are shared.
@@ -111,7 +111,7 @@ impl Hypothesis {
     }
     /// A push that comes and goes: when is found from what is missing.
     pub fn is_push(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if c.spec().pulses > 0)
+        matches!(self.claim, HypothesisClaim::Effect(c) if c.spec().pulses > 0)
     }
     /// It acts alike in all recordings, whenever they begin.
     pub fn is_alike_in_all(&self) -> bool {
@@ -119,7 +119,7 @@ impl Hypothesis {
     }
     /// It has a first state of its own, by which it may go on from one recording to the next.
     fn begins(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if c.parameters().iter().any(|s| s.role == Role::Initial))
+        matches!(self.claim, HypothesisClaim::Effect(c) if c.parameters().iter().any(|s| s.role == ParameterRole::Initial))
     }
     /// A command or a reading that is late: simulated by shifting signals in time; the FMU has it as an effect.
     pub fn shifts(&self) -> bool {
@@ -127,15 +127,15 @@ impl Hypothesis {
     }
     /// A reading that is late.
     pub fn shifts_reading(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if self.shifted && c.scope() == Scope::Channel)
+        matches!(self.claim, HypothesisClaim::Effect(c) if self.shifted && c.scope() == Scope::Channel)
     }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
-        matches!(self.claim, Claim::Effect(_))
+        matches!(self.claim, HypothesisClaim::Effect(_))
     }
     /// The output that a sensor's error adds to.
-    pub fn sensed(&self, p: &Prepared) -> Option<usize> {
-        let Claim::Effect(choice) = self.claim else { return None };
+    pub fn sensed(&self, p: &PreparedCase) -> Option<usize> {
+        let HypothesisClaim::Effect(choice) = self.claim else { return None };
         if choice.scope() != Scope::Channel {
             return None;
         }
@@ -152,14 +152,14 @@ impl Hypothesis {
     }
     fn order(&self) -> Option<&'static ParameterSpec> {
         match self.claim {
-            Claim::Effect(c) => c.spec().parameters.iter().find(|p| p.order),
-            Claim::Parameter(_) | Claim::Offset(_) => None,
+            HypothesisClaim::Effect(c) => c.spec().parameters.iter().find(|p| p.order),
+            HypothesisClaim::Parameter(_) | HypothesisClaim::Offset(_) => None,
         }
     }
     /// Its name with the joint.
     pub fn label(&self) -> String {
         let place = match self.claim {
-            Claim::Effect(c) => c.place().map_or(String::new(), |p| format!(":{}", p.name)),
+            HypothesisClaim::Effect(c) => c.place().map_or(String::new(), |p| format!(":{}", p.name)),
             _ => String::new(),
         };
         let each = match self.times {
@@ -178,16 +178,16 @@ impl Hypothesis {
 fn shown(runs: &[super::problem::Compared], output: usize) -> bool {
     runs.iter().any(|r| r.run.channels.iter().any(|c| c.output == output))
 }
-fn driven(run: &Run, input: usize) -> bool {
+fn driven(run: &IdentificationRun, input: usize) -> bool {
     run.drives.iter().any(|d| d.input == input)
 }
 
 /// Parameters that may be refitted: index, name. Lengths of time and first states are not among them.
-pub fn own_parameters(p: &Prepared) -> Vec<usize> {
+pub fn own_parameters(p: &PreparedCase) -> Vec<usize> {
     use joint::parameter as j;
     let names = p.subject.parameters(&p.model);
     match p.subject.plant {
-        effect::Plant::Joint => {
+        effect::PlantKind::Joint => {
             let v = &p.nominal;
             let mut all = vec![j::MOTOR_INERTIA, j::LOAD_INERTIA, j::TORQUE_CONSTANT];
             if p.subject.flexible[0] {
@@ -204,7 +204,7 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
             all.extend(known::parameters(p));
             all
         }
-        effect::Plant::Arm => {
+        effect::PlantKind::Arm => {
             const OWN: &[&str] = &[
                 "baseMass",
                 "baseInertia",
@@ -243,7 +243,7 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
 }
 
 /// The unknown of a parameter of the plant with that relative doubt.
-pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
+pub fn parameter(p: &PreparedCase, index: usize, doubt: f64) -> BalanceUnknown {
     let named = &p.subject.parameters(&p.model)[index];
     let start = p.nominal[index];
     let (scale, prior) = if start > 0.0 {
@@ -263,21 +263,21 @@ pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
         Some(own) => (Scale::Linear(doubt), (start / doubt, 1.0), own.min, f64::INFINITY),
         None => (scale, prior, lower, upper),
     };
-    Unknown {
+    BalanceUnknown {
         name: named.name.clone(),
         unit: named.unit.to_owned(),
-        target: Target::Parameter(index),
+        target: BalanceTarget::Parameter(index),
         run: None,
         start,
         scale,
         lower,
         upper,
-        prior: Some(Prior::normal(prior.0, prior.1)),
+        prior: Some(UnknownPrior::normal(prior.0, prior.1)),
     }
 }
 
 /// Everything that may be the cause.
-pub fn all(p: &Prepared) -> Vec<Hypothesis> {
+pub fn all(p: &PreparedCase) -> Vec<Hypothesis> {
     let mut list = Vec::new();
     let joints = p.subject.joints();
     for choice in p.subject.choices() {
@@ -291,7 +291,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 continue;
             }
             let h = |component: &str, site: usize, per_joint: bool| Hypothesis {
-                claim: Claim::Effect(choice),
+                claim: HypothesisClaim::Effect(choice),
                 id: spec.id.to_owned(),
                 component: component.to_owned(),
                 site,
@@ -306,8 +306,8 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 for (element, output, name) in elements_of(p, choice.place().map_or("", |p| p.name)) {
                     let indexed = name.contains('[');
                     // How late it is is estimated anyway.
-                    let late =
-                        choice.spec().shifts && p.sensors.iter().any(|u| u.target == Target::Delay(output));
+                    let late = choice.spec().shifts
+                        && p.sensors.iter().any(|u| u.target == BalanceTarget::TotalSensorDelay(output));
                     if shown(&p.train, output) && !late {
                         list.push(h(&format!("sensor:{name}"), element, indexed));
                     }
@@ -317,7 +317,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
             if !possible(p, &choice, site) {
                 continue;
             }
-            let per_joint = p.subject.plant == effect::Plant::Arm && choice.scope() == Scope::Joint;
+            let per_joint = p.subject.plant == effect::PlantKind::Arm && choice.scope() == Scope::Joint;
             let once = h(choice.component(), site, per_joint);
             list.push(once.clone());
             if once.is_push() {
@@ -330,32 +330,32 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
     }
     for index in own_parameters(p) {
         let name = p.subject.parameters(&p.model)[index].name.clone();
-        list.push(Hypothesis::own(Claim::Parameter(index), &name));
+        list.push(Hypothesis::own(HypothesisClaim::Parameter(index), &name));
     }
-    if p.subject.plant == effect::Plant::Joint {
+    if p.subject.plant == effect::PlantKind::Joint {
         let index = joint::parameter::GEAR_RATIO;
         if !own_parameters(p).contains(&index) {
-            list.push(Hypothesis::own(Claim::Parameter(index), "gearRatio"));
+            list.push(Hypothesis::own(HypothesisClaim::Parameter(index), "gearRatio"));
         }
         let output = joint::output::LOAD_ANGLE;
         if shown(&p.train, output)
             && shown(&p.train, joint::output::MOTOR_ANGLE)
             && !p.offsets.contains(&output)
         {
-            list.push(Hypothesis::own(Claim::Offset(output), "loadAngle offset"));
+            list.push(Hypothesis::own(HypothesisClaim::Offset(output), "loadAngle offset"));
         }
     }
     list
 }
 
-fn elements_of(p: &Prepared, channel: &str) -> Vec<(usize, usize, String)> {
+fn elements_of(p: &PreparedCase, channel: &str) -> Vec<(usize, usize, String)> {
     let outputs = p.subject.outputs();
     let named = outputs.iter().enumerate().filter(|(_, n)| n.split('[').next() == Some(channel));
     named.enumerate().map(|(element, (output, name))| (element, output, name.clone())).collect()
 }
 
 /// It is not there already, and something would show it.
-fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
+fn possible(p: &PreparedCase, choice: &EffectChoice, site: usize) -> bool {
     let flexible = p.subject.flexible[site];
     if known::acts(p, choice, site) {
         return false;
@@ -372,30 +372,30 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
         return false;
     }
     match (choice.spec().id, p.subject.plant) {
-        ("motor-friction", effect::Plant::Joint) => {
+        ("motor-friction", effect::PlantKind::Joint) => {
             p.nominal[joint::parameter::COULOMB_FRICTION] == 0.0
                 && p.nominal[joint::parameter::VISCOUS_FRICTION] == 0.0
         }
-        ("stribeck-friction", effect::Plant::Joint) => {
+        ("stribeck-friction", effect::PlantKind::Joint) => {
             p.nominal[joint::parameter::STATIC_FRICTION] <= p.nominal[joint::parameter::COULOMB_FRICTION]
         }
         // Friction of the plant that it has none of: only as motor-friction.
-        ("asymmetric-friction" | "friction-drift" | "presliding-friction", effect::Plant::Joint) => {
+        ("asymmetric-friction" | "friction-drift" | "presliding-friction", effect::PlantKind::Joint) => {
             p.nominal[joint::parameter::COULOMB_FRICTION] > 0.0
         }
         (
             "asymmetric-friction" | "friction-drift" | "presliding-friction" | "stribeck-friction",
-            effect::Plant::Arm,
+            effect::PlantKind::Arm,
         ) => known::rubs(p, site),
         _ => true,
     }
 }
 
 /// Which joint a cause is at, from 1. What is counted of a reading of the base is its axis.
-pub(crate) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
+pub(crate) fn joint_of(h: &Hypothesis, plant: effect::PlantKind) -> Option<usize> {
     let counted = h.per_joint && !h.component.starts_with("sensor:base");
     match plant {
-        effect::Plant::Joint => Some(1),
-        effect::Plant::Arm => counted.then_some(h.site + 1),
+        effect::PlantKind::Joint => Some(1),
+        effect::PlantKind::Arm => counted.then_some(h.site + 1),
     }
 }

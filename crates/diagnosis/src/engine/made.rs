@@ -1,23 +1,23 @@
 //! Sets of causes for tests: fitted to nothing, what they leave set by hand.
 
 use nalgebra::{DMatrix, DVector};
-use trueup_models::effect::{Choice, Plant};
+use trueup_models::effect::{EffectChoice, PlantKind};
 use trueup_models::joint::TwoMassJoint;
 
-use super::decide::{Free, LeftOut, Ran};
-use super::hypothesis::{Claim, Hypothesis, Times};
-use super::search::{Fitted, Octave, Stated};
-use super::select::Found;
-use super::subject::Model;
+use super::decide::{FreeRun, FreeRunResults, LeftOut};
+use super::hypothesis::{Hypothesis, HypothesisClaim, Times};
+use super::search::{FittedSet, Octave, PosedSet};
+use super::select::SearchResult;
+use super::subject::EngineModel;
 
 /// A cause by its label: `backlash`, `sensor-delay:motorAngle`, `backlash[2]` at a joint of an arm; what is no effect is a
 /// parameter.
 pub(crate) fn cause(label: &str) -> Hypothesis {
     let (name, joint) = label.split_once('[').map_or((label, None), |(name, rest)| (name, Some(rest)));
-    let plant = if joint.is_some() { Plant::Arm } else { Plant::Joint };
-    let choice = Choice::parse(name, plant).ok();
+    let plant = if joint.is_some() { PlantKind::Arm } else { PlantKind::Joint };
+    let choice = EffectChoice::parse(name, plant).ok();
     Hypothesis {
-        claim: choice.map_or(Claim::Parameter(0), Claim::Effect),
+        claim: choice.map_or(HypothesisClaim::Parameter(0), HypothesisClaim::Effect),
         id: choice.map_or(name, |c| c.spec().id).to_owned(),
         component: choice.map_or("parameter", |c| c.component()).to_owned(),
         site: joint.map_or(0, |j| j.trim_end_matches(']').parse::<usize>().unwrap() - 1),
@@ -34,14 +34,14 @@ pub(crate) fn causes(labels: &str) -> Vec<Hypothesis> {
 }
 
 /// A set in numbers, without unknowns.
-pub(crate) fn stated(set: Vec<Hypothesis>) -> Stated {
-    Stated::of_causes(set, Model::joint(TwoMassJoint::new::<&str>(true, &[]).unwrap()))
+pub(crate) fn stated(set: Vec<Hypothesis>) -> PosedSet {
+    PosedSet::of_causes(set, EngineModel::joint(TwoMassJoint::new::<&str>(true, &[]).unwrap()))
 }
 
 /// A set that leaves `power`, in units of the floor's, in each of two octaves of so many readings.
-pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> Fitted {
+pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> FittedSet {
     let octave = Octave { squares: power * readings, expected: readings, count: readings };
-    Fitted {
+    FittedSet {
         stated: stated(causes(labels)),
         theta: Vec::new(),
         residuals: DVector::zeros(0),
@@ -57,21 +57,21 @@ pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> Fitted {
 }
 
 /// Sets beside a plain model that leaves 100 floors; `best`: which of them was chosen, `None`: the plain model.
-pub(crate) fn found(sets: Vec<Fitted>, best: Option<usize>, readings: f64) -> Found {
+pub(crate) fn found(sets: Vec<FittedSet>, best: Option<usize>, readings: f64) -> SearchResult {
     let plain = fitted("", 100.0, readings);
-    Found { best: best.map_or_else(|| plain.clone(), |at| sets[at].clone()), plain, sets }
+    SearchResult { best: best.map_or_else(|| plain.clone(), |at| sets[at].clone()), plain, sets }
 }
 
 /// Gaps of free runs by set; how far all of them are apart; whether they are of one sensor.
 #[derive(Default)]
-pub(crate) struct Shown {
+pub(crate) struct FreeRunGaps {
     pub gaps: Vec<Option<f64>>,
     pub apart: Option<f64>,
     pub one_sensor: bool,
     pub left_out: Option<LeftOut>,
 }
 
-impl Ran for Shown {
+impl FreeRunResults for FreeRunGaps {
     fn after(&self, set: usize) -> Option<f64> {
         self.gaps[set]
     }
@@ -84,14 +84,14 @@ impl Ran for Shown {
     fn each(&self, _: usize) -> Option<Vec<f64>> {
         None
     }
-    fn left_out(&self, _: Option<usize>, _: &Fitted) -> Option<LeftOut> {
+    fn left_out(&self, _: Option<usize>, _: &FittedSet) -> Option<LeftOut> {
         self.left_out
     }
 }
 
 /// A nominal model and a tuned one with that gap, in units of the floor.
-pub(crate) fn free(tuned: f64) -> Free {
-    Free {
+pub(crate) fn free(tuned: f64) -> FreeRun {
+    FreeRun {
         before: tuned,
         tuned,
         after: tuned,

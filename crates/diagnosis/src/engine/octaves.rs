@@ -17,7 +17,7 @@ pub fn length(n: usize) -> usize {
 
 /// What a value of an octave stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct OctavePart {
     /// 0: the highest.
     pub octave: usize,
     /// First sample.
@@ -44,14 +44,14 @@ pub fn split<T: Scalar>(series: &[T]) -> Vec<T> {
 }
 
 /// What each value of [`split`] of `n` samples stands for.
-pub fn parts(n: usize) -> Vec<Part> {
+pub fn parts(n: usize) -> Vec<OctavePart> {
     let (mut n, mut width, mut octave) = (n, 1, 0);
     let mut all = Vec::with_capacity(length(n));
     while n >= FEW {
-        all.extend((0..n).map(|k| Part { octave, first: k * width, width }));
+        all.extend((0..n).map(|k| OctavePart { octave, first: k * width, width }));
         (n, width, octave) = (n.div_ceil(2), 2 * width, octave + 1);
     }
-    all.extend((0..n).map(|k| Part { octave, first: k * width, width }));
+    all.extend((0..n).map(|k| OctavePart { octave, first: k * width, width }));
     all
 }
 

@@ -1,21 +1,21 @@
 //! Constants that readings of outputs have too much, estimated in every recording anew.
 
-use super::unknown::Prior;
-use trueup_identification::run::Channel;
-use trueup_identification::sensor_unknowns::Figure;
+use super::unknown::UnknownPrior;
+use trueup_identification::run::OutputChannel;
+use trueup_identification::sensor_unknowns::SensorFigure;
 use trueup_identification::unknown::Scale;
-use trueup_signals::Guess;
+use trueup_signals::PriorGuess;
 
-use super::problem::{Target, Unknown};
-use super::search::Search;
+use super::problem::{BalanceTarget, BalanceUnknown};
+use super::search::CaseSearch;
 
 /// Share of a reading's range that an offset may be of which nothing is known.
 const SHARE: f64 = 0.1;
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// The offset of a channel in a recording, believed as its owner says.
-    pub(super) fn offset(&self, channel: &Channel, run: usize) -> Unknown {
-        let Guess { value, doubt } = channel.offset.unwrap_or(Guess { value: 0.0, doubt: None });
+    pub(super) fn offset(&self, channel: &OutputChannel, run: usize) -> BalanceUnknown {
+        let PriorGuess { value, doubt } = channel.offset.unwrap_or(PriorGuess { value: 0.0, doubt: None });
         let size = doubt.unwrap_or(SHARE * self.sizes.range(channel.output));
         let unit = self.case.outputs.get(channel.output).map_or("", |q| q.unit);
         offset((&channel.name, unit), channel.output, run, (value, size))
@@ -28,17 +28,17 @@ pub(super) fn offset(
     output: usize,
     run: usize,
     (value, size): (f64, f64),
-) -> Unknown {
+) -> BalanceUnknown {
     let size = size.max(1e-12);
-    Unknown {
-        name: format!("{channel}.{}", Figure::Offset.name()),
+    BalanceUnknown {
+        name: format!("{channel}.{}", SensorFigure::Offset.name()),
         unit: unit.to_owned(),
-        target: Target::Offset(output),
+        target: BalanceTarget::Offset(output),
         run: Some(run),
         start: value,
         scale: Scale::Linear(size),
         lower: f64::NEG_INFINITY,
         upper: f64::INFINITY,
-        prior: Some(Prior::normal(value / size, 1.0)),
+        prior: Some(UnknownPrior::normal(value / size, 1.0)),
     }
 }

@@ -3,13 +3,13 @@
 use std::f64::consts::{PI, TAU};
 
 use realfft::RealFftPlanner;
-use trueup_models::effect::{Plant, SEARCHED_ORDERS};
+use trueup_models::effect::{PlantKind, SEARCHED_ORDERS};
 use trueup_models::{arm, joint};
 
 use super::hypothesis::Hypothesis;
 use super::problem::Compared;
-use super::search::{Fitted, Search};
-use trueup_identification::run::{Channel, Run};
+use super::search::{CaseSearch, FittedSet};
+use trueup_identification::run::{IdentificationRun, OutputChannel};
 use trueup_identification::sizes::range;
 use trueup_numerics::order::descending;
 
@@ -22,9 +22,9 @@ const TURNS: f64 = 60.0;
 /// Cells of the angle in a period of the highest order: what is spread over four of them errs by 4e-4 there.
 const CELLS: usize = 8;
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Where to look for the order of a cause that repeats with the shaft; `None`: the recordings cannot be followed.
-    pub(crate) fn orders(&self, base: &Fitted, h: &Hypothesis) -> Option<Vec<f64>> {
+    pub(crate) fn orders(&self, base: &FittedSet, h: &Hypothesis) -> Option<Vec<f64>> {
         let problem = self.compare(&base.stated);
         let (mut power, mut step): (Vec<[f64; 3]>, f64) = (Vec::new(), 0.0);
         for run in 0..self.case.train.len() {
@@ -71,7 +71,7 @@ impl Search<'_> {
     /// The highest order that the readings show: in eight counts a period of a coarse encoder, and in two readings a period
     /// while the shaft turns as slowly as in a quarter of some recording.
     pub(crate) fn finest(&self, h: &Hypothesis) -> f64 {
-        let shafts: Vec<(&Channel, f64)> =
+        let shafts: Vec<(&OutputChannel, f64)> =
             self.case.train.iter().filter_map(|run| self.shaft_of(&run.run, h)).collect();
         let counts = shafts.iter().filter_map(|(c, factor)| {
             let resolution = c.resolution * factor;
@@ -83,7 +83,7 @@ impl Search<'_> {
         counts.fold(SEARCHED_ORDERS[1], f64::min).min(sampled)
     }
 
-    fn shaft_of<'b>(&self, run: &'b Run, h: &Hypothesis) -> Option<(&'b Channel, f64)> {
+    fn shaft_of<'b>(&self, run: &'b IdentificationRun, h: &Hypothesis) -> Option<(&'b OutputChannel, f64)> {
         let (channel, factor) = self.shaft(run.channels.iter().map(|c| c.output), h)?;
         Some((&run.channels[channel], factor.abs()))
     }
@@ -121,13 +121,13 @@ impl Search<'_> {
             return find(own).map(|c| (c, 1.0));
         }
         match self.case.subject.plant {
-            Plant::Joint => {
+            PlantKind::Joint => {
                 let n = self.case.nominal[joint::parameter::GEAR_RATIO];
                 find(joint::output::MOTOR_ANGLE)
                     .map(|c| (c, 1.0))
                     .or_else(|| find(joint::output::LOAD_ANGLE).map(|c| (c, n)))
             }
-            Plant::Arm => {
+            PlantKind::Arm => {
                 let n = self.case.subject.joints();
                 let ratio = self.case.nominal[arm::parameter::gear_ratio(n) + h.site];
                 find(arm::output::motor_angle(n) + h.site)
@@ -140,7 +140,7 @@ impl Search<'_> {
 
 /// How far an angle turns between two readings at the most while it is in the slowest quarter of them, as the median of a few
 /// readings in a row has it.
-fn slowest_quarter(c: &Channel) -> Option<f64> {
+fn slowest_quarter(c: &OutputChannel) -> Option<f64> {
     const ROW: usize = 8;
     let mut moved: Vec<f64> = c.y.windows(ROW + 1).map(|w| (w[ROW] - w[0]).abs() / ROW as f64).collect();
     if moved.is_empty() {

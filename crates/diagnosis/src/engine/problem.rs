@@ -3,24 +3,24 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use trueup_identification::lsq::{Evaluation, Problem};
+use trueup_identification::lsq::{LeastSquares, ResidualEvaluation};
 use trueup_identification::parallel;
-use trueup_identification::predict::{Plan, PredictError, predict};
-use trueup_identification::run::{Between, Drive, Run};
-use trueup_identification::sensors::Sensors;
+use trueup_identification::predict::{PredictError, PredictionPlan, predict};
+use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation};
+use trueup_identification::sensors::SensorSet;
 use trueup_models::arm::ArmScalar;
 use trueup_numerics::Scalar;
 use trueup_plant::{LANES, Lanes};
-use trueup_signals::Guess;
+use trueup_signals::PriorGuess;
 
-use super::balance::{Led, Links};
+use super::balance::{GriddedRecording, Links};
 pub use super::compared::Compared;
 use super::compared::MOST_STEPS;
-use super::subject::Model;
-pub use super::unknown::{Target, Unknown};
+use super::subject::EngineModel;
+pub use super::unknown::{BalanceTarget, BalanceUnknown};
 
 /// Columns of a Jacobian with the unknown that each belongs to.
-type Columns = Vec<(usize, Vec<f64>)>;
+type BalanceColumns = Vec<(usize, Vec<f64>)>;
 
 /// What is believed of several unknowns together: `rows` times their distance from `at` has deviation 1.
 #[derive(Clone, Debug)]
@@ -35,9 +35,9 @@ pub struct Belief {
 
 /// A model, recordings, and what is unknown.
 #[derive(Clone, Debug)]
-pub struct Comparison<'a> {
+pub struct BalanceProblem<'a> {
     /// With its effects.
-    pub model: &'a Model,
+    pub model: &'a EngineModel,
     /// All parameters.
     pub nominal: Vec<f64>,
     /// Parameters that follow another: `(which, whom)`.
@@ -45,9 +45,9 @@ pub struct Comparison<'a> {
     /// The recordings.
     pub runs: &'a [Compared],
     /// The recordings that lead the model; empty: it runs freely.
-    pub led: Vec<(&'a Led, Links)>,
+    pub led: Vec<(&'a GriddedRecording, Links)>,
     /// What is estimated.
-    pub unknowns: Vec<Unknown>,
+    pub unknowns: Vec<BalanceUnknown>,
     /// Columns of the Jacobian that are held as they are: by unknown, over all readings.
     pub held: BTreeMap<usize, Vec<f64>>,
     /// Free-running: deviation by recording and output that the model is allowed beside that of the readings; empty: none.
@@ -58,9 +58,9 @@ pub struct Comparison<'a> {
     pub orders: Vec<(usize, f64)>,
 }
 
-impl<'a> Comparison<'a> {
+impl<'a> BalanceProblem<'a> {
     /// A model that runs freely through recordings, all of it known.
-    pub fn free(model: &'a Model, nominal: Vec<f64>, runs: &'a [Compared]) -> Self {
+    pub fn free(model: &'a EngineModel, nominal: Vec<f64>, runs: &'a [Compared]) -> Self {
         Self {
             model,
             nominal,
@@ -76,10 +76,10 @@ impl<'a> Comparison<'a> {
     }
 }
 
-impl Comparison<'_> {
+impl BalanceProblem<'_> {
     /// Coordinates to start from.
     pub fn start(&self) -> Vec<f64> {
-        self.unknowns.iter().map(Unknown::coordinate).collect()
+        self.unknowns.iter().map(BalanceUnknown::coordinate).collect()
     }
     /// Values at `theta`.
     pub fn values(&self, theta: &[f64]) -> Vec<f64> {
@@ -113,13 +113,13 @@ impl Comparison<'_> {
         run: usize,
         theta: &[f64],
         seed: impl Fn(usize, f64, f64) -> T,
-    ) -> (Vec<T>, Sensors<T>) {
+    ) -> (Vec<T>, SensorSet<T>) {
         let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
         let known = self.runs.get(run).map_or(&[][..], |r| &r.known);
         known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
         let sizes = self.model.sizes();
         let believed = self.runs.get(run).map_or_else(
-            || Sensors::none(sizes.inputs, sizes.outputs),
+            || SensorSet::none(sizes.inputs, sizes.outputs),
             |r| r.run.believed(sizes.inputs, sizes.outputs),
         );
         let mut sensors = believed.clone();
@@ -128,14 +128,16 @@ impl Comparison<'_> {
             let (value, slope) = self.unknowns[k].scale.value(theta[k]);
             let v = seed(k, value, slope);
             match self.unknowns[k].target {
-                Target::Parameter(i) => p[i] = v,
-                Target::Above { at, base } => above.push((at, base, v)),
-                Target::Offset(i) => sensors.outputs[i].offset = v,
-                Target::Gain(i) => sensors.outputs[i].gain = v,
-                Target::InputOffset(i) => sensors.inputs[i].offset = v,
-                Target::InputGain(i) => sensors.inputs[i].gain = v,
-                Target::SensorDelay(_) | Target::InputDelay(_) | Target::InputLag(_) => {}
-                Target::Delay(_) | Target::InputReadingDelay(_) => {}
+                BalanceTarget::Parameter(i) => p[i] = v,
+                BalanceTarget::Above { at, base } => above.push((at, base, v)),
+                BalanceTarget::Offset(i) => sensors.outputs[i].offset = v,
+                BalanceTarget::Gain(i) => sensors.outputs[i].gain = v,
+                BalanceTarget::InputOffset(i) => sensors.inputs[i].offset = v,
+                BalanceTarget::InputGain(i) => sensors.inputs[i].gain = v,
+                BalanceTarget::SensorDelay(_)
+                | BalanceTarget::ActuatorDeadTime(_)
+                | BalanceTarget::ActuatorLag(_) => {}
+                BalanceTarget::TotalSensorDelay(_) | BalanceTarget::InputSensorDelay(_) => {}
             }
         }
         self.ties.iter().for_each(|&(which, whom)| p[which] = p[whom]);
@@ -145,7 +147,7 @@ impl Comparison<'_> {
     }
 
     /// The recording with its delays as `theta` has them; `None`: as it is.
-    fn shifted(&self, run: usize, theta: &[f64]) -> Option<(Run, Plan)> {
+    fn shifted(&self, run: usize, theta: &[f64]) -> Option<(IdentificationRun, PredictionPlan)> {
         let acting = self.acting(run);
         if !acting.iter().any(|&k| self.unknowns[k].target.shifts()) {
             return None;
@@ -155,30 +157,30 @@ impl Comparison<'_> {
         for &k in &acting {
             let value = self.unknowns[k].scale.value(theta[k]).0;
             match self.unknowns[k].target {
-                Target::Delay(output) => shifted.read_late(output, value),
-                Target::InputReadingDelay(input) => shifted.driven_late(input, value),
+                BalanceTarget::TotalSensorDelay(output) => shifted.read_late(output, value),
+                BalanceTarget::InputSensorDelay(input) => shifted.driven_late(input, value),
                 _ => {}
             }
         }
         for k in acting {
             let value = self.unknowns[k].scale.value(theta[k]).0;
             match self.unknowns[k].target {
-                Target::SensorDelay(output) => {
+                BalanceTarget::SensorDelay(output) => {
                     let late = shifted.channels.iter_mut().filter(|c| c.output == output);
                     late.for_each(|c| c.delay += value);
                 }
-                Target::InputDelay(input) => {
+                BalanceTarget::ActuatorDeadTime(input) => {
                     let late = shifted.drives.iter_mut().filter(|d| d.input == input);
                     late.for_each(|d| d.t.iter_mut().for_each(|t| *t += value));
                 }
-                Target::InputLag(input) => {
+                BalanceTarget::ActuatorLag(input) => {
                     let late = shifted.drives.iter_mut().filter(|d| d.input == input);
                     late.for_each(|d| *d = lagged(d, value));
                 }
                 _ => {}
             }
         }
-        let plan = Plan::new(&shifted, self.model.sizes().inputs).within(MOST_STEPS);
+        let plan = PredictionPlan::new(&shifted, self.model.sizes().inputs).within(MOST_STEPS);
         Some((shifted, plan))
     }
 
@@ -206,8 +208,8 @@ impl Comparison<'_> {
         &self,
         run: usize,
         p: &[T],
-        sensors: &Sensors<T>,
-        shifted: Option<&(Run, Plan)>,
+        sensors: &SensorSet<T>,
+        shifted: Option<&(IdentificationRun, PredictionPlan)>,
     ) -> Result<Vec<T>, PredictError> {
         let (data, plan) = shifted.map_or((&self.runs[run].run, &self.runs[run].plan), |(r, p)| (r, p));
         let map = sensors.inputs_of();
@@ -227,14 +229,14 @@ impl Comparison<'_> {
         run: usize,
         theta: &[f64],
         p: &[T],
-        sensors: &Sensors<T>,
+        sensors: &SensorSet<T>,
     ) -> Result<Vec<T>, PredictError> {
         let Some((led, links)) = self.led.get(run) else {
             let mut found = self.differences(run, p, sensors, self.shifted(run, theta).as_ref())?;
             found.iter_mut().zip(self.weights(run)).for_each(|(v, w)| *v = *v * w);
             return Ok(found);
         };
-        let moves: Vec<(Target, f64)> = (self.acting(run).into_iter())
+        let moves: Vec<(BalanceTarget, f64)> = (self.acting(run).into_iter())
             .map(|k| self.moves(run, self.unknowns[k].target, self.unknowns[k].scale.value(theta[k]).0))
             .filter(|(target, by)| target.shifts() && *by != 0.0)
             .collect();
@@ -246,17 +248,17 @@ impl Comparison<'_> {
     }
 
     /// A shift as one beyond what the recording is believed to have.
-    fn moves(&self, run: usize, target: Target, value: f64) -> (Target, f64) {
+    fn moves(&self, run: usize, target: BalanceTarget, value: f64) -> (BalanceTarget, f64) {
         let run = &self.runs[run].run;
-        let beyond = |late: Option<Guess>| late.map_or(0.0, |g| value - g.value);
+        let beyond = |late: Option<PriorGuess>| late.map_or(0.0, |g| value - g.value);
         match target {
-            Target::Delay(output) => {
+            BalanceTarget::TotalSensorDelay(output) => {
                 let late = run.channels.iter().find(|c| c.output == output).and_then(|c| c.late);
-                (Target::SensorDelay(output), beyond(late))
+                (BalanceTarget::SensorDelay(output), beyond(late))
             }
-            Target::InputReadingDelay(input) => {
+            BalanceTarget::InputSensorDelay(input) => {
                 let late = run.drives.iter().find(|d| d.input == input).and_then(|d| d.late);
-                (Target::InputDelay(input), -beyond(late))
+                (BalanceTarget::ActuatorDeadTime(input), -beyond(late))
             }
             other => (other, value),
         }
@@ -310,7 +312,7 @@ impl Comparison<'_> {
         self.look(run, theta, &p, &sensors)
     }
 
-    fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
+    fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, BalanceColumns), PredictError> {
         let (shifts, smooth): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
         let smooth: Vec<usize> = smooth.into_iter().filter(|k| !self.held.contains_key(k)).collect();
@@ -351,7 +353,7 @@ impl Comparison<'_> {
 }
 
 /// An input behind a first-order lag T dx/dt = u - x, exactly at its samples and at three instants between.
-fn lagged(drive: &Drive, lag: f64) -> Drive {
+fn lagged(drive: &InputDrive, lag: f64) -> InputDrive {
     if lag <= 0.0 || drive.t.len() < 2 {
         return drive.clone();
     }
@@ -360,8 +362,8 @@ fn lagged(drive: &Drive, lag: f64) -> Drive {
     for k in 0..drive.t.len() - 1 {
         let h = (drive.t[k + 1] - drive.t[k]) / 4.0;
         let slope = match drive.between {
-            Between::Hold => 0.0,
-            Between::Linear => (drive.u[k + 1] - drive.u[k]) / (4.0 * h),
+            InputInterpolation::Hold => 0.0,
+            InputInterpolation::Linear => (drive.u[k + 1] - drive.u[k]) / (4.0 * h),
         };
         let decay = (-h / lag).exp();
         for i in 0..4 {
@@ -374,14 +376,14 @@ fn lagged(drive: &Drive, lag: f64) -> Drive {
     }
     t.push(drive.t[drive.t.len() - 1]);
     u.push(x);
-    Drive { t, u, between: Between::Linear, ..drive.clone() }
+    InputDrive { t, u, between: InputInterpolation::Linear, ..drive.clone() }
 }
 
-impl Problem for Comparison<'_> {
+impl LeastSquares for BalanceProblem<'_> {
     type Error = PredictError;
 
     fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
-        let of = |v: f64, u: &Unknown| if v.is_finite() { u.scale.coordinate(v) } else { v };
+        let of = |v: f64, u: &BalanceUnknown| if v.is_finite() { u.scale.coordinate(v) } else { v };
         (
             self.unknowns.iter().map(|u| of(u.lower, u)).collect(),
             self.unknowns.iter().map(|u| of(u.upper, u)).collect(),
@@ -397,7 +399,7 @@ impl Problem for Comparison<'_> {
         units
     }
 
-    fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<Evaluation, PredictError> {
+    fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<ResidualEvaluation, PredictError> {
         let believed: Vec<usize> = (0..theta.len()).filter(|&k| self.unknowns[k].prior.is_some()).collect();
         let together = self.belief.map_or(0, |b| b.rows.nrows());
         let (readings, rows) = (self.readings(), self.readings() + believed.len() + together);
@@ -438,6 +440,6 @@ impl Problem for Comparison<'_> {
                 }
             }
         }
-        Ok(Evaluation { residuals, jacobian: columns })
+        Ok(ResidualEvaluation { residuals, jacobian: columns })
     }
 }

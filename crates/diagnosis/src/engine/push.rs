@@ -3,11 +3,11 @@
 use std::borrow::Borrow;
 
 use trueup_identification::parallel;
-use trueup_models::effect::{PUSHES, Plant};
+use trueup_models::effect::{PUSHES, PlantKind};
 
-use super::hypothesis::{Claim, Hypothesis, Times};
-use super::problem::Unknown;
-use super::search::{Fitted, Search};
+use super::hypothesis::{Hypothesis, HypothesisClaim, Times};
+use super::problem::BalanceUnknown;
+use super::search::{CaseSearch, FittedSet};
 
 /// What is missing counts up to so many times its scatter.
 const FAR: f64 = 8.0;
@@ -34,9 +34,14 @@ struct Missing {
     a: Vec<f64>,
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Values of the unknowns of a push to look from, for the best stretches.
-    pub(crate) fn push_looks(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Vec<Vec<f64>> {
+    pub(crate) fn push_looks(
+        &self,
+        base: &FittedSet,
+        h: &Hypothesis,
+        unknowns: &[BalanceUnknown],
+    ) -> Vec<Vec<f64>> {
         let coordinates = self.pushed(h);
         let runs: Vec<Vec<Missing>> = (0..self.case.train.len())
             .map(|run| coordinates.iter().filter_map(|c| self.missing(base, run, *c)).collect())
@@ -48,7 +53,7 @@ impl Search<'_> {
         let each: Vec<Option<Stretch>> = runs.iter().map(|missing| best(&scan(missing))).collect();
         match h.times {
             Times::EachRun => {
-                let own = |u: &Unknown| each.get(u.run?).copied().flatten();
+                let own = |u: &BalanceUnknown| each.get(u.run?).copied().flatten();
                 vec![unknowns.iter().map(|u| value(u, own(u))).collect()]
             }
             // Seen in all together, or in the recording that shows them best.
@@ -70,7 +75,7 @@ impl Search<'_> {
     }
 
     /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
-    fn tried_pushes(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Vec<Vec<f64>> {
+    fn tried_pushes(&self, base: &FittedSet, h: &Hypothesis, unknowns: &[BalanceUnknown]) -> Vec<Vec<f64>> {
         let mut set = base.stated.set.clone();
         set.push(Hypothesis { times: Times::Once, ..h.clone() });
         let Ok(stated) = self.state(&set) else { return Vec::new() };
@@ -138,14 +143,14 @@ impl Search<'_> {
 
     /// The coordinates that a push moves at once.
     fn pushed(&self, h: &Hypothesis) -> Vec<usize> {
-        let Claim::Effect(choice) = h.claim else { return Vec::new() };
+        let HypothesisClaim::Effect(choice) = h.claim else { return Vec::new() };
         let place = choice.place().map_or("", |p| p.name);
         let count = self.case.coordinates.len();
         match (self.case.subject.plant, place) {
-            (Plant::Joint, "load") => vec![count - 1],
-            (Plant::Joint, _) => vec![0],
-            (Plant::Arm, "base") => vec![0, 1, 2],
-            (Plant::Arm, "actuator") => {
+            (PlantKind::Joint, "load") => vec![count - 1],
+            (PlantKind::Joint, _) => vec![0],
+            (PlantKind::Arm, "base") => vec![0, 1, 2],
+            (PlantKind::Arm, "actuator") => {
                 let before = self.case.subject.flexible[..h.site].iter().filter(|f| **f).count();
                 let own = usize::from(self.case.subject.flexible[h.site]);
                 vec![3 + h.site + before + own]
@@ -154,7 +159,7 @@ impl Search<'_> {
         }
     }
 
-    fn missing(&self, base: &Fitted, run: usize, coordinate: usize) -> Option<Missing> {
+    fn missing(&self, base: &FittedSet, run: usize, coordinate: usize) -> Option<Missing> {
         let problem = self.compare(&base.stated);
         let series = problem.missing(run, &base.theta).ok()?;
         let led = &self.led[run];
@@ -175,7 +180,7 @@ fn pushes(h: &Hypothesis) -> usize {
 }
 
 /// The unknowns of the pushes, one after the other; those without a stretch of their own stay where they were.
-pub(super) fn filled(h: &Hypothesis, unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
+pub(super) fn filled(h: &Hypothesis, unknowns: &[BalanceUnknown], stretches: &[Stretch]) -> Vec<f64> {
     let each = (unknowns.len() / pushes(h)).max(1);
     unknowns.iter().enumerate().map(|(k, u)| value(u, stretches.get(k / each).copied())).collect()
 }
@@ -201,7 +206,7 @@ fn one_by_one(all: &[&Missing]) -> Vec<Stretch> {
 
 /// What an unknown of a push says of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum PushPart {
     Start,
     Duration,
     Edge,
@@ -209,8 +214,8 @@ pub(crate) enum Part {
     Size,
 }
 
-impl Part {
-    pub(crate) fn of(u: &Unknown) -> Self {
+impl PushPart {
+    pub(crate) fn of(u: &BalanceUnknown) -> Self {
         // As `external-force` names them, whatever its place and the number of the push.
         match u.stem() {
             name if name.ends_with("Start") => Self::Start,
@@ -222,12 +227,12 @@ impl Part {
 }
 
 /// What an unknown of a push is for a stretch; its force is of the typical size.
-fn value(u: &Unknown, found: Option<Stretch>) -> f64 {
-    match Part::of(u) {
-        Part::Start => found.map_or(u.start, |s| s.start),
-        Part::Duration => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
-        Part::Edge => found.map_or(u.start, |s| EDGE * s.length).clamp(u.lower, u.upper),
-        Part::Size => match u.scale {
+fn value(u: &BalanceUnknown, found: Option<Stretch>) -> f64 {
+    match PushPart::of(u) {
+        PushPart::Start => found.map_or(u.start, |s| s.start),
+        PushPart::Duration => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
+        PushPart::Edge => found.map_or(u.start, |s| EDGE * s.length).clamp(u.lower, u.upper),
+        PushPart::Size => match u.scale {
             trueup_identification::unknown::Scale::Linear(s) => s,
             trueup_identification::unknown::Scale::Log => u.start,
         },

@@ -1,26 +1,26 @@
 //! A case with its recordings as numbers that a model can be compared with.
 
-use super::unknown::Prior;
+use super::unknown::UnknownPrior;
 use std::collections::BTreeMap;
 
 use rand::Rng;
-use trueup_identification::model::{ModelError, Quantity, has_fixed_base};
-use trueup_identification::run::{Between, Channel, Drive, Run};
-use trueup_identification::sensor_unknowns::{Figure, Of, Sought, sought};
+use trueup_identification::model::{ModelError, PlantQuantity, has_fixed_base};
+use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
+use trueup_identification::sensor_unknowns::{SensorFigure, SensorOf, SensorUnknown, sought};
 use trueup_identification::unknown::Scale;
 use trueup_models::{arm, effect, joint};
 use trueup_signals::noise;
-use trueup_signals::{Case, Guess, Interpolation, Loaded, Recording, Sensor, Value};
+use trueup_signals::{Case, Interpolation, Loaded, ParameterValue, PriorGuess, Recording, SensorData};
 
-use super::coordinate::Coordinate;
-use super::problem::{Compared, Target, Unknown};
-use super::subject::{Model, Subject};
+use super::coordinate::CoordinateReadings;
+use super::problem::{BalanceTarget, BalanceUnknown, Compared};
+use super::subject::{DiagnosisSubject, EngineModel};
 use super::unknown::WRONG;
 use crate::floor::coloured;
 
 /// A case that cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Unfit {
+pub enum UnfitCase {
     /// Not one of the plants.
     #[error("there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator")]
     Model(String),
@@ -60,11 +60,11 @@ pub enum Unfit {
 
 /// A case ready for diagnosis.
 #[derive(Clone, Debug)]
-pub struct Prepared {
+pub struct PreparedCase {
     /// The plant as its owner declares it.
-    pub subject: Subject,
+    pub subject: DiagnosisSubject,
     /// Without effects, but for those that are known.
-    pub model: Model,
+    pub model: EngineModel,
     /// Its parameters as the owner believes them.
     pub nominal: Vec<f64>,
     /// Relative doubt per parameter, where declared.
@@ -74,11 +74,11 @@ pub struct Prepared {
     /// Recordings for the figures reported.
     pub holdout: Vec<Compared>,
     /// Its coordinates.
-    pub coordinates: Vec<Coordinate>,
+    pub coordinates: Vec<CoordinateReadings>,
     /// Its inputs, with their units.
-    pub inputs: Vec<Quantity>,
+    pub inputs: Vec<PlantQuantity>,
     /// Its outputs, with theirs.
-    pub outputs: Vec<Quantity>,
+    pub outputs: Vec<PlantQuantity>,
     /// Standard deviation of the noise of measured inputs, by input.
     pub input_noise: Vec<f64>,
     /// How far the noise of a reading tells that of the next, by output.
@@ -88,22 +88,22 @@ pub struct Prepared {
     /// Outputs whose constant reading offset is to be estimated, in every recording anew.
     pub offsets: Vec<usize>,
     /// Gains and delays of sensors, and offsets of inputs, that are to be estimated: the same in all recordings.
-    pub sensors: Vec<Unknown>,
+    pub sensors: Vec<BalanceUnknown>,
 }
 
-impl Subject {
+impl DiagnosisSubject {
     /// The plant that a case names, with its structure.
     ///
     /// # Errors
     /// It names none of ours.
-    pub fn of(case: &Case) -> Result<Self, Unfit> {
+    pub fn of(case: &Case) -> Result<Self, UnfitCase> {
         let known = case.known_effects().into_iter().map(str::to_owned).collect();
         let declared: Vec<bool> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
         match case.model.as_str() {
             "TwoMassJoint" => {
                 let flexible = declared.first().copied().unwrap_or(true);
                 Ok(Self {
-                    plant: effect::Plant::Joint,
+                    plant: effect::PlantKind::Joint,
                     flexible: vec![flexible],
                     fixed_base: false,
                     payload: None,
@@ -115,16 +115,16 @@ impl Subject {
                 let flexible = if declared.is_empty() { vec![true, false, false] } else { declared };
                 let fixed_base = has_fixed_base(case)?;
                 let payload = case.payload.map(|link| link - 1);
-                Ok(Self { plant: effect::Plant::Arm, flexible, fixed_base, payload, known })
+                Ok(Self { plant: effect::PlantKind::Arm, flexible, fixed_base, payload, known })
             }
-            other => Err(Unfit::Model(other.to_owned())),
+            other => Err(UnfitCase::Model(other.to_owned())),
         }
     }
 }
 
-impl Prepared {
+impl PreparedCase {
     /// Reads a simulated recording with the noise and the resolution of its sensors, inputs with theirs.
-    pub fn read_noisily(&self, run: &mut Run, rng: &mut impl Rng) {
+    pub fn read_noisily(&self, run: &mut IdentificationRun, rng: &mut impl Rng) {
         for c in &mut run.channels {
             let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
             let told = self.correlation.get(c.output).copied().unwrap_or(0.0);
@@ -149,17 +149,17 @@ impl Prepared {
     /// From a case with its recordings.
     ///
     /// # Errors
-    /// See [`Unfit`].
-    pub fn new(loaded: &Loaded) -> Result<Self, Unfit> {
+    /// See [`UnfitCase`].
+    pub fn new(loaded: &Loaded) -> Result<Self, UnfitCase> {
         let case = &loaded.case;
-        let subject = Subject::of(case)?;
-        let model = subject.model(&[] as &[&str]).map_err(Unfit::Structure)?;
+        let subject = DiagnosisSubject::of(case)?;
+        let model = subject.model(&[] as &[&str]).map_err(UnfitCase::Structure)?;
         let names = subject.parameters(&model);
         let mut nominal = subject.defaults(&model);
-        let reader = trueup_identification::model::Model::of_case(case, &[])?;
+        let reader = trueup_identification::model::SimulatedPlant::of_case(case, &[])?;
         let index: BTreeMap<&str, usize> =
             names.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
-        let given = |parameters: &BTreeMap<String, Value>| -> Result<Vec<(usize, f64)>, ModelError> {
+        let given = |parameters: &BTreeMap<String, ParameterValue>| -> Result<Vec<(usize, f64)>, ModelError> {
             let values = reader.set(&reader.defaults(), parameters)?;
             let read = |name: &String| Some((*index.get(name.as_str())?, values[reader.parameter(name)?]));
             Ok(parameters.keys().filter_map(read).collect())
@@ -175,18 +175,18 @@ impl Prepared {
         }
         let doubt: BTreeMap<String, f64> =
             names.iter().filter_map(|n| Some((n.name.clone(), case.doubt(&n.name)?))).collect();
-        if matches!(model, Model::Joint(_)) && case.number("staticFriction").is_none() {
+        if matches!(model, EngineModel::Joint(_)) && case.number("staticFriction").is_none() {
             nominal[joint::parameter::STATIC_FRICTION] = nominal[joint::parameter::COULOMB_FRICTION];
         }
         let coordinates = subject.coordinates(&model, &nominal);
         let inputs = subject.inputs();
-        let compared = |list: Vec<&Recording>| -> Result<Vec<Compared>, Unfit> {
+        let compared = |list: Vec<&Recording>| -> Result<Vec<Compared>, UnfitCase> {
             list.into_iter()
                 .map(|r| {
                     let run = run(loaded, &subject, r)?;
                     let mut known = first_states(&subject, &model, &nominal, &coordinates, &run);
                     let own = given(&r.parameters);
-                    for (i, v) in own.map_err(|e| Unfit::Recording(r.name.clone(), e))? {
+                    for (i, v) in own.map_err(|e| UnfitCase::Recording(r.name.clone(), e))? {
                         known.retain(|(k, _)| *k != i);
                         known.push((i, v));
                     }
@@ -196,7 +196,7 @@ impl Prepared {
         };
         let (train, holdout) = (compared(loaded.train())?, compared(loaded.holdout())?);
         if train.is_empty() {
-            return Err(Unfit::Empty);
+            return Err(UnfitCase::Empty);
         }
         let input_noise = inputs
             .iter()
@@ -230,27 +230,27 @@ impl Prepared {
 }
 
 /// Gains and delays of sensors, and offsets of inputs, in these recordings.
-fn sensors(model: &trueup_identification::model::Model, train: &[Compared]) -> Vec<Unknown> {
-    let one = |s: &Sought| {
-        let Guess { value, doubt } = s.guess;
+fn sensors(model: &trueup_identification::model::SimulatedPlant, train: &[Compared]) -> Vec<BalanceUnknown> {
+    let one = |s: &SensorUnknown| {
+        let PriorGuess { value, doubt } = s.guess;
         let channel = match s.of {
-            Of::Input(i) => &model.inputs()[i],
-            Of::Output(i) => &model.outputs()[i],
+            SensorOf::Input(i) => &model.inputs()[i],
+            SensorOf::Output(i) => &model.outputs()[i],
         };
         let (target, unit) = match (s.of, s.figure) {
             // They are estimated in each recording anew.
-            (Of::Output(_), Figure::Offset) => return None,
-            (Of::Output(i), Figure::Gain) => (Target::Gain(i), "1"),
-            (Of::Output(i), Figure::Delay) => (Target::Delay(i), "s"),
-            (Of::Input(i), Figure::Offset) => (Target::InputOffset(i), channel.unit),
-            (Of::Input(i), Figure::Gain) => (Target::InputGain(i), "1"),
-            (Of::Input(i), Figure::Delay) => (Target::InputReadingDelay(i), "s"),
+            (SensorOf::Output(_), SensorFigure::Offset) => return None,
+            (SensorOf::Output(i), SensorFigure::Gain) => (BalanceTarget::Gain(i), "1"),
+            (SensorOf::Output(i), SensorFigure::Delay) => (BalanceTarget::TotalSensorDelay(i), "s"),
+            (SensorOf::Input(i), SensorFigure::Offset) => (BalanceTarget::InputOffset(i), channel.unit),
+            (SensorOf::Input(i), SensorFigure::Gain) => (BalanceTarget::InputGain(i), "1"),
+            (SensorOf::Input(i), SensorFigure::Delay) => (BalanceTarget::InputSensorDelay(i), "s"),
         };
-        let share = s.figure == Figure::Gain;
+        let share = s.figure == SensorFigure::Gain;
         let [a, b] = [0.02 * value, 50.0 * value];
         let free = if share { (a.min(b), a.max(b)) } else { (f64::NEG_INFINITY, f64::INFINITY) };
         let (lower, upper) = s.bounds().unwrap_or(free);
-        Some(Unknown {
+        Some(BalanceUnknown {
             name: format!("{}.{}", channel.name, s.figure.name()),
             unit: unit.into(),
             target,
@@ -259,25 +259,28 @@ fn sensors(model: &trueup_identification::model::Model, train: &[Compared]) -> V
             scale: Scale::Linear(s.size),
             lower,
             upper,
-            prior: Some(Prior::normal(value / s.size, if share { doubt.unwrap_or(WRONG) } else { 1.0 })),
+            prior: Some(UnknownPrior::normal(
+                value / s.size,
+                if share { doubt.unwrap_or(WRONG) } else { 1.0 },
+            )),
         })
     };
     sought(train.iter().map(|c| &c.run)).iter().filter_map(one).collect()
 }
 
-fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> {
+fn run(loaded: &Loaded, subject: &DiagnosisSubject, r: &Recording) -> Result<IdentificationRun, UnfitCase> {
     let (inputs, outputs) = (subject.inputs(), subject.outputs());
-    let mut run = Run { name: r.name.clone(), start: r.start, ..Run::default() };
+    let mut run = IdentificationRun { name: r.name.clone(), start: r.start, ..IdentificationRun::default() };
     for c in &r.channels {
         if let Some(input) = inputs.iter().position(|n| *n == c.name) {
             let between = match c.interpolation {
-                Interpolation::Linear => Between::Linear,
-                Interpolation::Hold => Between::Hold,
+                Interpolation::Linear => InputInterpolation::Linear,
+                Interpolation::Hold => InputInterpolation::Hold,
             };
             let t = c.time.iter().map(|t| t - c.sensor.delay).collect();
-            let Sensor { offset, gain, late, .. } = c.sensor;
+            let SensorData { offset, gain, late, .. } = c.sensor;
             let sigma = 0.0;
-            run.drives.push(Drive { input, t, u: c.believed(), between, sigma, offset, gain, late });
+            run.drives.push(InputDrive { input, t, u: c.believed(), between, sigma, offset, gain, late });
         } else if let Some(output) = outputs.iter().position(|n| *n == c.name) {
             let quiet = c.range().is_none_or(|(low, high)| high <= low);
             if quiet {
@@ -288,8 +291,8 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
                 .map(|f| f.deviation / size)
                 .filter(|d| *d > 0.0)
                 .or_else(|| rough(&y))
-                .ok_or_else(|| Unfit::Noise { recording: r.name.clone(), channel: c.name.clone() })?;
-            run.channels.push(Channel {
+                .ok_or_else(|| UnfitCase::Noise { recording: r.name.clone(), channel: c.name.clone() })?;
+            run.channels.push(OutputChannel {
                 name: c.name.clone(),
                 output,
                 t: c.time.clone(),
@@ -306,9 +309,9 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
     }
     if run.channels.is_empty() {
         if r.channels.iter().any(|c| outputs.contains(&c.name)) {
-            return Err(Unfit::Still(r.name.clone()));
+            return Err(UnfitCase::Still(r.name.clone()));
         }
-        return Err(Unfit::NoOutput(r.name.clone()));
+        return Err(UnfitCase::NoOutput(r.name.clone()));
     }
     Ok(run)
 }
@@ -328,11 +331,11 @@ fn rough(y: &[f64]) -> Option<f64> {
 /// Position and velocity of every coordinate at the start, from a parabola through its first readings; of those that
 /// nobody measures as of the neighbour: the load as the motor has it.
 pub(super) fn first_states(
-    subject: &Subject,
-    model: &Model,
+    subject: &DiagnosisSubject,
+    model: &EngineModel,
     nominal: &[f64],
-    coordinates: &[Coordinate],
-    run: &Run,
+    coordinates: &[CoordinateReadings],
+    run: &IdentificationRun,
 ) -> Vec<(usize, f64)> {
     let mut found: Vec<Option<[f64; 2]>> = Vec::new();
     for c in coordinates {
@@ -351,7 +354,7 @@ pub(super) fn first_states(
         });
     }
     // Of two that share a spring one follows the other.
-    if let (effect::Plant::Joint, [a, b]) = (subject.plant, &mut found[..]) {
+    if let (effect::PlantKind::Joint, [a, b]) = (subject.plant, &mut found[..]) {
         let n = nominal[joint::parameter::GEAR_RATIO];
         match (*a, *b) {
             (Some(m), None) => *b = Some([m[0] / n, m[1] / n]),
@@ -359,7 +362,7 @@ pub(super) fn first_states(
             _ => {}
         }
     }
-    if let Model::Arm(m) = model {
+    if let EngineModel::Arm(m) = model {
         let mut row = 3;
         for flexible in m.flexible() {
             if *flexible {
@@ -391,7 +394,7 @@ const AGREES: f64 = 3.0;
 /// Value and slope at `start` of the least-squares parabola through the first readings of a channel: through twice as many
 /// as long as all that was said so far can be true at once (Lepski's rule), for a slope that is wrong by noise may put a
 /// free run into another minimum.
-fn parabola(channel: &Channel, start: f64) -> Option<[f64; 2]> {
+fn parabola(channel: &OutputChannel, start: f64) -> Option<[f64; 2]> {
     let least = channel.t.iter().take_while(|t| **t <= start + 0.05).count().clamp(8, 60);
     let most = (channel.t.len() / 4).max(least.min(channel.t.len()));
     if most < 3 {
@@ -411,7 +414,7 @@ fn parabola(channel: &Channel, start: f64) -> Option<[f64; 2]> {
 }
 
 /// The same through so many readings; and their deviations.
-fn parabola_of(channel: &Channel, start: f64, n: usize) -> Option<[[f64; 2]; 2]> {
+fn parabola_of(channel: &OutputChannel, start: f64, n: usize) -> Option<[[f64; 2]; 2]> {
     let span = (channel.t[n - 1] - start).max(f64::MIN_POSITIVE);
     let rows = nalgebra::DMatrix::from_fn(n, 3, |i, j| {
         ((channel.t[i] - channel.delay - start) / span).powi(j as i32)
@@ -440,7 +443,7 @@ mod tests {
                 let noise: Vec<f64> =
                     t.iter().map(|_| 0.0025 * rng.sample::<f64, _>(StandardNormal)).collect();
                 let y = t.iter().zip(noise).map(|(t, e)| 0.1 + 0.02 * t + bend * t.powi(3) + e).collect();
-                let channel = Channel { t: t.clone(), y, sigma: 0.0025, ..Channel::default() };
+                let channel = OutputChannel { t: t.clone(), y, sigma: 0.0025, ..OutputChannel::default() };
                 let fixed = (0..5).map(|k| parabola_of(&channel, 0.0, 8 << k).unwrap()[0]);
                 let all = fixed.chain([parabola(&channel, 0.0).unwrap()]);
                 errors.iter_mut().zip(all).for_each(|(e, s)| e.push((s[1] - 0.02).powi(2)));

@@ -3,20 +3,20 @@
 mod settle;
 mod windows;
 
-use super::unknown::Prior;
+use super::unknown::UnknownPrior;
 use nalgebra::DMatrix;
-use trueup_identification::lsq::{Options, solve};
+use trueup_identification::lsq::{SolverOptions, solve};
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
-use trueup_identification::run::Channel;
+use trueup_identification::run::OutputChannel;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::Measure;
 pub use windows::{Window, joined};
 
 use super::hypothesis::Hypothesis;
-use super::problem::{Belief, Compared, Comparison, Target, Unknown};
-use super::search::{Fitted, Search, Stated};
-use super::subject::Model;
+use super::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Belief, Compared};
+use super::search::{CaseSearch, FittedSet, PosedSet};
+use super::subject::EngineModel;
 
 /// A first state is not surer than this share of the range that is seen.
 const UNSURE: f64 = 0.003;
@@ -40,31 +40,31 @@ const CHANCE: f64 = 3.0;
 pub const DRAWS: u32 = 6;
 
 /// Free-running simulation of recordings: readings by recording, channel after channel.
-pub type Replayed = Vec<Vec<Vec<f64>>>;
+pub type ReplayedReadings = Vec<Vec<Vec<f64>>>;
 
 /// A model with everything set, ready to run freely.
 #[derive(Clone, Debug)]
-pub struct Complete {
+pub struct CompleteModel {
     /// Set of causes and unknowns.
-    pub stated: Stated,
+    pub stated: PosedSet,
     /// Coordinates of the unknowns.
     pub theta: Vec<f64>,
 }
 
 /// A set fitted free-running.
 #[derive(Clone, Debug)]
-pub struct Polished {
+pub struct FreeRunFit {
     /// The set with everything set.
-    pub complete: Complete,
-    /// What is left on the recordings for fitting ([`Search::misfit`]).
+    pub complete: CompleteModel,
+    /// What is left on the recordings for fitting ([`CaseSearch::misfit`]).
     pub misfit: f64,
     /// The free-running set where it ended; `None`: it cannot be simulated.
-    pub fitted: Option<Fitted>,
+    pub fitted: Option<FittedSet>,
 }
 
 /// A recording that runs freely from where it fits best.
 #[derive(Clone, Debug)]
-pub struct Settled {
+pub struct SettledReplay {
     /// Readings in the channels' units, channel after channel.
     pub shown: Vec<Vec<f64>>,
     /// All parameters of the model in their units, first states among them.
@@ -79,14 +79,14 @@ pub struct Settled {
     allowed: Vec<Vec<f64>>,
 }
 
-impl Fitted {
+impl FittedSet {
     /// Where they miss an effect balances drag the parameters: the owner's doubts are all that holds them then.
     pub(super) fn knows(&self) -> bool {
         self.stated.set.iter().any(Hypothesis::is_effect) || self.misses_little()
     }
     /// Makes what the balances tell of the unknowns that another set shares its belief, in the place of their priors.
     /// `looser`: times as far as usual it may be off.
-    pub(super) fn believe(&self, stated: &mut Stated, looser: f64) {
+    pub(super) fn believe(&self, stated: &mut PosedSet, looser: f64) {
         let shared: Vec<(usize, usize)> =
             (stated.unknowns.iter().enumerate()).filter_map(|(k, u)| Some((k, self.place_of(u)?))).collect();
         // Of those that are shared alone: the others take what they will.
@@ -104,13 +104,14 @@ impl Fitted {
     }
 }
 
-impl Stated {
+impl PosedSet {
     /// Takes over what was believed of a set that this one grew out of: by name, for a joint that gives way has more first
     /// states, which stand between the others. A first state that nothing shows is measured by the spring of such a joint, in
     /// the place of what is typical: where one was believed together with others this set keeps priors of its own.
     pub(super) fn believe_like(&mut self, base: &Self) {
-        let same = |u: &Unknown, v: &Unknown| u.name == v.name && u.run == v.run && u.scale == v.scale;
-        let place = |u: &Unknown| self.unknowns.iter().position(|v| same(u, v));
+        let same =
+            |u: &BalanceUnknown, v: &BalanceUnknown| u.name == v.name && u.run == v.run && u.scale == v.scale;
+        let place = |u: &BalanceUnknown| self.unknowns.iter().position(|v| same(u, v));
         let places: Vec<Option<usize>> = base.unknowns.iter().map(place).collect();
         let mut belief = base.belief.clone();
         if let Some(belief) = &mut belief {
@@ -124,15 +125,15 @@ impl Stated {
     }
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// What is not known of a recording before it is simulated: first states, and offsets where declared so.
     pub fn first_states(
         &self,
-        (model, nominal): (&Model, &[f64]),
+        (model, nominal): (&EngineModel, &[f64]),
         run: &Compared,
         index: usize,
         which: impl Fn(usize) -> bool,
-    ) -> Vec<Unknown> {
+    ) -> Vec<BalanceUnknown> {
         let named = self.case.subject.parameters(model);
         let old = self.case.subject.parameters(&self.case.model);
         let mut all = Vec::new();
@@ -168,16 +169,16 @@ impl Search<'_> {
                 let doubt = doubt.max(1e-12);
                 let adrift =
                     seen.is_none().then(|| self.adrift.get(&(run.run.name.clone(), name.clone()))).flatten();
-                all.push(Unknown {
+                all.push(BalanceUnknown {
                     name,
                     unit: String::new(),
-                    target: Target::Parameter(at),
+                    target: BalanceTarget::Parameter(at),
                     run: Some(index),
                     start: adrift.copied().unwrap_or(value),
                     scale: Scale::Linear(doubt),
                     lower: f64::NEG_INFINITY,
                     upper: f64::INFINITY,
-                    prior: Some(Prior::normal(value / doubt, 3.0)),
+                    prior: Some(UnknownPrior::normal(value / doubt, 3.0)),
                 });
             }
         }
@@ -189,19 +190,19 @@ impl Search<'_> {
     }
 
     /// Fits a set once more, free-running, from where the recordings led it: first states alone, then everything.
-    pub fn polish(&self, from: &Fitted, iterations: usize) -> Polished {
-        let before = Complete { stated: from.stated.clone(), theta: from.theta.clone() };
+    pub fn polish(&self, from: &FittedSet, iterations: usize) -> FreeRunFit {
+        let before = CompleteModel { stated: from.stated.clone(), theta: from.theta.clone() };
         let train = &self.case.train;
         let Ok(settled) = self.settled(&before, train) else {
-            return Polished { complete: before, misfit: f64::INFINITY, fitted: None };
+            return FreeRunFit { complete: before, misfit: f64::INFINITY, fitted: None };
         };
-        let shown: Replayed = settled.iter().map(|s| s.shown.clone()).collect();
+        let shown: ReplayedReadings = settled.iter().map(|s| s.shown.clone()).collect();
         let misfit = self.misfit(&shown, train);
         // Where a motion bifurcates (a stop before or behind a tooth) nothing is to be learnt: every recording counts by what
         // it misses itself.
         let allowed = shown.iter().zip(train).map(|(shown, run)| self.allowed(shown, run));
         let Ok(stated) = self.state_like(&from.stated.set, Some(allowed.collect())) else {
-            return Polished { complete: before, misfit, fitted: None };
+            return FreeRunFit { complete: before, misfit, fitted: None };
         };
         let mut start = self.begin_with(&stated, from);
         for (x, u) in start.iter_mut().zip(&stated.unknowns) {
@@ -221,7 +222,7 @@ impl Search<'_> {
         };
         let found = self.polished(held(1.0), &start, iterations).filter(|f| f.misfit <= misfit);
         let Some(found) = found else {
-            return Polished { complete: before, misfit, fitted: self.standing(held(1.0), start) };
+            return FreeRunFit { complete: before, misfit, fitted: self.standing(held(1.0), start) };
         };
         if !claims || found.misfit < NEAR * geometric_mean(train.iter().map(|run| self.noise(run))) {
             return found;
@@ -233,22 +234,26 @@ impl Search<'_> {
     }
 
     /// Fits a free-running set from `start`.
-    pub fn polished(&self, stated: Stated, start: &[f64], iterations: usize) -> Option<Polished> {
-        let options =
-            Options { max_iterations: iterations, cost_tolerance: 1e-3, radius: 1.0, ..Options::default() };
+    pub fn polished(&self, stated: PosedSet, start: &[f64], iterations: usize) -> Option<FreeRunFit> {
+        let options = SolverOptions {
+            max_iterations: iterations,
+            cost_tolerance: 1e-3,
+            radius: 1.0,
+            ..SolverOptions::default()
+        };
         let fitted = self.fit(stated, start, options).ok()?;
         let train = &self.case.train;
         let stated = self.state(&fitted.stated.set).ok()?;
         let theta = self.begin_with(&stated, &fitted);
         let problem = self.compare(&fitted.stated);
-        let shown: Result<Replayed, PredictError> =
+        let shown: Result<ReplayedReadings, PredictError> =
             parallel::map(0..train.len(), |run| problem.shown(run, &fitted.theta)).into_iter().collect();
         let misfit = self.misfit(&shown.ok()?, train);
-        Some(Polished { complete: Complete { stated, theta }, misfit, fitted: Some(fitted) })
+        Some(FreeRunFit { complete: CompleteModel { stated, theta }, misfit, fitted: Some(fitted) })
     }
 
     /// A set that was fitted freely, readings counting by what it misses of them by now, and where it ended.
-    pub fn anew(&self, from: &Fitted) -> Option<(Stated, Vec<f64>)> {
+    pub fn anew(&self, from: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
         let (problem, train) = (self.compare(&from.stated), &self.case.train);
         let shown = |run: usize| problem.shown(run, &from.theta).map(|s| self.allowed(&s, &train[run]));
         let allowed: Result<Vec<Vec<f64>>, PredictError> =
@@ -275,19 +280,19 @@ impl Search<'_> {
     }
 
     /// Mean square of a channel's errors in units of its output's range.
-    pub fn mean_square(&self, channel: &Channel, shown: &[f64]) -> f64 {
+    pub fn mean_square(&self, channel: &OutputChannel, shown: &[f64]) -> f64 {
         let range = self.sizes.range(channel.output).max(1e-300);
         let squares = channel.y.iter().zip(shown).map(|(y, s)| ((s - y) / range).powi(2)).sum::<f64>();
         squares / channel.y.len().max(1) as f64
     }
 
     /// Mean square of a deviation in the same unit.
-    pub fn power(&self, channel: &Channel, deviation: f64) -> f64 {
+    pub fn power(&self, channel: &OutputChannel, deviation: f64) -> f64 {
         (deviation / self.sizes.range(channel.output).max(1e-300)).powi(2)
     }
 
     /// What its sensor's noise leaves of it.
-    fn noise_of(&self, channel: &Channel) -> f64 {
+    fn noise_of(&self, channel: &OutputChannel) -> f64 {
         self.power(channel, channel.sigma)
     }
 
@@ -297,7 +302,7 @@ impl Search<'_> {
     }
 
     /// A set misses of the recordings for fitting no more than `near` times the sensors' noise.
-    pub fn is_near(&self, set: &Polished, near: f64) -> bool {
+    pub fn is_near(&self, set: &FreeRunFit, near: f64) -> bool {
         set.misfit <= near.powi(2) * geometric_mean(self.case.train.iter().map(|run| self.noise(run)))
     }
 
@@ -307,7 +312,7 @@ impl Search<'_> {
     }
 
     /// The same of several: their geometric mean, so that one in which a motion bifurcates does not outweigh the others.
-    pub fn misfit(&self, replayed: &Replayed, runs: &[Compared]) -> f64 {
+    pub fn misfit(&self, replayed: &ReplayedReadings, runs: &[Compared]) -> f64 {
         geometric_mean(runs.iter().zip(replayed).map(|(run, shown)| self.missed(shown, run)))
     }
 
@@ -318,7 +323,7 @@ impl Search<'_> {
     /// The model cannot be simulated.
     pub fn floors(
         &self,
-        complete: &Complete,
+        complete: &CompleteModel,
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
@@ -331,22 +336,27 @@ impl Search<'_> {
     /// The model cannot be simulated.
     pub fn floors_around(
         &self,
-        complete: &Complete,
+        complete: &CompleteModel,
         runs: &[Compared],
-        settled: &[Settled],
+        settled: &[SettledReplay],
         (seed, draws): (u64, u32),
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        let floors = |(run, settled): (&Compared, &Settled)| {
+        let floors = |(run, settled): (&Compared, &SettledReplay)| {
             let inputs: Vec<Vec<f64>> = run.run.drives.iter().map(|d| d.u.clone()).collect();
             let noise: Vec<[f64; 2]> =
                 run.run.drives.iter().map(|d| self.case.input_noise_of(d.input)).collect();
-            let options =
-                Options { max_iterations: 4, cost_tolerance: 0.01, radius: 10.0, ..Options::default() };
+            let options = SolverOptions {
+                max_iterations: 4,
+                cost_tolerance: 0.01,
+                radius: 10.0,
+                ..SolverOptions::default()
+            };
             let carried = crate::floor::carried(&inputs, &noise, draws as usize, seed, |inputs| {
                 let mut noisy = run.run.clone();
                 noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
                 let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
-                let problem = Comparison { allowed: settled.allowed.clone(), ..self.alone(complete, &noisy) };
+                let problem =
+                    BalanceProblem { allowed: settled.allowed.clone(), ..self.alone(complete, &noisy) };
                 // Part of the noise goes into the first states.
                 let theta = solve(&problem, &settled.theta, options)
                     .map_or_else(|_| settled.theta.clone(), |found| found.x);

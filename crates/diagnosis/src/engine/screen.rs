@@ -9,20 +9,20 @@ use nalgebra::DVector;
 use trueup_identification::parallel;
 use trueup_models::effect::PUSHES;
 
-use super::hypothesis::{Claim, Hypothesis, Look, Posed, Times};
-use super::problem::Unknown;
+use super::hypothesis::{Hypothesis, HypothesisClaim, PosedHypothesis, Times, TrialValues};
+use super::problem::BalanceUnknown;
 use super::push::{Stretch, filled};
-use super::search::{Fitted, Search, Stated};
+use super::search::{CaseSearch, FittedSet, PosedSet};
 use super::unknown::WRONG;
-use look::Beside;
-use looked::Looked;
-pub use pair::Pair;
+use look::AddedCause;
+use looked::LinearisedCause;
+pub use pair::CausePair;
 use projection::Projection;
 use trueup_numerics::order::descending;
 
 /// A cause as it looks from where the search stands.
 #[derive(Clone, Debug)]
-pub struct Screened {
+pub struct ScreenedCause {
     /// Which of the causes.
     pub index: usize,
     /// By how much the sum of squares would fall, half.
@@ -30,23 +30,23 @@ pub struct Screened {
     /// Where to begin.
     pub start: Vec<f64>,
     /// Where it was looked at; none: it only frees a parameter.
-    looked: Option<Looked>,
+    looked: Option<LinearisedCause>,
 }
 
 /// A set with a cause more, asked for by what a free run misses.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct RequestedCause {
     /// Share of its sum of squares that the cause would explain.
     pub share: f64,
     /// The set, running freely.
-    pub stated: Stated,
+    pub stated: PosedSet,
     /// Where a fit would begin.
     pub start: Vec<f64>,
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// How each cause would fare beside those of `base`, from one simulation per look.
-    pub fn screen(&self, base: &Fitted) -> Vec<Screened> {
+    pub fn screen(&self, base: &FittedSet) -> Vec<ScreenedCause> {
         let projection = Projection::new(base);
         // Pushes in two places are a torque over time that has no name.
         let pushed = base.stated.set.iter().any(Hypothesis::is_push);
@@ -54,26 +54,27 @@ impl Search<'_> {
             .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
             .filter(|i| !(pushed && self.causes[*i].is_push()))
             .collect();
-        let mut all: Vec<Screened> = parallel::map(tasks, |i| self.screen_one(base, &projection, i, &[]))
-            .into_iter()
-            .flatten()
-            .collect();
+        let mut all: Vec<ScreenedCause> =
+            parallel::map(tasks, |i| self.screen_one(base, &projection, i, &[]))
+                .into_iter()
+                .flatten()
+                .collect();
         descending(&mut all, |item| item.gain);
         all
     }
 
     /// How a cause with an order of the shaft would fare at these orders.
-    pub fn screen_orders(&self, base: &Fitted, index: usize, orders: &[f64]) -> Option<Screened> {
+    pub fn screen_orders(&self, base: &FittedSet, index: usize, orders: &[f64]) -> Option<ScreenedCause> {
         self.screen_one(base, &Projection::new(base), index, orders)
     }
 
     fn screen_one(
         &self,
-        base: &Fitted,
+        base: &FittedSet,
         projection: &Projection,
         index: usize,
         orders: &[f64],
-    ) -> Option<Screened> {
+    ) -> Option<ScreenedCause> {
         let h = &self.causes[index];
         let mut set = base.stated.set.clone();
         set.push(h.clone());
@@ -81,29 +82,29 @@ impl Search<'_> {
         let from = self.begin_with(&stated, base);
         let known =
             |h: &Hypothesis| base.stated.unknowns.iter().position(|u| u.name == h.id && u.run.is_none());
-        if let Claim::Parameter(_) = h.claim
+        if let HypothesisClaim::Parameter(_) = h.claim
             && let Some(k) = known(h)
         {
             let (gain, step) = projection.relaxed(base, k, WRONG)?;
             let mut start = from;
             start[k] += step.clamp(-0.7, 0.7);
-            return Some(Screened { index, gain, start, looked: None });
+            return Some(ScreenedCause { index, gain, start, looked: None });
         }
         let problem = self.compare(&stated);
-        let beside = Beside::new(base, projection, &problem, &stated, &from)?;
+        let beside = AddedCause::new(base, projection, &problem, &stated, &from)?;
         let best = beside.firmest(self.looks(base, projection, h, stated.posed.last()?, orders)?)?;
-        Some(Screened { index, gain: best.gain, start: beside.start(&best), looked: Some(best.looked) })
+        Some(ScreenedCause { index, gain: best.gain, start: beside.start(&best), looked: Some(best.looked) })
     }
 
     /// Where to look from at a cause; `None`: it is not to be seen beside this base. `orders`: of the shaft, if known.
     fn looks(
         &self,
-        base: &Fitted,
+        base: &FittedSet,
         projection: &Projection,
         h: &Hypothesis,
-        posed: &Posed,
+        posed: &PosedHypothesis,
         orders: &[f64],
-    ) -> Option<Vec<Look>> {
+    ) -> Option<Vec<TrialValues>> {
         let push = h.is_push();
         let order = posed.order;
         let free = base.stated.free.is_some();
@@ -135,11 +136,11 @@ impl Search<'_> {
     /// times that explain most together.
     fn tried_along(
         &self,
-        base: &Fitted,
+        base: &FittedSet,
         projection: &Projection,
         h: &Hypothesis,
-        unknowns: &[Unknown],
-    ) -> Option<Vec<Look>> {
+        unknowns: &[BalanceUnknown],
+    ) -> Option<Vec<TrialValues>> {
         let tries = self.tries();
         if h.times == Times::Once {
             return Some(tries.into_iter().map(|s| filled(h, unknowns, &[s])).collect());
@@ -149,7 +150,7 @@ impl Search<'_> {
         let stated = self.state_like(&set, base.stated.free.clone()).ok()?;
         let from = self.begin_with(&stated, base);
         let (problem, posed) = (self.compare(&stated), stated.posed.last()?);
-        let beside = Beside::new(base, projection, &problem, &stated, &from)?;
+        let beside = AddedCause::new(base, projection, &problem, &stated, &from)?;
         let change = |s: Stretch| Some((s, beside.change(filled(&once, &posed.unknowns, &[s]))?));
         let mut left: Vec<(Stretch, DVector<f64>)> =
             parallel::map(tries, change).into_iter().flatten().collect();
@@ -169,7 +170,7 @@ impl Search<'_> {
 
     /// Effects that would do at least this share of what the last cause of `best` does where it ended, running freely: a free run
     /// without it says little of them, for it goes elsewhere (EST-10).
-    pub fn alike(&self, best: &Fitted, least: f64) -> Vec<Asked> {
+    pub fn alike(&self, best: &FittedSet, least: f64) -> Vec<RequestedCause> {
         let projection = Projection::without_last(best);
         let whole = 0.5 * projection.residuals.norm_squared().max(f64::MIN_POSITIVE);
         let asked = |i: usize| {
@@ -180,14 +181,14 @@ impl Search<'_> {
             set.remove(set.len() - 2);
             let stated = self.state_like(&set, best.stated.free.clone()).ok()?;
             let start = both.begins_like(&stated, &s.start);
-            Some(Asked { share: s.gain / whole, stated, start })
+            Some(RequestedCause { share: s.gain / whole, stated, start })
         };
         let other = |i: &usize| {
             let own = &self.causes[*i];
             own.is_effect() && !best.stated.set.iter().any(|h| h.same_place(own))
         };
         let tasks: Vec<usize> = (0..self.causes.len()).filter(other).collect();
-        let mut all: Vec<Asked> = parallel::map(tasks, asked).into_iter().flatten().collect();
+        let mut all: Vec<RequestedCause> = parallel::map(tasks, asked).into_iter().flatten().collect();
         all.retain(|a| a.share >= least);
         descending(&mut all, |item| item.share);
         all
@@ -195,9 +196,9 @@ impl Search<'_> {
 
     /// How the effects would fare beside `base`, which runs freely: those that would explain at least this share of what it
     /// misses, best first; with the effects of `base`, or alone where it has none.
-    pub fn lacking(&self, base: &Fitted, least: f64) -> Vec<Asked> {
+    pub fn lacking(&self, base: &FittedSet, least: f64) -> Vec<RequestedCause> {
         let whole = 0.5 * base.residuals.norm_squared();
-        let asked = |s: Screened| {
+        let asked = |s: ScreenedCause| {
             let cause = self.causes[s.index].clone();
             let share = s.gain / whole.max(f64::MIN_POSITIVE);
             if share < least || !cause.is_effect() {
@@ -212,14 +213,14 @@ impl Search<'_> {
                 stated.believe_like(&base.stated);
             }
             let start = all.begins_like(&stated, &s.start);
-            Some(Asked { share, stated, start })
+            Some(RequestedCause { share, stated, start })
         };
         self.screen(base).into_iter().filter_map(asked).collect()
     }
 
     /// How a set would fare that has a cause more than `led`, where `base`, which runs freely, falls short: as large as the
     /// balances have it.
-    pub fn asked(&self, base: &Fitted, grown: &Fitted) -> Option<Asked> {
+    pub fn asked(&self, base: &FittedSet, grown: &FittedSet) -> Option<RequestedCause> {
         let (mut stated, start) = self.beside(base, grown)?;
         grown.believe(&mut stated, 1.0);
         let there = self.compare(&stated).residuals(&start).ok()?;
@@ -228,6 +229,6 @@ impl Search<'_> {
         let (gain, s) = projection.best(&[&projection.out(0, &difference)]);
         let gain = if s[0] > 0.0 { gain } else { 0.0 };
         let whole = 0.5 * base.residuals.norm_squared();
-        Some(Asked { share: gain / whole.max(f64::MIN_POSITIVE), stated, start })
+        Some(RequestedCause { share: gain / whole.max(f64::MIN_POSITIVE), stated, start })
     }
 }

@@ -5,38 +5,38 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use trueup_identification::lsq::{Options, Problem, solve};
+use trueup_identification::lsq::{LeastSquares, SolverOptions, solve};
 use trueup_identification::predict::PredictError;
-use trueup_identification::run::Run;
-use trueup_identification::sizes::{Rig, Sizes};
+use trueup_identification::run::IdentificationRun;
+use trueup_identification::sizes::{Rig, TypicalSizes};
 use trueup_models::{effect, joint};
 
-use super::balance::Led;
+use super::balance::GriddedRecording;
 use super::floors::{self, Floors};
-use super::hypothesis::{self, Hypothesis, Posed};
-use super::problem::{Belief, Comparison, Target, Unknown};
-use super::recordings::Prepared;
-use super::subject::Model;
+use super::hypothesis::{self, Hypothesis, PosedHypothesis};
+use super::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Belief};
+use super::recordings::PreparedCase;
+use super::subject::EngineModel;
 use super::unknown::{KNOWN, WRONG};
 use crate::json::number;
 
 /// A set of causes put into numbers.
 #[derive(Clone, Debug)]
-pub struct Stated {
+pub struct PosedSet {
     /// The causes.
     pub set: Vec<Hypothesis>,
     /// The model with their effects.
-    pub model: Model,
+    pub model: EngineModel,
     /// All parameters of that model.
     pub nominal: Vec<f64>,
     /// Parameters that follow others.
     pub ties: Vec<(usize, usize)>,
     /// Unknowns: the plant's own, offsets, then those of each cause.
-    pub unknowns: Vec<Unknown>,
+    pub unknowns: Vec<BalanceUnknown>,
     /// Where each cause's unknowns begin.
     pub begin: Vec<usize>,
     /// What each cause is in numbers.
-    pub posed: Vec<Posed>,
+    pub posed: Vec<PosedHypothesis>,
     /// It runs freely, and may miss readings by these deviations, by recording and output; `None`: the recordings lead it.
     pub free: Option<Vec<Vec<f64>>>,
     /// What the balances told of the unknowns.
@@ -46,15 +46,16 @@ pub struct Stated {
 /// How many times as long a fit with an order of a shaft goes on: its amplitudes are known only once the order is.
 const PATIENCE: usize = 4;
 
-impl Stated {
+impl PosedSet {
     /// Coordinates to begin with: each unknown as the first of these fits has it that knows it.
-    pub fn begin_with(&self, fits: &[&Fitted]) -> Vec<f64> {
-        let known = |u: &Unknown| fits.iter().find_map(|f| f.coordinate_of(u));
+    pub fn begin_with(&self, fits: &[&FittedSet]) -> Vec<f64> {
+        let known = |u: &BalanceUnknown| fits.iter().find_map(|f| f.coordinate_of(u));
         self.unknowns.iter().map(|u| known(u).unwrap_or_else(|| u.coordinate())).collect()
     }
     /// Coordinates to begin another set with, what both share as these are.
     pub(super) fn begins_like(&self, other: &Self, theta: &[f64]) -> Vec<f64> {
-        let there = |u: &Unknown| self.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
+        let there =
+            |u: &BalanceUnknown| self.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
         other.unknowns.iter().map(|u| there(u).map_or(u.coordinate(), |k| theta[k])).collect()
     }
 }
@@ -79,9 +80,9 @@ pub fn excess(octaves: &[Octave]) -> f64 {
     beyond.sum::<f64>() / octaves.len().max(1) as f64
 }
 
-impl Stated {
+impl PosedSet {
     /// Causes without unknowns, which nothing can be fitted or simulated with: what a decision looks at.
-    pub(crate) fn of_causes(set: Vec<Hypothesis>, model: Model) -> Self {
+    pub(crate) fn of_causes(set: Vec<Hypothesis>, model: EngineModel) -> Self {
         Self {
             model,
             nominal: Vec::new(),
@@ -98,12 +99,12 @@ impl Stated {
 
 /// A set of causes fitted to the recordings.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub struct FittedSet {
     /// What was fitted.
-    pub stated: Stated,
+    pub stated: PosedSet,
     /// Coordinates.
     pub theta: Vec<f64>,
-    /// Residuals of readings, then priors; empty of a set that is kept by what they tell alone ([`Fitted::lean`]).
+    /// Residuals of readings, then priors; empty of a set that is kept by what they tell alone ([`FittedSet::lean`]).
     pub residuals: DVector<f64>,
     /// Their derivatives, likewise.
     pub jacobian: DMatrix<f64>,
@@ -123,7 +124,7 @@ pub struct Fitted {
     pub surer: f64,
 }
 
-impl Fitted {
+impl FittedSet {
     /// Without residuals and their derivatives, which are as long as the recordings: many sets are kept, few grow.
     pub fn lean(self) -> Self {
         Self { residuals: DVector::zeros(0), jacobian: DMatrix::zeros(0, 0), ..self }
@@ -133,11 +134,11 @@ impl Fitted {
         -0.5 * self.chi2 / dispersion - 0.5 * self.prior2 + self.occam
     }
     /// Which of its unknowns another set's is.
-    pub fn place_of(&self, unknown: &Unknown) -> Option<usize> {
+    pub fn place_of(&self, unknown: &BalanceUnknown) -> Option<usize> {
         self.stated.unknowns.iter().position(|v| v.name == unknown.name && v.run == unknown.run)
     }
     /// Coordinate of an unknown that another set shares.
-    pub fn coordinate_of(&self, unknown: &Unknown) -> Option<f64> {
+    pub fn coordinate_of(&self, unknown: &BalanceUnknown) -> Option<f64> {
         self.place_of(unknown).map(|k| self.theta[k])
     }
     /// Order of the shaft that a cause of the set repeats with; `None`: it does not.
@@ -155,30 +156,30 @@ impl Fitted {
 
 /// The search over one case.
 #[derive(Debug)]
-pub struct Search<'a> {
+pub struct CaseSearch<'a> {
     /// The case.
-    pub case: &'a Prepared,
+    pub case: &'a PreparedCase,
     /// Typical sizes.
-    pub sizes: Sizes,
+    pub sizes: TypicalSizes,
     /// All causes.
     pub causes: Vec<Hypothesis>,
     /// Recordings for fitting, then those held out.
-    pub led: Vec<Led>,
+    pub led: Vec<GriddedRecording>,
     /// Mean square that a perfect model leaves, by recording and octave.
     pub expected: Vec<Vec<f64>>,
     /// Where first states that no recording shows begin, by recording and state.
     pub(super) adrift: BTreeMap<(String, String), f64>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> CaseSearch<'a> {
     /// Ready to search.
     ///
     /// # Errors
     /// A recording that is too short.
-    pub fn new(case: &'a Prepared, seed: u64) -> Result<Self, String> {
-        let runs: Vec<&Run> = case.train.iter().map(|c| &c.run).collect();
+    pub fn new(case: &'a PreparedCase, seed: u64) -> Result<Self, String> {
+        let runs: Vec<&IdentificationRun> = case.train.iter().map(|c| &c.run).collect();
         let subject = &case.subject;
-        let sizes = Sizes::of(&Rig {
+        let sizes = TypicalSizes::of(&Rig {
             plant: subject.plant,
             flexible: &subject.flexible,
             values: &case.nominal,
@@ -195,15 +196,15 @@ impl<'a> Search<'a> {
     ///
     /// # Errors
     /// The set cannot be built.
-    pub fn state(&self, set: &[Hypothesis]) -> Result<Stated, String> {
+    pub fn state(&self, set: &[Hypothesis]) -> Result<PosedSet, String> {
         self.state_like(set, None)
     }
 
-    /// A set of causes in numbers; `free`: see [`Stated::free`].
+    /// A set of causes in numbers; `free`: see [`PosedSet::free`].
     ///
     /// # Errors
     /// The set cannot be built.
-    pub fn state_like(&self, set: &[Hypothesis], free: Option<Vec<Vec<f64>>>) -> Result<Stated, String> {
+    pub fn state_like(&self, set: &[Hypothesis], free: Option<Vec<Vec<f64>>>) -> Result<PosedSet, String> {
         let p = self.case;
         let mut effects: Vec<String> = set.iter().flat_map(Hypothesis::effects).collect();
         effects.sort();
@@ -228,7 +229,7 @@ impl<'a> Search<'a> {
             }
         }
         let mut ties = Vec::new();
-        if p.subject.plant == effect::Plant::Joint {
+        if p.subject.plant == effect::PlantKind::Joint {
             use joint::parameter as q;
             if p.nominal[q::STATIC_FRICTION] <= p.nominal[q::COULOMB_FRICTION] {
                 ties.push((q::STATIC_FRICTION, q::COULOMB_FRICTION));
@@ -245,10 +246,10 @@ impl<'a> Search<'a> {
         for index in hypothesis::own_parameters(p) {
             let name = &p.subject.parameters(&p.model)[index].name;
             let doubt = p.doubt.get(name).copied().unwrap_or(KNOWN);
-            let claimed = set.iter().any(|h| h.claim == hypothesis::Claim::Parameter(index));
+            let claimed = set.iter().any(|h| h.claim == hypothesis::HypothesisClaim::Parameter(index));
             let mut u = hypothesis::parameter(p, index, if claimed { doubt.max(WRONG) } else { doubt });
             // The same parameter may lie elsewhere once there are effects.
-            if let (Target::Parameter(i), Some(at)) = (&mut u.target, names.get(name)) {
+            if let (BalanceTarget::Parameter(i), Some(at)) = (&mut u.target, names.get(name)) {
                 *i = *at;
             }
             unknowns.push(u);
@@ -279,33 +280,35 @@ impl<'a> Search<'a> {
                 u.upper = u.upper.min(self.finest(h)).max(2.0 * u.lower);
                 u.start = u.start.clamp(u.lower, u.upper);
             }
-            let own =
-                |u: &Unknown| unknowns.iter().any(|v: &Unknown| v.name == u.name && v.target == u.target);
-            let known = matches!(h.claim, hypothesis::Claim::Parameter(_)) && one.unknowns.iter().all(own);
+            let own = |u: &BalanceUnknown| {
+                unknowns.iter().any(|v: &BalanceUnknown| v.name == u.name && v.target == u.target)
+            };
+            let known =
+                matches!(h.claim, hypothesis::HypothesisClaim::Parameter(_)) && one.unknowns.iter().all(own);
             // A parameter of the plant's own is among the unknowns already.
             if !known {
                 unknowns.extend(one.unknowns.iter().cloned());
             }
             posed.push(one);
         }
-        Ok(Stated { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed, free, belief: None })
+        Ok(PosedSet { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed, free, belief: None })
     }
 
     /// The comparison of a set with the recordings for fitting.
-    pub fn compare<'b>(&'b self, stated: &'b Stated) -> Comparison<'b> {
+    pub fn compare<'b>(&'b self, stated: &'b PosedSet) -> BalanceProblem<'b> {
         let coordinates = self.case.subject.coordinates(&stated.model, &stated.nominal);
         let lead = if stated.free.is_none() { self.case.train.len() } else { 0 };
         let led = self.led[..lead].iter();
         let orders = stated.posed.iter().zip(&stated.begin).zip(&stated.set);
         let orders = orders.filter_map(|((p, begin), h)| Some((begin + p.order?, self.angle_turned(h))));
-        Comparison {
+        BalanceProblem {
             orders: orders.collect(),
             ties: stated.ties.clone(),
             led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
             allowed: stated.free.clone().unwrap_or_default(),
             belief: stated.belief.as_ref(),
-            ..Comparison::free(&stated.model, stated.nominal.clone(), &self.case.train)
+            ..BalanceProblem::free(&stated.model, stated.nominal.clone(), &self.case.train)
         }
     }
     /// What residuals of the recordings for fitting come to, octave by octave.
@@ -330,7 +333,12 @@ impl<'a> Search<'a> {
     ///
     /// # Errors
     /// The model could not be simulated at the start.
-    pub fn fit(&self, stated: Stated, start: &[f64], options: Options) -> Result<Fitted, PredictError> {
+    pub fn fit(
+        &self,
+        stated: PosedSet,
+        start: &[f64],
+        options: SolverOptions,
+    ) -> Result<FittedSet, PredictError> {
         self.fit_holding(stated, start, options, BTreeMap::new())
     }
 
@@ -340,11 +348,11 @@ impl<'a> Search<'a> {
     /// See [`Self::fit`].
     pub fn fit_beside(
         &self,
-        stated: Stated,
+        stated: PosedSet,
         start: &[f64],
-        options: Options,
-        base: &Fitted,
-    ) -> Result<Fitted, PredictError> {
+        options: SolverOptions,
+        base: &FittedSet,
+    ) -> Result<FittedSet, PredictError> {
         let readings = self.compare(&stated).readings();
         // A joint that gives way makes another plant of it.
         let loosens = stated.set.last().is_some_and(|h| h.loosens().is_some());
@@ -359,51 +367,61 @@ impl<'a> Search<'a> {
 
     fn fit_holding(
         &self,
-        stated: Stated,
+        stated: PosedSet,
         start: &[f64],
-        options: Options,
+        options: SolverOptions,
         held: BTreeMap<usize, Vec<f64>>,
-    ) -> Result<Fitted, PredictError> {
-        let problem = Comparison { held, ..self.compare(&stated) };
+    ) -> Result<FittedSet, PredictError> {
+        let problem = BalanceProblem { held, ..self.compare(&stated) };
         let times = if problem.orders.is_empty() { 1 } else { PATIENCE };
-        let options = Options { max_iterations: times * options.max_iterations, ..options };
+        let options = SolverOptions { max_iterations: times * options.max_iterations, ..options };
         let (found, surer) = if stated.free.is_some() {
             (solve(&problem, start, options)?, 1.0)
         } else {
             self.solve_believing(problem, &stated, start, options)?
         };
-        Ok(Fitted { surer, ..self.fitted(stated, found.x, found.residuals, found.jacobian) })
+        Ok(FittedSet { surer, ..self.fitted(stated, found.x, found.residuals, found.jacobian) })
     }
 
     /// A set with its residuals and their derivatives, made again where it is kept without.
-    pub fn whole<'f>(&self, fitted: &'f Fitted) -> Option<Cow<'f, Fitted>> {
+    pub fn whole<'f>(&self, fitted: &'f FittedSet) -> Option<Cow<'f, FittedSet>> {
         if !fitted.residuals.is_empty() {
             return Some(Cow::Borrowed(fitted));
         }
         let there = self.compare(&fitted.stated).evaluate(&fitted.theta, true).ok()?;
-        Some(Cow::Owned(Fitted { residuals: there.residuals, jacobian: there.jacobian?, ..fitted.clone() }))
+        Some(Cow::Owned(FittedSet {
+            residuals: there.residuals,
+            jacobian: there.jacobian?,
+            ..fitted.clone()
+        }))
     }
 
     /// The model as it was given, in the place of a fit of it.
-    pub fn given(&self, plain: &Fitted) -> Option<Fitted> {
+    pub fn given(&self, plain: &FittedSet) -> Option<FittedSet> {
         let start = self.compare(&plain.stated).start();
         self.standing(plain.stated.clone(), start)
     }
 
     /// The model without causes, everything else where a set that runs freely has it.
-    pub fn without(&self, set: &Fitted) -> Option<Fitted> {
+    pub fn without(&self, set: &FittedSet) -> Option<FittedSet> {
         let stated = self.state_like(&[], set.stated.free.clone()).ok()?;
         let start = self.begin_with(&stated, set);
         self.standing(stated, start)
     }
 
     /// A set as it stands, in the place of a fit of it.
-    pub fn standing(&self, stated: Stated, theta: Vec<f64>) -> Option<Fitted> {
+    pub fn standing(&self, stated: PosedSet, theta: Vec<f64>) -> Option<FittedSet> {
         let there = self.compare(&stated).evaluate(&theta, true).ok()?;
         Some(self.fitted(stated, theta, there.residuals, there.jacobian?))
     }
 
-    fn fitted(&self, stated: Stated, theta: Vec<f64>, r: DVector<f64>, jacobian: DMatrix<f64>) -> Fitted {
+    fn fitted(
+        &self,
+        stated: PosedSet,
+        theta: Vec<f64>,
+        r: DVector<f64>,
+        jacobian: DMatrix<f64>,
+    ) -> FittedSet {
         let readings = self.compare(&stated).readings();
         let chi2 = r.rows(0, readings).norm_squared();
         let led = stated.free.is_none();
@@ -411,7 +429,7 @@ impl<'a> Search<'a> {
         let octaves = if led { self.octaves(&r.as_slice()[..readings]) } else { Vec::new() };
         let information = jacobian.tr_mul(&jacobian);
         let (occam, surer) = (0.0, 1.0);
-        let mut fitted = Fitted {
+        let mut fitted = FittedSet {
             stated,
             theta,
             residuals: r,
@@ -429,13 +447,13 @@ impl<'a> Search<'a> {
     }
 
     /// Coordinates to begin with when `set` grows out of `from`: what is shared is taken over.
-    pub fn begin_with(&self, stated: &Stated, from: &Fitted) -> Vec<f64> {
+    pub fn begin_with(&self, stated: &PosedSet, from: &FittedSet) -> Vec<f64> {
         stated.begin_with(&[from])
     }
 
     /// A set in numbers beside `base`, which runs freely, and where to begin: what both share as the base has it, the rest as
     /// the set was fitted.
-    pub fn beside(&self, base: &Fitted, set: &Fitted) -> Option<(Stated, Vec<f64>)> {
+    pub fn beside(&self, base: &FittedSet, set: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
         let stated = self.state_like(&set.stated.set, base.stated.free.clone()).ok()?;
         let start = stated.begin_with(&[base, set]);
         Some((stated, start))
@@ -443,7 +461,7 @@ impl<'a> Search<'a> {
 }
 
 /// -1/2 log det(1 + D F D), D the standard deviations of the priors, F the information of the readings.
-fn occam(f: &Fitted, readings: usize) -> f64 {
+fn occam(f: &FittedSet, readings: usize) -> f64 {
     let j = f.jacobian.rows(0, readings);
     let mut m = j.tr_mul(&j);
     let sd: Vec<f64> = f.stated.unknowns.iter().map(|u| u.prior.map_or(1.0, |p| p.deviation)).collect();

@@ -2,18 +2,18 @@
 
 use std::borrow::Cow;
 
-use trueup_identification::lsq::Options;
+use trueup_identification::lsq::SolverOptions;
 use trueup_identification::parallel;
-use trueup_models::effect::Plant;
+use trueup_models::effect::PlantKind;
 
 use super::hypothesis::{Hypothesis, Times};
-use super::screen::{Pair, Screened};
-use super::search::{self, Fitted, Search};
+use super::screen::{CausePair, ScreenedCause};
+use super::search::{self, CaseSearch, FittedSet};
 use trueup_numerics::order::descending;
 
 /// How far to look.
 #[derive(Clone, Copy, Debug)]
-pub struct Effort {
+pub struct SearchEffort {
     /// Causes that are fitted in full after each screen.
     pub refits: usize,
     /// Sets that are followed further.
@@ -26,23 +26,28 @@ pub struct Effort {
     pub exchanges: usize,
 }
 
-impl Default for Effort {
+impl Default for SearchEffort {
     fn default() -> Self {
         Self { refits: 7, beam: 2, most: 4, iterations: 10, exchanges: 6 }
     }
 }
 
-impl Effort {
+impl SearchEffort {
     /// How a set is fitted.
-    pub fn options(&self) -> Options {
-        Options { max_iterations: self.iterations, cost_tolerance: 1e-4, radius: 1.0, ..Options::default() }
+    pub fn options(&self) -> SolverOptions {
+        SolverOptions {
+            max_iterations: self.iterations,
+            cost_tolerance: 1e-4,
+            radius: 1.0,
+            ..SolverOptions::default()
+        }
     }
     /// The same for a plant whose looks cost more: one set is followed only.
     #[must_use]
-    pub fn on(self, plant: Plant) -> Self {
+    pub fn on(self, plant: PlantKind) -> Self {
         match plant {
-            Plant::Joint => self,
-            Plant::Arm => Self {
+            PlantKind::Joint => self,
+            PlantKind::Arm => Self {
                 refits: self.refits.min(5),
                 beam: 1,
                 most: self.most.min(3),
@@ -55,22 +60,22 @@ impl Effort {
 
 /// What the search found.
 #[derive(Debug)]
-pub struct Found {
+pub struct SearchResult {
     /// Nothing added.
-    pub plain: Fitted,
+    pub plain: FittedSet,
     /// Every set that was fitted, best first.
-    pub sets: Vec<Fitted>,
+    pub sets: Vec<FittedSet>,
     /// The set chosen.
-    pub best: Fitted,
+    pub best: FittedSet,
 }
 
-impl Found {
+impl SearchResult {
     /// Share of the floor's power that is left at the least: where a set leaves less than noise was held to leave, no perfect
     /// model leaves more than it does. Pushes take up noise that is slow, and what noise leaves is not known to a quarter.
     pub fn least(&self) -> f64 {
         let all = self.sets.iter().chain([&self.best]);
         let laws = all.filter(|f| !f.stated.set.iter().any(Hypothesis::is_push));
-        let least = 1.0 + laws.map(Fitted::excess).fold(0.0, f64::min);
+        let least = 1.0 + laws.map(FittedSet::excess).fold(0.0, f64::min);
         if least > 1.0 - DOUBT { 1.0 } else { least.max(LEAST) }
     }
     /// An excess over that.
@@ -119,7 +124,7 @@ pub const PLAIN: f64 = 0.25;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 
-impl Fitted {
+impl FittedSet {
     /// Readings that count.
     pub fn count(&self) -> f64 {
         if !self.octaves.is_empty() {
@@ -137,27 +142,27 @@ impl Fitted {
     }
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Searches.
     ///
     /// # Errors
     /// Why the nominal model cannot be fitted.
-    pub fn select(&self, effort: Effort, mut tell: impl FnMut(&str)) -> Result<Found, String> {
+    pub fn select(&self, effort: SearchEffort, mut tell: impl FnMut(&str)) -> Result<SearchResult, String> {
         let options = effort.options();
         let stated = self.state(&[])?;
         let start = self.compare(&stated).start();
         let plain = self.fit(stated, &start, options).map_err(|e| e.to_string())?;
         tell(&format!("nothing added: excess {:.3}", plain.excess()));
-        let mut sets: Vec<Fitted> = Vec::new();
+        let mut sets: Vec<FittedSet> = Vec::new();
         let mut best = plain.clone();
         let mut beam = vec![plain.clone()];
         // Where a cause has dragged parameters far away, it is better seen from where they were.
         if plain.prior2 > DRAGGED && plain.excess() > NEGLIGIBLE {
             beam.extend(self.given(&plain));
         }
-        let mut alone: Vec<(Fitted, Vec<Screened>)> = Vec::new();
+        let mut alone: Vec<(FittedSet, Vec<ScreenedCause>)> = Vec::new();
         for depth in 1..=effort.most {
-            let mut grown: Vec<Fitted> = Vec::new();
+            let mut grown: Vec<FittedSet> = Vec::new();
             for (followed, base) in beam.iter().enumerate() {
                 let screened = self.screen(base);
                 let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
@@ -176,10 +181,10 @@ impl Search<'_> {
             for (base, screened) in alone.iter().filter(|_| depth == 2) {
                 let mut pairs = self.pairs(base, screened);
                 pairs.truncate(PAIRS);
-                let set = |p: &Pair| p.indices.map(|i| self.causes[i].clone());
+                let set = |p: &CausePair| p.indices.map(|i| self.causes[i].clone());
                 pairs.retain(|p| !grown.iter().any(|g| same(&g.stated.set, &set(p))));
                 let fits = parallel::map(&pairs, |p| self.fit_pair(base, screened, p, options));
-                grown.extend(fits.into_iter().flatten().map(Fitted::lean));
+                grown.extend(fits.into_iter().flatten().map(FittedSet::lean));
             }
             descending(&mut grown, |item| item.evidence(1.0));
             // The best once more with all derivatives.
@@ -206,7 +211,7 @@ impl Search<'_> {
             }
             let leading: Vec<_> = grown.iter().take(effort.beam).map(|f| self.whole(f)).collect();
             beam = leading.into_iter().flatten().map(Cow::into_owned).collect();
-            sets.extend(grown.into_iter().map(Fitted::lean));
+            sets.extend(grown.into_iter().map(FittedSet::lean));
             // Of two causes neither may explain much by itself.
             let promising = depth == 1 && evidence > ASKED;
             if !(worth || promising) || after < NEGLIGIBLE {
@@ -216,7 +221,7 @@ impl Search<'_> {
         best = self.without_needless(best, options);
         best = self.exchanged(best, &mut sets, effort, options, &mut tell);
         self.share_orders(&best, &plain, &mut sets, options);
-        let simpler = |f: &&Fitted| f.stated.set.len() <= best.stated.set.len();
+        let simpler = |f: &&FittedSet| f.stated.set.len() <= best.stated.set.len();
         let most = sets.iter().filter(simpler).max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)));
         if let Some(most) =
             most.filter(|m| m.evidence(1.0) > best.evidence(1.0) && !best.stated.set.is_empty())
@@ -227,30 +232,30 @@ impl Search<'_> {
             sets.push(best.clone());
         }
         descending(&mut sets, |item| item.evidence(1.0));
-        let sets = sets.into_iter().map(Fitted::lean).collect();
-        Ok(Found { plain, sets, best })
+        let sets = sets.into_iter().map(FittedSet::lean).collect();
+        Ok(SearchResult { plain, sets, best })
     }
 
     /// Fits the likeliest sets with one cause more than `base`, however small their share: a free-running simulation may
     /// tell.
-    pub fn grow(&self, found: &mut Found, base: &Fitted, effort: Effort) {
+    pub fn grow(&self, found: &mut SearchResult, base: &FittedSet, effort: SearchEffort) {
         let options = effort.options();
         let Some(base) = self.whole(base) else { return };
         let screened = self.screen(&base);
         let wanted = self.likeliest(&screened, GROW, GROW);
         let new = |set: &[Hypothesis]| !found.sets.iter().any(|f| same(&f.stated.set, set));
         let fits = self.fit_each(wanted, &base, options, new);
-        found.sets.extend(fits.into_iter().map(Fitted::lean));
+        found.sets.extend(fits.into_iter().map(FittedSet::lean));
     }
 
     /// The best few of a screen, of the plant's own parameters at most `own`: where sensors are few they all take up some of what
     /// an effect does, and would crowd it out.
     fn likeliest<'s>(
         &self,
-        screened: &'s [Screened],
+        screened: &'s [ScreenedCause],
         few: usize,
         own: usize,
-    ) -> impl Iterator<Item = &'s Screened> {
+    ) -> impl Iterator<Item = &'s ScreenedCause> {
         let mut left = own;
         let fits = screened.iter().filter(|s| s.gain > 2.0 && self.leads(s, screened)).filter(move |s| {
             let effect = self.causes[s.index].is_effect();
@@ -270,13 +275,13 @@ impl Search<'_> {
     }
 
     /// Several pushes are none where one explains nearly as much, and where they hardly lead their fit costs more than it tells.
-    fn leads(&self, s: &Screened, screened: &[Screened]) -> bool {
+    fn leads(&self, s: &ScreenedCause, screened: &[ScreenedCause]) -> bool {
         let cause = &self.causes[s.index];
-        let once = |o: &&Screened| {
+        let once = |o: &&ScreenedCause| {
             let other = &self.causes[o.index];
             other.times != Times::Several && other.same_place(cause)
         };
-        let gain = |of: Option<&Screened>| of.map_or(0.0, |o| o.gain);
+        let gain = |of: Option<&ScreenedCause>| of.map_or(0.0, |o| o.gain);
         cause.times != Times::Several
             || s.gain > LEADING * gain(screened.first()) && gain(screened.iter().find(once)) < ALIKE * s.gain
     }
@@ -284,12 +289,12 @@ impl Search<'_> {
     /// Fits `base` with each of these causes more, where the set is `wanted`.
     fn fit_each<'s>(
         &self,
-        causes: impl Iterator<Item = &'s Screened>,
-        base: &Fitted,
-        options: Options,
+        causes: impl Iterator<Item = &'s ScreenedCause>,
+        base: &FittedSet,
+        options: SolverOptions,
         wanted: impl Fn(&[Hypothesis]) -> bool,
-    ) -> Vec<Fitted> {
-        let step = |s: &'s Screened| {
+    ) -> Vec<FittedSet> {
+        let step = |s: &'s ScreenedCause| {
             let mut set = base.stated.set.clone();
             set.push(self.causes[s.index].clone());
             wanted(&set).then_some((set, &s.start))
@@ -304,12 +309,12 @@ impl Search<'_> {
     /// Tries other causes in the place of each of several.
     fn exchanged(
         &self,
-        mut best: Fitted,
-        sets: &mut Vec<Fitted>,
-        effort: Effort,
-        options: Options,
+        mut best: FittedSet,
+        sets: &mut Vec<FittedSet>,
+        effort: SearchEffort,
+        options: SolverOptions,
         tell: &mut impl FnMut(&str),
-    ) -> Fitted {
+    ) -> FittedSet {
         let mut i = 0;
         let mut rounds = 0;
         while best.stated.set.len() > 1 && i < best.stated.set.len() && rounds < effort.exchanges {
@@ -319,7 +324,7 @@ impl Search<'_> {
             let Ok(stated) = self.state(&fewer) else { break };
             let start = self.begin_with(&stated, &best);
             let Ok(base) = self.fit(stated, &start, options) else { break };
-            let mut better: Option<Fitted> = None;
+            let mut better: Option<FittedSet> = None;
             let few = effort.refits.saturating_sub(2);
             let screened = self.screen(&base);
             let wanted = self.likeliest(&screened, few, few.div_ceil(3)).filter(|s| {
@@ -350,7 +355,13 @@ impl Search<'_> {
 
     /// Tries every other cause with an order of the shaft in the place of one, at the order that this one has: lines are so
     /// narrow that each would else end at an order of its own.
-    fn share_orders(&self, best: &Fitted, plain: &Fitted, sets: &mut Vec<Fitted>, options: Options) {
+    fn share_orders(
+        &self,
+        best: &FittedSet,
+        plain: &FittedSet,
+        sets: &mut Vec<FittedSet>,
+        options: SolverOptions,
+    ) {
         for i in 0..best.stated.set.len() {
             let Some(order) = best.order_of(i) else { continue };
             let mut fewer = best.stated.set.clone();
@@ -376,7 +387,7 @@ impl Search<'_> {
     }
 
     /// Leaves out what the others make needless.
-    fn without_needless(&self, mut best: Fitted, options: Options) -> Fitted {
+    fn without_needless(&self, mut best: FittedSet, options: SolverOptions) -> FittedSet {
         while best.stated.set.len() > 1 {
             let fits = parallel::map(0..best.stated.set.len(), |i| {
                 let mut set = best.stated.set.clone();
@@ -405,7 +416,7 @@ impl Search<'_> {
 }
 
 /// Adds a fit to those of other sets; of the same set the better stays.
-fn keep(sets: &mut Vec<Fitted>, fitted: Fitted) {
+fn keep(sets: &mut Vec<FittedSet>, fitted: FittedSet) {
     match sets.iter_mut().find(|f| same(&f.stated.set, &fitted.stated.set)) {
         Some(old) if old.evidence(1.0) < fitted.evidence(1.0) => *old = fitted,
         Some(_) => {}
@@ -415,7 +426,7 @@ fn keep(sets: &mut Vec<Fitted>, fitted: Fitted) {
 
 /// Puts a fit in the place of that of the same set, or behind the others; where. Unlike [`keep`] it asks for no evidence: a
 /// fit of the balances from where a free run ended belongs to that run, which ended there for they had it wrong.
-pub(crate) fn put(sets: &mut Vec<Fitted>, fitted: Fitted) -> usize {
+pub(crate) fn put(sets: &mut Vec<FittedSet>, fitted: FittedSet) -> usize {
     let at = sets.iter().position(|f| same(&f.stated.set, &fitted.stated.set)).unwrap_or(sets.len());
     if at == sets.len() {
         sets.push(fitted)

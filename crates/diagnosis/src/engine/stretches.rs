@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use super::coordinate::median_step;
 use super::problem::Compared;
-use super::recordings::{Prepared, first_states};
-use super::search::{Fitted, Search};
-use trueup_identification::run::Run;
+use super::recordings::{PreparedCase, first_states};
+use super::search::{CaseSearch, FittedSet};
+use trueup_identification::run::IdentificationRun;
 
 /// Length of a stretch, s,
 pub(super) const LENGTH: f64 = 1.0;
@@ -17,46 +17,47 @@ const READINGS: f64 = 200.0;
 /// A case whose recordings for fitting are stretches of those of another.
 #[derive(Debug)]
 pub struct Stretches {
-    case: Prepared,
+    case: PreparedCase,
 }
 
 impl Stretches {
     /// Of a search; `None`: its recordings are too short to be cut.
-    pub fn of(search: &Search<'_>) -> Option<Self> {
+    pub fn of(search: &CaseSearch<'_>) -> Option<Self> {
         let whole = &search.case.train;
         let train: Vec<Compared> = whole.iter().flat_map(|c| search.case.cut(c)).collect();
-        let case = Prepared { train, ..search.case.clone() };
+        let case = PreparedCase { train, ..search.case.clone() };
         (case.train.len() > whole.len()).then_some(Self { case })
     }
 
     /// The search over them, where nothing leads: typical sizes are those of all, causes those that act all along.
-    pub fn search<'a>(&'a self, all: &Search<'_>) -> Search<'a> {
+    pub fn search<'a>(&'a self, all: &CaseSearch<'_>) -> CaseSearch<'a> {
         let causes = all.causes.iter().filter(|h| h.is_alike_in_all() && !h.is_push()).cloned().collect();
         let (sizes, adrift) = (all.sizes.clone(), all.adrift.clone());
-        Search { case: &self.case, sizes, causes, led: Vec::new(), expected: Vec::new(), adrift }
+        CaseSearch { case: &self.case, sizes, causes, led: Vec::new(), expected: Vec::new(), adrift }
     }
 }
 
-impl Prepared {
+impl PreparedCase {
     /// A recording in stretches, or as it is.
     fn cut(&self, whole: &Compared) -> Vec<Compared> {
         let pieces = pieces(&whole.run);
         if pieces.len() < 2 {
             return vec![whole.clone()];
         }
-        let begins = |run: &Run| {
+        let begins = |run: &IdentificationRun| {
             if run.start == whole.run.start {
                 return whole.known.clone();
             }
             first_states(&self.subject, &self.model, &self.nominal, &self.coordinates, run)
         };
-        let ready = |run: Run| Compared::new(run.clone(), begins(&run), self.model.sizes().inputs);
+        let ready =
+            |run: IdentificationRun| Compared::new(run.clone(), begins(&run), self.model.sizes().inputs);
         pieces.into_iter().map(ready).collect()
     }
 }
 
 /// A recording in stretches of even length, which keep its time.
-fn pieces(whole: &Run) -> Vec<Run> {
+fn pieces(whole: &IdentificationRun) -> Vec<IdentificationRun> {
     let channels = || whole.channels.iter();
     let step = channels().filter_map(|c| median_step(&c.t)).fold(0.0, f64::max);
     let end = channels().filter_map(|c| c.t.last()).fold(whole.start, |a, t| a.max(*t));
@@ -72,9 +73,9 @@ fn pieces(whole: &Run) -> Vec<Run> {
 }
 
 /// The readings of a recording within these times, with its inputs and its name; it begins where they do.
-pub(super) fn part(whole: &Run, within: Range<f64>) -> Run {
+pub(super) fn part(whole: &IdentificationRun, within: Range<f64>) -> IdentificationRun {
     let first = whole.start == within.start;
-    let mut run = Run { start: within.start, at_rest: whole.at_rest && first, ..whole.clone() };
+    let mut run = IdentificationRun { start: within.start, at_rest: whole.at_rest && first, ..whole.clone() };
     for c in &mut run.channels {
         let kept = c.t.partition_point(|t| *t < within.start)..c.t.partition_point(|t| *t < within.end);
         c.t = c.t[kept.clone()].to_vec();
@@ -84,7 +85,7 @@ pub(super) fn part(whole: &Run, within: Range<f64>) -> Run {
     run
 }
 
-impl Fitted {
+impl FittedSet {
     /// What it says of all recordings, without what it says of each.
     pub fn of_all(&self) -> Self {
         let mut own = self.clone();
@@ -96,24 +97,33 @@ impl Fitted {
 #[cfg(test)]
 mod tests {
     use super::pieces;
-    use trueup_identification::run::{Channel, Run};
+    use trueup_identification::run::{IdentificationRun, OutputChannel};
 
-    fn run(seconds: f64, step: f64) -> Run {
+    fn run(seconds: f64, step: f64) -> IdentificationRun {
         let t: Vec<f64> = (0..=(seconds / step).round() as u32).map(|k| 2.0 + f64::from(k) * step).collect();
-        let own = Channel { y: t.clone(), spread: t.clone(), t: t.clone(), ..Channel::default() };
+        let own = OutputChannel { y: t.clone(), spread: t.clone(), t: t.clone(), ..OutputChannel::default() };
         // Read four times a second, and counted in full.
-        let slow = Channel {
+        let slow = OutputChannel {
             t: t.iter().copied().filter(|t| (t * 4.0).fract() < 1e-9).collect(),
-            ..Channel::default()
+            ..OutputChannel::default()
         };
-        let slow = Channel { y: slow.t.clone(), ..slow };
-        Run { name: "a.csv".into(), channels: vec![own, slow], start: 2.0, at_rest: true, ..Run::default() }
+        let slow = OutputChannel { y: slow.t.clone(), ..slow };
+        IdentificationRun {
+            name: "a.csv".into(),
+            channels: vec![own, slow],
+            start: 2.0,
+            at_rest: true,
+            ..IdentificationRun::default()
+        }
     }
 
     /// Every reading is in one stretch, each begins where the last ended, none is shorter than a second.
     #[test]
     fn stretches_have_all_readings_once() {
-        let all = pieces(&Run { channels: vec![run(3.5, 0.002).channels.remove(0)], ..run(3.5, 0.002) });
+        let all = pieces(&IdentificationRun {
+            channels: vec![run(3.5, 0.002).channels.remove(0)],
+            ..run(3.5, 0.002)
+        });
         assert_eq!(all.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().len(), 3);
         let t: Vec<f64> = all.iter().flat_map(|r| r.channels[0].t.clone()).collect();
         assert_eq!(t, run(3.5, 0.002).channels[0].t);

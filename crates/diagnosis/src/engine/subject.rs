@@ -5,21 +5,21 @@ use std::sync::Arc;
 
 use trueup_models::arm::{self, ArmScalar, PlanarManipulator};
 use trueup_models::compiled::Compiled;
-use trueup_models::effect::{self, Choice, EffectSet};
+use trueup_models::effect::{self, EffectChoice, EffectSet};
 use trueup_models::joint::{self, TwoMassJoint};
-use trueup_numerics::hybrid::{At, Sizes};
-use trueup_plant::{Plant, Quantity};
+use trueup_numerics::hybrid::{At, ModelSizes};
+use trueup_plant::{Plant, PlantQuantity};
 
 /// One of the plants, with effects.
 #[derive(Clone, Debug)]
-pub enum Model {
+pub enum EngineModel {
     /// TwoMassJoint.
     Joint(Arc<Compiled<TwoMassJoint>>),
     /// PlanarManipulator.
     Arm(Arc<Compiled<PlanarManipulator>>),
 }
 
-impl Model {
+impl EngineModel {
     /// This joint.
     pub fn joint(joint: TwoMassJoint) -> Self {
         Self::Joint(Arc::new(Compiled::new(joint)))
@@ -32,7 +32,7 @@ impl Model {
         }
     }
     /// How many values of each kind.
-    pub fn sizes(&self) -> Sizes {
+    pub fn sizes(&self) -> ModelSizes {
         self.plant().sizes()
     }
     /// Rates of the states where these rows of an arm's equations have accelerations that are given, whatever force that takes.
@@ -61,9 +61,9 @@ impl Model {
 
 /// The plant as its owner declares it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Subject {
+pub struct DiagnosisSubject {
     /// Which plant.
-    pub plant: effect::Plant,
+    pub plant: effect::PlantKind,
     /// Which joints have a spring.
     pub flexible: Vec<bool>,
     /// An arm's base stays where it begins.
@@ -74,25 +74,25 @@ pub struct Subject {
     pub known: Vec<String>,
 }
 
-impl Subject {
+impl DiagnosisSubject {
     /// On a base that floats, nothing but its joints known.
-    pub fn new(plant: effect::Plant, flexible: Vec<bool>) -> Self {
+    pub fn new(plant: effect::PlantKind, flexible: Vec<bool>) -> Self {
         Self { plant, flexible, fixed_base: false, payload: None, known: Vec::new() }
     }
     /// With these effects (ids, places behind a colon) beside those that are known.
     ///
     /// # Errors
     /// An effect that this plant cannot have.
-    pub fn model<S: AsRef<str>>(&self, effects: &[S]) -> Result<Model, String> {
+    pub fn model<S: AsRef<str>>(&self, effects: &[S]) -> Result<EngineModel, String> {
         let effects = self.with_known(effects.iter().map(|e| e.as_ref().to_owned()));
         match self.plant {
-            effect::Plant::Joint => {
-                TwoMassJoint::new(self.flexible[0], &effects).map(Model::joint).map_err(|e| e.to_string())
-            }
-            effect::Plant::Arm => {
+            effect::PlantKind::Joint => TwoMassJoint::new(self.flexible[0], &effects)
+                .map(EngineModel::joint)
+                .map_err(|e| e.to_string()),
+            effect::PlantKind::Arm => {
                 let arm = PlanarManipulator::on_base(self.fixed_base, &self.flexible, &effects);
                 let arm = arm.map_err(|e| e.to_string())?.with_payload(self.payload);
-                Ok(Model::Arm(Arc::new(Compiled::new(arm))))
+                Ok(EngineModel::Arm(Arc::new(Compiled::new(arm))))
             }
         }
     }
@@ -115,8 +115,8 @@ impl Subject {
     /// The input that commands the motor of a joint.
     pub fn motor_input(&self, site: usize) -> usize {
         match self.plant {
-            effect::Plant::Joint => joint::input::MOTOR_CURRENT,
-            effect::Plant::Arm => arm::input::joint_torque(self.joints()) + site,
+            effect::PlantKind::Joint => joint::input::MOTOR_CURRENT,
+            effect::PlantKind::Arm => arm::input::joint_torque(self.joints()) + site,
         }
     }
     /// The input that is the reference of a joint's servo, if it has one.
@@ -134,14 +134,14 @@ impl Subject {
         model.map_or_else(|_| Vec::new(), |m| names(&m.plant().table().outputs))
     }
     /// All parameters of a model in their order.
-    pub fn parameters(&self, model: &Model) -> Vec<Quantity> {
+    pub fn parameters(&self, model: &EngineModel) -> Vec<PlantQuantity> {
         model.plant().table().parameters.clone()
     }
     /// Values to begin with: those of the preset; effects are neutral.
-    pub fn defaults(&self, model: &Model) -> Vec<f64> {
+    pub fn defaults(&self, model: &EngineModel) -> Vec<f64> {
         let all = model.plant().table().parameters.iter();
         let mut p: Vec<f64> = all.map(|q| q.neutral.unwrap_or(q.start)).collect();
-        if let Model::Arm(_) = model {
+        if let EngineModel::Arm(_) = model {
             // The rotor of a joint that its owner declares rigid is neglected, whatever loosens the joint.
             let rotors = arm::parameter::motor_inertia(self.joints());
             (0..self.joints()).filter(|j| !self.flexible[*j]).for_each(|j| p[rotors + j] = 0.0);
@@ -149,13 +149,13 @@ impl Subject {
         p
     }
     /// Every effect that may be missing here, in every place.
-    pub fn choices(&self) -> impl Iterator<Item = Choice> {
-        let missing = |c: &Choice| !c.spec().installed && c.spec().acts_in(self.plant, self.fixed_base);
-        Choice::all(self.plant).filter(missing)
+    pub fn choices(&self) -> impl Iterator<Item = EffectChoice> {
+        let missing = |c: &EffectChoice| !c.spec().installed && c.spec().acts_in(self.plant, self.fixed_base);
+        EffectChoice::all(self.plant).filter(missing)
     }
 }
 
-fn names(all: &[Quantity]) -> Vec<String> {
+fn names(all: &[PlantQuantity]) -> Vec<String> {
     all.iter().map(|q| q.name.clone()).collect()
 }
 
@@ -166,14 +166,14 @@ mod tests {
     #[test]
     fn names_and_defaults_cover_every_parameter() {
         for (plant, flexible, fixed_base) in [
-            (effect::Plant::Joint, vec![true], false),
-            (effect::Plant::Arm, vec![true, false, false], false),
-            (effect::Plant::Arm, vec![true, false, false], true),
+            (effect::PlantKind::Joint, vec![true], false),
+            (effect::PlantKind::Arm, vec![true, false, false], false),
+            (effect::PlantKind::Arm, vec![true, false, false], true),
         ] {
-            let subject = Subject { fixed_base, ..Subject::new(plant, flexible) };
+            let subject = DiagnosisSubject { fixed_base, ..DiagnosisSubject::new(plant, flexible) };
             let all: Vec<String> = subject.choices().map(|c| c.id()).collect();
             // It holds on to the ground, which a base that floats does not.
-            let grounded = plant == effect::Plant::Joint || fixed_base;
+            let grounded = plant == effect::PlantKind::Joint || fixed_base;
             assert_eq!(all.iter().any(|id| id == "gravity-torque"), grounded);
             for effects in [&[][..], &all] {
                 let model = subject.model(effects).unwrap();

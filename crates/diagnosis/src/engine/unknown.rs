@@ -10,7 +10,7 @@ pub const WRONG: f64 = 0.5;
 
 /// What an unknown sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum BalanceTarget {
     /// This parameter of the model.
     Parameter(usize),
     /// By how much parameter `at` exceeds parameter `base`.
@@ -31,16 +31,16 @@ pub enum Target {
     /// By how many seconds the readings of this output are late.
     SensorDelay(usize),
     /// By how many seconds this input acts late.
-    InputDelay(usize),
+    ActuatorDeadTime(usize),
     /// Time constant of a first-order lag of this input, s.
-    InputLag(usize),
+    ActuatorLag(usize),
     /// By how many seconds the readings of this output are late, whatever they are believed to be.
-    Delay(usize),
+    TotalSensorDelay(usize),
     /// The same of an input.
-    InputReadingDelay(usize),
+    InputSensorDelay(usize),
 }
 
-impl Target {
+impl BalanceTarget {
     /// It is of a sensor: its readings are gain x value + offset.
     pub fn is_of_sensor(self) -> bool {
         matches!(self, Self::Offset(_) | Self::Gain(_) | Self::InputOffset(_) | Self::InputGain(_))
@@ -48,8 +48,8 @@ impl Target {
     /// It changes when things happen.
     pub fn shifts(self) -> bool {
         match self {
-            Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_) => true,
-            Self::Delay(_) | Self::InputReadingDelay(_) => true,
+            Self::SensorDelay(_) | Self::ActuatorDeadTime(_) | Self::ActuatorLag(_) => true,
+            Self::TotalSensorDelay(_) | Self::InputSensorDelay(_) => true,
             Self::Parameter(_) | Self::Above { .. } | Self::Offset(_) | Self::Gain(_) => false,
             Self::InputOffset(_) | Self::InputGain(_) => false,
         }
@@ -58,13 +58,13 @@ impl Target {
 
 /// One unknown.
 #[derive(Clone, Debug)]
-pub struct Unknown {
+pub struct BalanceUnknown {
     /// FMU variable, or what it is.
     pub name: String,
     /// Its unit.
     pub unit: String,
     /// What it sets.
-    pub target: Target,
+    pub target: BalanceTarget,
     /// In this recording only; `None`: in all.
     pub run: Option<usize>,
     /// Value to start from.
@@ -76,12 +76,12 @@ pub struct Unknown {
     /// Largest value.
     pub upper: f64,
     /// What is believed of it, as a coordinate of `scale`.
-    pub prior: Option<Prior>,
+    pub prior: Option<UnknownPrior>,
 }
 
 /// What is believed of an unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior {
+pub struct UnknownPrior {
     /// Mean.
     pub mean: f64,
     /// Standard deviation, above 0.
@@ -94,7 +94,7 @@ pub struct Prior {
 /// fourth power.
 const TAIL: f64 = 4.0;
 
-impl Prior {
+impl UnknownPrior {
     /// A normal distribution.
     pub const fn normal(mean: f64, deviation: f64) -> Self {
         Self { mean, deviation, heavy: false }
@@ -119,7 +119,7 @@ impl Prior {
     }
 }
 
-impl Unknown {
+impl BalanceUnknown {
     /// Its name without the joint or element.
     pub fn stem(&self) -> &str {
         self.name.split('[').next().unwrap_or(&self.name)
@@ -137,7 +137,7 @@ mod tests {
     /// EST-9
     #[test]
     fn a_heavy_tail_is_normal_near_its_mean_and_a_power_far_from_it() {
-        let (normal, heavy) = (Prior::normal(0.5, 2.0), Prior::heavy(0.5, 2.0));
+        let (normal, heavy) = (UnknownPrior::normal(0.5, 2.0), UnknownPrior::heavy(0.5, 2.0));
         assert_eq!(normal.residual(6.5), (3.0, 0.5));
         for theta in [-60.0, -1.5, 0.4, 0.5, 0.5 + 1e-7, 0.6, 3.0, 60.0] {
             let at = |t: f64| heavy.residual(t).0;

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 /// One experiment's inputs.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Course {
+pub(super) struct InputCourse {
     /// In words.
     pub(super) what: String,
     /// Inputs by index with their values, sample by sample.
@@ -12,9 +12,9 @@ pub(super) struct Course {
 }
 
 /// A shape between -1 and 1 over the part of its time that has passed, the length in s and the step in s.
-type Shape = fn(part: f64, length: f64, step: f64) -> f64;
+type InputShape = fn(part: f64, length: f64, step: f64) -> f64;
 
-const SHAPES: [(&str, Shape); 4] = [
+const SHAPES: [(&str, InputShape); 4] = [
     ("A sum of sines of rising amplitude", multisine),
     ("Slow triangles of rising amplitude with reversals", triangles),
     ("Steps with rests between them", steps),
@@ -24,7 +24,12 @@ const SHAPES: [(&str, Shape); 4] = [
 const SIZES: [f64; 3] = [1.0, 0.6, 0.3];
 
 /// Everything on the menu for these inputs (index, largest value): all at once, of several those favoured alone, and none.
-pub(super) fn courses(driven: &[(usize, f64)], step: f64, length: f64, favoured: &[usize]) -> Vec<Course> {
+pub(super) fn courses(
+    driven: &[(usize, f64)],
+    step: f64,
+    length: f64,
+    favoured: &[usize],
+) -> Vec<InputCourse> {
     let count = (length / step).floor() as usize + 1;
     let mut all = Vec::new();
     let mut groups: Vec<Vec<(usize, f64)>> = vec![driven.to_vec()];
@@ -47,14 +52,14 @@ pub(super) fn courses(driven: &[(usize, f64)], step: f64, length: f64, favoured:
                     group.iter().enumerate().map(|(k, (input, most))| (*input, course(k, *most))).collect();
                 let still = driven.iter().filter(|d| !group.contains(d));
                 inputs.extend(still.map(|d| (d.0, vec![0.0; count])));
-                all.push(Course { what: format!("{what}, up to {:.0} %", 100.0 * size), inputs });
+                all.push(InputCourse { what: format!("{what}, up to {:.0} %", 100.0 * size), inputs });
             }
         }
     }
     // What comes from outside shows best on a plant that floats while nothing is commanded.
     if driven.len() > 1 {
         let inputs = driven.iter().map(|d| (d.0, vec![0.0; count])).collect();
-        all.push(Course { what: "Nothing, 0 %".into(), inputs });
+        all.push(InputCourse { what: "Nothing, 0 %".into(), inputs });
     }
     all
 }

@@ -5,7 +5,7 @@ use trueup_signals::{Channel, Loaded, Recording, noise};
 
 /// Where a floor comes from, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Source {
+pub enum ChannelFloorSource {
     /// Runs of one command against each other.
     Repeats,
     /// Recordings at rest.
@@ -16,7 +16,7 @@ pub enum Source {
     HighFrequency,
 }
 
-impl Source {
+impl ChannelFloorSource {
     /// In words, for a report.
     pub fn text(self) -> &'static str {
         match self {
@@ -32,13 +32,13 @@ impl Source {
 
 /// Noise of a channel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Floor {
+pub struct ChannelFloor {
     /// The channel.
     pub channel: String,
     /// Standard deviation in the channel's unit.
     pub deviation: f64,
     /// Where it comes from.
-    pub source: Source,
+    pub source: ChannelFloorSource,
     /// Power spectral density, unit^2/Hz, where the noise was seen and is not white.
     pub spectrum: Option<Spectrum>,
     /// How many samples say as much as one independent one (1: white).
@@ -47,7 +47,7 @@ pub struct Floor {
 
 /// Floor of a compared channel: from repeats, else recordings at rest, else declared noise and resolution, else a robust
 /// estimate from differences of neighbouring samples. `None` if no recording has the channel, or it never changes.
-pub fn output(loaded: &Loaded, channel: &str) -> Option<Floor> {
+pub fn output(loaded: &Loaded, channel: &str) -> Option<ChannelFloor> {
     match noise::floor(loaded, channel) {
         Some(found) => Some(seen(loaded, channel, found)),
         None => guess(loaded, channel),
@@ -56,36 +56,38 @@ pub fn output(loaded: &Loaded, channel: &str) -> Option<Floor> {
 
 /// Floor of a measured input: declared noise and resolution, else recordings at rest; `None` means a command, which is
 /// known. Repeats are not asked: in a closed loop their inputs differ because the system was driven differently.
-pub fn input(loaded: &Loaded, channel: &str) -> Option<Floor> {
+pub fn input(loaded: &Loaded, channel: &str) -> Option<ChannelFloor> {
     let declared = loaded.recordings.values().filter_map(|run| run.channel(channel)?.sensor.deviation());
     if let Some(deviation) = declared.fold(None, |m: Option<f64>, d| Some(m.map_or(d, |m| m.max(d)))) {
-        return Some(white(channel, deviation, Source::Declared));
+        return Some(white(channel, deviation, ChannelFloorSource::Declared));
     }
     let mut without = loaded.clone();
     without.case.repeats.clear();
     Some(seen(&without, channel, noise::floor(&without, channel)?))
 }
 
-fn white(channel: &str, deviation: f64, source: Source) -> Floor {
-    Floor { channel: channel.into(), deviation, source, spectrum: None, correlation: 1.0 }
+fn white(channel: &str, deviation: f64, source: ChannelFloorSource) -> ChannelFloor {
+    ChannelFloor { channel: channel.into(), deviation, source, spectrum: None, correlation: 1.0 }
 }
 
 /// With its colour, if noise itself was recorded.
-fn seen(loaded: &Loaded, channel: &str, found: noise::Floor) -> Floor {
+fn seen(loaded: &Loaded, channel: &str, found: noise::NoiseFloor) -> ChannelFloor {
     let (source, noises) = match found.source {
-        noise::Source::Declared => return white(channel, found.deviation, Source::Declared),
+        noise::NoiseFloorSource::Declared => {
+            return white(channel, found.deviation, ChannelFloorSource::Declared);
+        }
         // What drifts between repeats is no colour of the noise.
-        noise::Source::Repeats if found.drift > 0.0 => {
-            return white(channel, found.deviation, Source::Repeats);
+        noise::NoiseFloorSource::Repeats if found.drift > 0.0 => {
+            return white(channel, found.deviation, ChannelFloorSource::Repeats);
         }
-        noise::Source::Rest => {
+        noise::NoiseFloorSource::Rest => {
             let at_rest = |run: &&Recording| Some(centred(run.channel(channel)?));
-            (Source::Rest, loaded.rest().iter().filter_map(at_rest).collect::<Vec<_>>())
+            (ChannelFloorSource::Rest, loaded.rest().iter().filter_map(at_rest).collect::<Vec<_>>())
         }
-        noise::Source::Repeats => {
+        noise::NoiseFloorSource::Repeats => {
             let repeats = loaded.repeats();
             (
-                Source::Repeats,
+                ChannelFloorSource::Repeats,
                 repeats.iter().filter_map(|group| differences(group, channel)).flatten().collect(),
             )
         }
@@ -138,11 +140,11 @@ fn differences(group: &[&Recording], channel: &str) -> Option<Vec<(f64, Vec<f64>
 }
 
 /// Median over the recordings of what differences of neighbouring samples say.
-fn guess(loaded: &Loaded, channel: &str) -> Option<Floor> {
+fn guess(loaded: &Loaded, channel: &str) -> Option<ChannelFloor> {
     let of = |run: &Recording| from_differences(&run.channel(channel)?.values);
     let mut all: Vec<f64> = loaded.recordings.values().filter_map(of).collect();
     all.sort_unstable_by(f64::total_cmp);
-    Some(white(channel, *all.get(all.len() / 2)?, Source::HighFrequency))
+    Some(white(channel, *all.get(all.len() / 2)?, ChannelFloorSource::HighFrequency))
 }
 
 /// Differences of order k of white noise have a variance of C(2k, k) times its own, while a smooth motion has ever less

@@ -6,7 +6,7 @@ use trueup_signals::process::overall;
 
 /// A compared channel of a held-out recording, sample by sample, with three simulations of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Replayed<'a> {
+pub struct ReplayedChannel<'a> {
     /// The recording's name.
     pub recording: &'a str,
     /// The channel's name.
@@ -23,7 +23,7 @@ pub struct Replayed<'a> {
     pub floor: f64,
 }
 
-impl Replayed<'_> {
+impl ReplayedChannel<'_> {
     fn samples(&self) -> usize {
         self.measured.len().min(self.before.len()).min(self.tuned.len()).min(self.after.len())
     }
@@ -31,7 +31,7 @@ impl Replayed<'_> {
 
 /// Gaps, RMS(simulated - measured) / RMS(measured - its mean).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gap {
+pub struct GapShares {
     /// With nominal parameters.
     pub before: f64,
     /// With refitted parameters.
@@ -50,9 +50,9 @@ pub struct Gap {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gaps {
     /// Root mean square over the channels; `None` if none varies.
-    pub overall: Option<Gap>,
+    pub overall: Option<GapShares>,
     /// Of each channel, in the order of appearance.
-    pub channels: Vec<(String, Gap)>,
+    pub channels: Vec<(String, GapShares)>,
     /// Channels without variation.
     pub left_out: Vec<String>,
 }
@@ -64,7 +64,7 @@ const ENOUGH: usize = 6;
 const DRAWS: usize = 1000;
 
 /// Sums of squares of a channel in a block: errors before, tuned, after, of the floor, variation.
-type Sums = [f64; 5];
+type GapSums = [f64; 5];
 
 /// Recordings by channel and block.
 pub struct Pooled<'a> {
@@ -72,14 +72,14 @@ pub struct Pooled<'a> {
     names: Vec<&'a str>,
     recordings: Vec<&'a str>,
     /// By recording, block and channel.
-    blocks: Vec<Vec<Vec<Sums>>>,
+    blocks: Vec<Vec<Vec<GapSums>>>,
     /// Of each that was pooled: its channel and how many samples it has.
     samples: Vec<(usize, usize)>,
 }
 
 impl<'a> Pooled<'a> {
     /// Sums them up.
-    pub fn new(replayed: &[Replayed<'a>]) -> Self {
+    pub fn new(replayed: &[ReplayedChannel<'a>]) -> Self {
         let (mut names, mut recordings): (Vec<&str>, Vec<&str>) = Default::default();
         for r in replayed {
             if !names.contains(&r.channel) {
@@ -89,7 +89,7 @@ impl<'a> Pooled<'a> {
                 recordings.push(r.recording);
             }
         }
-        let mut blocks = vec![vec![vec![Sums::default(); names.len()]; BLOCKS]; recordings.len()];
+        let mut blocks = vec![vec![vec![GapSums::default(); names.len()]; BLOCKS]; recordings.len()];
         let mut samples = Vec::new();
         for r in replayed {
             let place = |list: &[&str], name: &str| list.iter().position(|n| *n == name).unwrap_or(0);
@@ -106,7 +106,7 @@ impl<'a> Pooled<'a> {
         self.varying(&self.whole()).into_iter().map(|c| self.names[c])
     }
     /// Gap of each of them, without intervals.
-    pub fn each(&self) -> Vec<Gap> {
+    pub fn each(&self) -> Vec<GapShares> {
         let whole = self.whole();
         self.varying(&whole).into_iter().filter_map(|c| together(&whole, &[c])).collect()
     }
@@ -119,32 +119,32 @@ impl<'a> Pooled<'a> {
         }
         self.varying(&whole).into_iter().map(|c| (squares[c] / whole[c][4]).sqrt()).collect()
     }
-    fn varying(&self, whole: &[Sums]) -> Vec<usize> {
+    fn varying(&self, whole: &[GapSums]) -> Vec<usize> {
         (0..self.names.len()).filter(|c| whole[*c][4] > 0.0).collect()
     }
-    fn whole(&self) -> Vec<Sums> {
+    fn whole(&self) -> Vec<GapSums> {
         pool(self.blocks.iter().flatten(), self.names.len())
     }
 }
 
 /// Gap of channels together.
-fn together(sums: &[Sums], which: &[usize]) -> Option<Gap> {
+fn together(sums: &[GapSums], which: &[usize]) -> Option<GapShares> {
     let figure =
         |k: usize| overall(&which.iter().map(|c| (sums[*c][k] / sums[*c][4]).sqrt()).collect::<Vec<_>>());
     let (before, tuned, after, floor) = (figure(0)?, figure(1)?, figure(2)?, figure(3)?);
     let closed = (before > floor).then(|| (before - after) / (before - floor));
-    Some(Gap { before, tuned, after, floor, closed, ci95: None })
+    Some(GapShares { before, tuned, after, floor, closed, ci95: None })
 }
 
 /// Gaps over the held-out recordings, pooled by sample, with intervals from a bootstrap: over recordings where there are
 /// at least 6, else over twentieths of each.
-pub fn gaps(replayed: &[Replayed<'_>], seed: u64) -> Gaps {
+pub fn gaps(replayed: &[ReplayedChannel<'_>], seed: u64) -> Gaps {
     let pooled = Pooled::new(replayed);
     let Pooled { names, recordings, blocks, .. } = &pooled;
     let whole = pooled.whole();
     let varies = pooled.varying(&whole);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let draws: Vec<Vec<Sums>> = (0..DRAWS)
+    let draws: Vec<Vec<GapSums>> = (0..DRAWS)
         .map(|_| {
             let runs = recordings.len();
             if runs >= ENOUGH {
@@ -156,7 +156,7 @@ pub fn gaps(replayed: &[Replayed<'_>], seed: u64) -> Gaps {
             pool(drawn.iter().map(|(r, b)| &blocks[*r][*b]), names.len())
         })
         .collect();
-    let with_interval = |which: &[usize]| -> Option<Gap> {
+    let with_interval = |which: &[usize]| -> Option<GapShares> {
         let mut gap = together(&whole, which)?;
         let mut closed: Vec<f64> =
             draws.iter().filter_map(|d| together(d, which)?.closed).filter(|c| c.is_finite()).collect();
@@ -175,8 +175,8 @@ pub fn gaps(replayed: &[Replayed<'_>], seed: u64) -> Gaps {
     }
 }
 
-fn pool<'a>(blocks: impl Iterator<Item = &'a Vec<Sums>>, channels: usize) -> Vec<Sums> {
-    let mut all = vec![Sums::default(); channels];
+fn pool<'a>(blocks: impl Iterator<Item = &'a Vec<GapSums>>, channels: usize) -> Vec<GapSums> {
+    let mut all = vec![GapSums::default(); channels];
     for block in blocks {
         for (all, sums) in all.iter_mut().zip(block) {
             all.iter_mut().zip(sums).for_each(|(a, s)| *a += s);
@@ -185,7 +185,7 @@ fn pool<'a>(blocks: impl Iterator<Item = &'a Vec<Sums>>, channels: usize) -> Vec
     all
 }
 
-fn add(sums: &mut Sums, r: &Replayed<'_>, block: usize) {
+fn add(sums: &mut GapSums, r: &ReplayedChannel<'_>, block: usize) {
     let n = r.samples();
     let measured = &r.measured[..n];
     let mean = measured.iter().sum::<f64>() / n.max(1) as f64;

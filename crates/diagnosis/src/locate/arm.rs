@@ -12,7 +12,7 @@ use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_signals::process::Butterworth;
 
 use super::derivative::{derivatives, gain};
-use super::{Balance, Cause};
+use super::{BoundarySide, EquationBalance};
 
 /// Measured channels of a manipulator on even steps.
 #[derive(Clone, Debug, Default)]
@@ -42,11 +42,11 @@ pub struct ArmBalances {
     /// Missing generalized force of each coordinate, N or N.m: M (dv/dt measured - dv/dt of the model). A cause inside
     /// leaves the first three quiet; one on the base is in them alone; one at a motor is in its row alone; one in a
     /// transmission is in the rows of its joint and, the other way round, of its motor.
-    pub missing: Vec<Balance>,
+    pub missing: Vec<EquationBalance>,
     /// P_x, P_y (N.s) and H about the inertial origin (N.m.s), less what the known inputs gave them, from 0 on.
-    pub drift: [Balance; 3],
+    pub drift: [EquationBalance; 3],
     /// Energy less what the known inputs gave and the dampers took, from 0 on, J.
-    pub energy: Balance,
+    pub energy: EquationBalance,
     /// Root mean square of each row of `missing` over its floor, at this cutoff or at a quarter of it, whichever is more:
     /// noise of second derivatives hides what is slow.
     pub ratios: Vec<f64>,
@@ -56,7 +56,7 @@ pub struct ArmBalances {
     /// The same after the masses and inertias were fitted within their doubts.
     pub ratio_fitted: f64,
     /// Whether something acts from outside.
-    pub cause: Cause,
+    pub cause: BoundarySide,
 }
 
 /// Part of the cutoff at which balances are looked at once more.
@@ -75,20 +75,20 @@ pub fn arm_balances(
     cutoff: f64,
 ) -> Option<ArmBalances> {
     let (mut out, motion, reach) = balances(arm, p, columns, cutoff)?;
-    let model = Model { arm, p };
+    let model = NominalArm { arm, p };
     let slow = Butterworth::low_pass(4, SLOW * cutoff, 1.0 / columns.step)?;
     let floors = motion.missing_floors(&model, &out, &motion.slow_noise);
     for (b, floor) in out.missing.iter().zip(floors) {
         // Its ends are bent again.
         let value = slow.filtfilt(&b.value).map_or_else(Vec::new, |v| v[reach..v.len() - reach].to_vec());
-        out.ratios.push(size(b).max(size(&Balance { value, floor })));
+        out.ratios.push(size(b).max(size(&EquationBalance { value, floor })));
     }
     judge(&mut out, &model, &motion, columns, doubts, reach);
     Some(out)
 }
 
 /// Root mean square over the floor.
-fn size(b: &Balance) -> f64 {
+fn size(b: &EquationBalance) -> f64 {
     (b.value.iter().map(|v| (v / b.floor).powi(2)).sum::<f64>() / b.value.len().max(1) as f64).sqrt()
 }
 
@@ -98,26 +98,26 @@ fn balances(
     p: &[f64],
     columns: &ArmColumns<'_>,
     cutoff: f64,
-) -> Option<(ArmBalances, Motion, usize)> {
+) -> Option<(ArmBalances, MeasuredMotion, usize)> {
     let (dofs, n, h) = (arm.dofs(), columns.position.first()?.len(), columns.step);
     let reach = ((1.0 / (cutoff * h)).ceil() as usize).max(4);
     let first = 3 * reach;
     let samples = n.checked_sub(2 * first).filter(|s| *s > 3 * reach)?;
     let filter = Butterworth::low_pass(4, cutoff, 1.0 / h)?;
     let slow = Butterworth::low_pass(4, SLOW * cutoff, 1.0 / h)?;
-    let motion = Motion::new(arm, columns, &filter, &slow)?;
-    let model = Model { arm, p };
+    let motion = MeasuredMotion::new(arm, columns, &filter, &slow)?;
+    let model = NominalArm { arm, p };
 
     let mut out = ArmBalances {
         first,
         velocity: (0..dofs).map(|i| motion.rate[i][first..first + samples].to_vec()).collect(),
-        missing: vec![Balance::default(); dofs],
+        missing: vec![EquationBalance::default(); dofs],
         drift: Default::default(),
-        energy: Balance::default(),
+        energy: EquationBalance::default(),
         ratios: Vec::new(),
         ratio: 0.0,
         ratio_fitted: 0.0,
-        cause: Cause::None,
+        cause: BoundarySide::None,
     };
     let mut given = [0.0; 4]; // P_x, P_y, H, energy
     let mut before: Option<[f64; 4]> = None;
@@ -150,7 +150,7 @@ fn balances(
 
 #[derive(Default)]
 /// Positions, velocities and accelerations of all coordinates through one filter, and their noise.
-struct Motion {
+struct MeasuredMotion {
     position: Vec<Vec<f64>>,
     rate: Vec<Vec<f64>>,
     bend: Vec<Vec<f64>>,
@@ -162,7 +162,7 @@ struct Motion {
     slow_noise: Vec<f64>,
 }
 
-impl Motion {
+impl MeasuredMotion {
     fn new(
         arm: &PlanarManipulator,
         c: &ArmColumns<'_>,
@@ -218,7 +218,7 @@ impl Motion {
     }
 
     /// What noise of these states gives the conserved quantities: root of the sum of squared differences.
-    fn spread(&self, model: &Model<'_>, out: &ArmBalances, noise: impl Fn(usize) -> f64) -> [f64; 4] {
+    fn spread(&self, model: &NominalArm<'_>, out: &ArmBalances, noise: impl Fn(usize) -> f64) -> [f64; 4] {
         let mut sums = [0.0; 4];
         for k in Self::some(out) {
             let x = self.state(k);
@@ -231,19 +231,19 @@ impl Motion {
         sums.map(|s| s.sqrt().max(f64::MIN_POSITIVE))
     }
 
-    fn held_floors(&self, model: &Model<'_>, out: &ArmBalances) -> [f64; 4] {
+    fn held_floors(&self, model: &NominalArm<'_>, out: &ArmBalances) -> [f64; 4] {
         self.spread(model, out, |i| self.noise[i])
     }
 
     /// Floors of the integrated momenta: what noise of positions leaves, each weighed as its velocity is.
-    fn integrated_floors(&self, model: &Model<'_>, out: &ArmBalances) -> [f64; 3] {
+    fn integrated_floors(&self, model: &NominalArm<'_>, out: &ArmBalances) -> [f64; 3] {
         let dofs = model.arm.dofs();
         let [x, y, h, _] = self.spread(model, out, |i| if i < dofs { 0.0 } else { self.noise[i - dofs] });
         [x, y, h]
     }
 
     /// Floors of the missing forces with this noise of positions, velocities and accelerations.
-    fn missing_floors(&self, model: &Model<'_>, out: &ArmBalances, noise: &[f64]) -> Vec<f64> {
+    fn missing_floors(&self, model: &NominalArm<'_>, out: &ArmBalances, noise: &[f64]) -> Vec<f64> {
         let dofs = model.arm.dofs();
         let mut sums = vec![0.0; dofs];
         for k in Self::some(out) {
@@ -284,12 +284,12 @@ fn shifted(x: &[f64], i: usize, by: f64) -> Vec<f64> {
 }
 
 /// The nominal model at measured states.
-struct Model<'a> {
+struct NominalArm<'a> {
     arm: &'a PlanarManipulator,
     p: &'a [f64],
 }
 
-impl Model<'_> {
+impl NominalArm<'_> {
     fn outputs(&self, x: &[f64], p: &[f64]) -> Vec<f64> {
         let sizes = self.arm.sizes();
         let (mut y, u) = (vec![0.0; sizes.outputs], vec![0.0; sizes.inputs]);
@@ -366,8 +366,8 @@ impl Model<'_> {
 /// The drift against its floor, before and after fitting what is in doubt: its ratios and the cause.
 fn judge(
     out: &mut ArmBalances,
-    model: &Model<'_>,
-    motion: &Motion,
+    model: &NominalArm<'_>,
+    motion: &MeasuredMotion,
     columns: &ArmColumns<'_>,
     doubts: &[(usize, f64)],
     reach: usize,
@@ -375,7 +375,7 @@ fn judge(
     // On a fixed base momentum is not kept, and the base shows nothing.
     if model.arm.has_fixed_base() {
         let fails = out.ratios.iter().any(|r| *r > MARGIN);
-        out.cause = if fails { Cause::Internal } else { Cause::None };
+        out.cause = if fails { BoundarySide::Internal } else { BoundarySide::None };
         return;
     }
     let integrated = columns.velocity.iter().all(|v| v.is_empty());
@@ -453,10 +453,10 @@ fn judge(
     (out.ratio, out.ratio_fitted) = (fit(0), fit(doubts.len()));
     let limit = MARGIN + 2.0 * (2.0 / rows as f64).sqrt();
     out.cause = if out.ratio_fitted > limit {
-        Cause::External
+        BoundarySide::External
     } else if out.ratios[3..].iter().any(|r| *r > limit) {
-        Cause::Internal
+        BoundarySide::Internal
     } else {
-        Cause::None
+        BoundarySide::None
     };
 }

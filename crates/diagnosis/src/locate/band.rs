@@ -3,7 +3,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trueup_signals::process::{Spectrum, welch};
 
-use super::Residual;
+use super::ResidualSeries;
 use trueup_numerics::order::descending;
 
 /// A band of frequencies.
@@ -40,12 +40,13 @@ const LEAST: f64 = 0.03;
 /// Bands of one channel over all recordings; `noise` is its coloured floor, if it is (else it is white).
 ///
 /// `None` for fewer than 64 samples in every recording, or rates that differ by more than 1 %.
-pub fn bands(residuals: &[Residual<'_>], noise: Option<&Spectrum>) -> Option<Bands> {
-    let step = |r: &Residual<'_>| {
+pub fn bands(residuals: &[ResidualSeries<'_>], noise: Option<&Spectrum>) -> Option<Bands> {
+    let step = |r: &ResidualSeries<'_>| {
         let n = r.time.len().min(r.value.len());
         (n >= 64).then(|| (r.time[n - 1] - r.time[0]) / (n - 1) as f64)
     };
-    let usable: Vec<(&Residual<'_>, f64)> = residuals.iter().filter_map(|r| Some((r, step(r)?))).collect();
+    let usable: Vec<(&ResidualSeries<'_>, f64)> =
+        residuals.iter().filter_map(|r| Some((r, step(r)?))).collect();
     let h = usable.first()?.1;
     if !usable.iter().all(|(_, step)| (step / h - 1.0).abs() < 0.01) {
         return None;
@@ -122,7 +123,7 @@ fn strongest(excess: &[f64], frequency: &[f64]) -> Vec<Band> {
 }
 
 /// On even steps; between samples on the line.
-fn evenly(r: &Residual<'_>, h: f64) -> Vec<f64> {
+fn evenly(r: &ResidualSeries<'_>, h: f64) -> Vec<f64> {
     let n = r.time.len().min(r.value.len());
     let mut next = 1;
     (0..n)

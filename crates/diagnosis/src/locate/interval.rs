@@ -1,6 +1,6 @@
 //! When: stretches of time that hold more than their share.
 
-use super::Residual;
+use super::ResidualSeries;
 use trueup_numerics::order::descending;
 
 /// A stretch of a recording.
@@ -27,9 +27,9 @@ const SEARCHED: usize = 4000;
 
 /// Stretches of time in which the residual has a mean or a power of its own, and more of it than the rest: most excess
 /// first. Nothing stands out of an excess that is there all the time. `shortest` in s is the shortest stretch looked for.
-pub fn intervals(residuals: &[Residual<'_>], shortest: f64) -> Vec<Interval> {
+pub fn intervals(residuals: &[ResidualSeries<'_>], shortest: f64) -> Vec<Interval> {
     let power = |w: &[f64]| w.iter().map(|w| w * w - 1.0).sum::<f64>();
-    let whitened: Vec<Vec<f64>> = residuals.iter().map(Residual::whitened).collect();
+    let whitened: Vec<Vec<f64>> = residuals.iter().map(ResidualSeries::whitened).collect();
     let samples: usize = whitened.iter().map(Vec::len).sum();
     let whole: f64 = whitened.iter().map(|w| power(w).max(0.0)).sum();
     if samples == 0 || whole <= 0.0 {
@@ -86,7 +86,7 @@ pub fn change_points(x: &[f64], least: usize) -> Vec<usize> {
     if n < 2 * least || x.iter().any(|x| !x.is_finite()) {
         return Vec::new();
     }
-    let sums = Sums::new(x);
+    let sums = RunningSums::new(x);
     let block = n.div_ceil(SEARCHED);
     let penalty = 3.0 * (n as f64).ln() * correlation(x);
     let coarse = pelt(&sums, n, block, least.div_ceil(block), penalty);
@@ -123,14 +123,14 @@ fn correlation(x: &[f64]) -> f64 {
 }
 
 /// Running sums of x and x^2.
-struct Sums {
+struct RunningSums {
     one: Vec<f64>,
     two: Vec<f64>,
     /// No stretch has less variance: else a short constant one would be free.
     least: f64,
 }
 
-impl Sums {
+impl RunningSums {
     fn new(x: &[f64]) -> Self {
         let run = |f: fn(f64) -> f64| {
             let sums = x.iter().scan(0.0, |s, x| {
@@ -159,7 +159,7 @@ impl Sums {
 }
 
 /// Optimal edges on the grid of blocks.
-fn pelt(sums: &Sums, n: usize, block: usize, least: usize, penalty: f64) -> Vec<usize> {
+fn pelt(sums: &RunningSums, n: usize, block: usize, least: usize, penalty: f64) -> Vec<usize> {
     let blocks = n / block;
     let at = |k: usize| if k == blocks { n } else { k * block };
     let least = least.max(1);
@@ -199,7 +199,7 @@ fn pelt(sums: &Sums, n: usize, block: usize, least: usize, penalty: f64) -> Vec<
 }
 
 /// Each edge at the sample where it fits best between its neighbours.
-fn refine(sums: &Sums, coarse: &[usize], n: usize, block: usize, least: usize) -> Vec<usize> {
+fn refine(sums: &RunningSums, coarse: &[usize], n: usize, block: usize, least: usize) -> Vec<usize> {
     let mut edges = coarse.to_vec();
     for _ in 0..2 {
         for i in 0..edges.len() {

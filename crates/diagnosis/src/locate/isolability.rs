@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 /// Equations, the unknowns in each, and the component that is at fault where one does not hold.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Structure {
+pub struct EquationStructure {
     equations: Vec<Equation>,
     unknowns: Vec<String>,
 }
@@ -37,7 +37,7 @@ impl Isolability {
     }
 }
 
-impl Structure {
+impl EquationStructure {
     /// An equation between these unknowns, and the component that answers for it.
     pub fn equation(&mut self, unknowns: &[&str], fault: Option<&str>) {
         let unknowns = unknowns.iter().map(|name| self.unknown(name)).collect();

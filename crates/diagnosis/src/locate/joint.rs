@@ -7,8 +7,8 @@ use trueup_models::joint::parameter as j;
 use trueup_signals::process::Butterworth;
 
 use super::derivative::{derivatives, gain};
-use super::unknown_input::{Estimate, Place, Reading, System};
-use super::{Balance, Interval, Residual, intervals};
+use super::unknown_input::{ChannelReading, InputPlace, UnknownInputEstimate, UnknownInputSystem};
+use super::{EquationBalance, Interval, ResidualSeries, intervals};
 
 /// Measured channels of a joint on even steps; a slice that is empty was not measured (inputs: 0).
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,11 +52,11 @@ pub struct JointBalances {
     /// What brakes the motor, by both motions: K_t I - J_m dd(q_m) - (J_l dd(q_l) - tau_ext) / n, N.m.
     pub brake_torque: Vec<f64>,
     /// K_t I - tau_fr - tau_lm - J_m dd(q_m) (TMJ-1).
-    pub motor: Balance,
+    pub motor: EquationBalance,
     /// tau_lm + (tau_ext - J_l dd(q_l)) / n (TMJ-3).
-    pub load: Balance,
+    pub load: EquationBalance,
     /// Both together, in which the spring is not.
-    pub total: Balance,
+    pub total: EquationBalance,
     /// The motor moves; where it does not, friction is any torque up to tau_s and `motor` and `total` say nothing.
     pub sliding: Vec<bool>,
 }
@@ -137,11 +137,15 @@ pub fn joint_balances(p: &[f64], columns: &JointColumns<'_>, cutoff: f64) -> Opt
 /// the channel's unit. `flexible` false: one rigid mass, without `transmission`.
 ///
 /// Friction acts by the measured direction; where the motor is about still it is unknown within its levels.
-pub fn joint_unknown_inputs(p: &[f64], flexible: bool, columns: &JointColumns<'_>) -> Vec<Estimate> {
+pub fn joint_unknown_inputs(
+    p: &[f64],
+    flexible: bool,
+    columns: &JointColumns<'_>,
+) -> Vec<UnknownInputEstimate> {
     if flexible { estimates(system::<5>(p, columns), p) } else { estimates(system::<3>(p, columns), p) }
 }
 
-/// Edges of the unknown input at a place of a joint, in samples, sharpened by the readings ([`System::sharpen`]).
+/// Edges of the unknown input at a place of a joint, in samples, sharpened by the readings ([`UnknownInputSystem::sharpen`]).
 pub fn joint_edges(
     p: &[f64],
     flexible: bool,
@@ -164,7 +168,7 @@ pub fn joint_intervals(
     p: &[f64],
     flexible: bool,
     columns: &JointColumns<'_>,
-    estimate: &Estimate,
+    estimate: &UnknownInputEstimate,
     recording: &str,
     start: f64,
     shortest: f64,
@@ -174,7 +178,7 @@ pub fn joint_intervals(
     let Some(floor) = sorted.get(sorted.len() / 2).copied().filter(|f| *f > 0.0) else { return Vec::new() };
     let time: Vec<f64> = (0..estimate.value.len()).map(|k| start + k as f64 * columns.step).collect();
     let mut found =
-        intervals(&[Residual { recording, time: &time, value: &estimate.value, floor }], shortest);
+        intervals(&[ResidualSeries { recording, time: &time, value: &estimate.value, floor }], shortest);
     let index = |t: f64| ((t - start) / columns.step).round() as usize;
     let edges: Vec<usize> = found.iter().flat_map(|i| [index(i.start), index(i.end)]).collect();
     // The smoother's ramps are as long as it needs to see a jump; some tenths of a second at most.
@@ -190,7 +194,10 @@ pub fn joint_intervals(
     found
 }
 
-fn estimates<const N: usize>(system: Option<System<'_, N>>, p: &[f64]) -> Vec<Estimate> {
+fn estimates<const N: usize>(
+    system: Option<UnknownInputSystem<'_, N>>,
+    p: &[f64],
+) -> Vec<UnknownInputEstimate> {
     let mut all = system.map_or_else(Vec::new, |s| s.estimate());
     for e in all.iter_mut().filter(|e| e.place == "sensor:loadAngle") {
         e.value.iter_mut().chain(&mut e.deviation).for_each(|x| *x /= p[j::GEAR_RATIO]);
@@ -199,7 +206,7 @@ fn estimates<const N: usize>(system: Option<System<'_, N>>, p: &[f64]) -> Vec<Es
 }
 
 /// States: q_m, d(q_m), the twist and its rate (N = 5), the unknown input last.
-fn system<'a, const N: usize>(p: &[f64], c: &JointColumns<'a>) -> Option<System<'a, N>> {
+fn system<'a, const N: usize>(p: &[f64], c: &JointColumns<'a>) -> Option<UnknownInputSystem<'a, N>> {
     let n = c.motor.len().max(c.load.len());
     let shown = |x: &[f64]| x.len() == n;
     let (h, gear, flexible) = (c.step, p[j::GEAR_RATIO], N == 5);
@@ -275,30 +282,35 @@ fn system<'a, const N: usize>(p: &[f64], c: &JointColumns<'a>) -> Option<System<
     let mut row = SVector::<f64, N>::zeros();
     row[0] = 1.0;
     if shown(c.motor) {
-        readings.push(Reading { row, value: c.motor, factor: 1.0, deviation: c.motor_floor });
+        readings.push(ChannelReading { row, value: c.motor, factor: 1.0, deviation: c.motor_floor });
         names.push("motorAngle");
     }
     if shown(c.load) {
         if flexible {
             row[2] = -1.0;
         }
-        readings.push(Reading { row, value: c.load, factor: gear, deviation: gear * c.load_floor });
+        readings.push(ChannelReading { row, value: c.load, factor: gear, deviation: gear * c.load_floor });
         names.push("loadAngle");
     }
     let torque =
         (0..n).map(|k| (p[j::TORQUE_CONSTANT] * c.current[k]).abs()).fold(level, f64::max).max(1e-12);
     let mut places = vec![
-        Place { name: "motor".into(), transition: unit_motor, reading: None, scale: torque },
-        Place { name: "load".into(), transition: unit_load, reading: None, scale: torque },
+        InputPlace { name: "motor".into(), transition: unit_motor, reading: None, scale: torque },
+        InputPlace { name: "load".into(), transition: unit_load, reading: None, scale: torque },
     ];
     if flexible {
         let between = discrete(at_load(1.0) - at_motor(1.0));
-        places.push(Place { name: "transmission".into(), transition: between, reading: None, scale: torque });
+        places.push(InputPlace {
+            name: "transmission".into(),
+            transition: between,
+            reading: None,
+            scale: torque,
+        });
     }
     for (k, name) in names.iter().enumerate() {
         let scale = 1e3 * readings[k].deviation;
         let transition = discrete(SVector::zeros());
-        places.push(Place { name: format!("sensor:{name}"), transition, reading: Some(k), scale });
+        places.push(InputPlace { name: format!("sensor:{name}"), transition, reading: Some(k), scale });
     }
     let mut start = SVector::<f64, N>::zeros();
     let mut start_deviation = SVector::<f64, N>::zeros();
@@ -311,7 +323,7 @@ fn system<'a, const N: usize>(p: &[f64], c: &JointColumns<'a>) -> Option<System<
         start_deviation[2] = 10.0 * wide + torque / p[j::STIFFNESS];
         start_deviation[3] = start_deviation[1];
     }
-    Some(System { places, push, doubt, readings, start, start_deviation, step: h })
+    Some(UnknownInputSystem { places, push, doubt, readings, start, start_deviation, step: h })
 }
 
 /// Speed of the motor by whatever encoder there is.

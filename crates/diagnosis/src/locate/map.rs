@@ -15,7 +15,7 @@ pub struct Curve {
 
 /// Means of a quantity over two others, on a grid of equal cells (a restoring-force surface: torque over twist and rate).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Surface {
+pub struct ForceSurface {
     /// Edges of the cells along x.
     pub x: Vec<f64>,
     /// Edges along y.
@@ -74,7 +74,7 @@ fn student(freedom: usize) -> f64 {
 
 /// Means of `z` over cells of `x` and `y`, `cells` along each, over where 99 % of the samples are. `None` without
 /// variation of both, or fewer than 50 samples.
-pub fn surface(x: &[f64], y: &[f64], z: &[f64], cells: usize) -> Option<Surface> {
+pub fn surface(x: &[f64], y: &[f64], z: &[f64], cells: usize) -> Option<ForceSurface> {
     let n = x.len().min(y.len()).min(z.len());
     let edges = |v: &[f64]| -> Option<Vec<f64>> {
         let mut sorted: Vec<f64> = v[..n].iter().copied().filter(|v| v.is_finite()).collect();
@@ -100,7 +100,7 @@ pub fn surface(x: &[f64], y: &[f64], z: &[f64], cells: usize) -> Option<Surface>
         }
     }
     let mean = |(sum, count): &(f64, usize)| (*count >= 5).then(|| sum / *count as f64);
-    Some(Surface { x: ex, y: ey, z: sums.iter().map(|row| row.iter().map(mean).collect()).collect() })
+    Some(ForceSurface { x: ex, y: ey, z: sums.iter().map(|row| row.iter().map(mean).collect()).collect() })
 }
 
 /// Work that `torque` takes along `angle` per full swing there and back, J: the area of the loop. What only depends on the

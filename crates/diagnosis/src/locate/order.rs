@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 /// A wave of the residual along an angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Order {
+pub struct ResidualOrder {
     /// Periods per turn.
     pub order: f64,
     /// Of a cos(order angle) + b sin(order angle), in the residual's unit.
@@ -15,7 +15,7 @@ pub struct Order {
     pub share: f64,
 }
 
-impl Order {
+impl ResidualOrder {
     /// Half the distance from crest to trough.
     pub fn amplitude(&self) -> f64 {
         self.cosine.hypot(self.sine)
@@ -31,7 +31,7 @@ const MOST: usize = 400;
 ///
 /// Order by order; the caller looks for the largest share. Neighbours closer than one over the turns travelled are one
 /// peak.
-pub fn orders(angle: &[f64], value: &[f64], highest: f64) -> Vec<Order> {
+pub fn orders(angle: &[f64], value: &[f64], highest: f64) -> Vec<ResidualOrder> {
     let n = angle.len().min(value.len());
     let (angle, value) = (&angle[..n], &value[..n]);
     let range = angle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), a| (l.min(*a), h.max(*a)));
@@ -54,7 +54,7 @@ pub fn orders(angle: &[f64], value: &[f64], highest: f64) -> Vec<Order> {
     list.into_iter().filter_map(|order| fit(angle, value, order, mean, variance)).collect()
 }
 
-fn fit(angle: &[f64], value: &[f64], order: f64, mean: f64, variance: f64) -> Option<Order> {
+fn fit(angle: &[f64], value: &[f64], order: f64, mean: f64, variance: f64) -> Option<ResidualOrder> {
     let n = angle.len() as f64;
     let [mut c, mut s, mut cc, mut ss, mut cs, mut rc, mut rs] = [0.0; 7];
     for (a, v) in angle.iter().zip(value) {
@@ -75,5 +75,5 @@ fn fit(angle: &[f64], value: &[f64], order: f64, mean: f64, variance: f64) -> Op
         return None;
     }
     let (cosine, sine) = ((rc * ss - rs * cs) / determinant, (rs * cc - rc * cs) / determinant);
-    Some(Order { order, cosine, sine, share: ((cosine * rc + sine * rs) / variance).clamp(0.0, 1.0) })
+    Some(ResidualOrder { order, cosine, sine, share: ((cosine * rc + sine * rs) / variance).clamp(0.0, 1.0) })
 }

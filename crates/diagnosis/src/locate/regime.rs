@@ -137,7 +137,7 @@ impl Binned {
     }
 }
 
-struct Split {
+struct RegimeSplit {
     feature: usize,
     /// The upper side begins with this bin.
     bin: u8,
@@ -182,9 +182,9 @@ fn grow(
     }
 }
 
-fn split(features: &[Binned], power: &[f64], rows: &[u32], sum: f64, n: usize) -> Option<Split> {
+fn split(features: &[Binned], power: &[f64], rows: &[u32], sum: f64, n: usize) -> Option<RegimeSplit> {
     let least = ((n as f64 * LEAST).ceil() as usize).max(10);
-    let mut best: Option<Split> = None;
+    let mut best: Option<RegimeSplit> = None;
     for (feature, f) in features.iter().enumerate() {
         let mut bins = [(0.0, 0_usize); BINS];
         for i in rows {
@@ -203,7 +203,7 @@ fn split(features: &[Binned], power: &[f64], rows: &[u32], sum: f64, n: usize) -
             let (low, high) = (below / count as f64, (sum - below) / rest as f64);
             let gain = (low - high).powi(2) * count as f64 * rest as f64 / rows.len() as f64;
             if best.as_ref().is_none_or(|b| gain > b.gain) {
-                best = Some(Split { feature, bin: bin as u8, gain });
+                best = Some(RegimeSplit { feature, bin: bin as u8, gain });
             }
         }
     }

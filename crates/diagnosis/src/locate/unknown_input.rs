@@ -10,15 +10,15 @@ use trueup_signals::process::ljung_box;
 
 /// A system in N - 1 states, the unknown input being the N-th, in steps of one sample.
 #[derive(Clone, Debug)]
-pub struct System<'a, const N: usize> {
+pub struct UnknownInputSystem<'a, const N: usize> {
     /// x(k+1) = transition x(k) + push(k), by the place at which the unknown input enters.
-    pub places: Vec<Place<N>>,
+    pub places: Vec<InputPlace<N>>,
     /// What known inputs add from each sample to the next.
     pub push: Vec<SVector<f64, N>>,
     /// Variance that they add beyond it (where friction is not known because the motor sticks); empty: none.
     pub doubt: Vec<SMatrix<f64, N, N>>,
     /// Readings.
-    pub readings: Vec<Reading<'a, N>>,
+    pub readings: Vec<ChannelReading<'a, N>>,
     /// State at the first sample, d = 0.
     pub start: SVector<f64, N>,
     /// Its standard deviation; that of d is the place's.
@@ -29,7 +29,7 @@ pub struct System<'a, const N: usize> {
 
 /// A place at which something unknown may enter.
 #[derive(Clone, Debug)]
-pub struct Place<const N: usize> {
+pub struct InputPlace<const N: usize> {
     /// `motor`, `transmission`, `load`, `sensor:<channel>`.
     pub name: String,
     /// With the unknown input's effect on the states in its last column.
@@ -42,7 +42,7 @@ pub struct Place<const N: usize> {
 
 /// A measured channel: row times state, with white noise.
 #[derive(Clone, Debug)]
-pub struct Reading<'a, const N: usize> {
+pub struct ChannelReading<'a, const N: usize> {
     /// What it shows.
     pub row: SVector<f64, N>,
     /// Readings; missing ones are `NaN`.
@@ -55,7 +55,7 @@ pub struct Reading<'a, const N: usize> {
 
 /// The unknown input at one place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Estimate {
+pub struct UnknownInputEstimate {
     /// The place.
     pub place: String,
     /// Twice the gain in log likelihood over no unknown input anywhere.
@@ -72,7 +72,7 @@ pub struct Estimate {
 }
 
 /// One run of the filter.
-struct Run<const N: usize> {
+struct FilterRun<const N: usize> {
     log_likelihood: f64,
     /// Sum of the logarithms of the innovations' variances, and how many there are.
     spread: f64,
@@ -83,13 +83,13 @@ struct Run<const N: usize> {
     kept: Vec<[(SVector<f64, N>, SMatrix<f64, N, N>); 2]>,
 }
 
-impl<const N: usize> System<'_, N> {
+impl<const N: usize> UnknownInputSystem<'_, N> {
     fn samples(&self) -> usize {
         self.readings.iter().map(|r| r.value.len()).min().unwrap_or(0).min(self.push.len() + 1)
     }
 
     /// Of every place, most likely first. Empty without readings or places.
-    pub fn estimate(&self) -> Vec<Estimate> {
+    pub fn estimate(&self) -> Vec<UnknownInputEstimate> {
         let n = self.samples();
         if n < 50 || self.places.is_empty() {
             return Vec::new();
@@ -97,13 +97,14 @@ impl<const N: usize> System<'_, N> {
         let none = self.filter(&self.places[0], None, false);
         // What is there to explain: white innovations as small as those of a filter that knows all.
         let white = -0.5 * (none.spread + none.count as f64);
-        let all: Vec<Estimate> = self.places.iter().map(|place| self.at(place, &none, white)).collect();
-        let mut all: Vec<Estimate> = all.into_iter().filter(|e| e.gain.is_finite()).collect();
+        let all: Vec<UnknownInputEstimate> =
+            self.places.iter().map(|place| self.at(place, &none, white)).collect();
+        let mut all: Vec<UnknownInputEstimate> = all.into_iter().filter(|e| e.gain.is_finite()).collect();
         descending(&mut all, |item| item.gain);
         all
     }
 
-    fn at(&self, place: &Place<N>, none: &Run<N>, white: f64) -> Estimate {
+    fn at(&self, place: &InputPlace<N>, none: &FilterRun<N>, white: f64) -> UnknownInputEstimate {
         // Standard deviation of the walk over the whole run, in parts of the scale, as a logarithm.
         let duration = self.step * self.samples() as f64;
         let intensity = |z: f64| (place.scale * z.exp()).powi(2) / duration;
@@ -120,11 +121,11 @@ impl<const N: usize> System<'_, N> {
         let little = 0.05 * none.count as f64;
         let explained = if room > little { (0.5 * gain / room).clamp(0.0, 1.0) } else { 0.0 };
         let whiteness = ljung_box(&run.first, 20, 0).map_or(f64::NAN, |t| t.p_value);
-        Estimate { place: place.name.clone(), gain, explained, whiteness, value, deviation }
+        UnknownInputEstimate { place: place.name.clone(), gain, explained, whiteness, value, deviation }
     }
 
     /// `intensity` of the walk in unit^2/s; `None`: d = 0.
-    fn filter(&self, place: &Place<N>, intensity: Option<f64>, keep: bool) -> Run<N> {
+    fn filter(&self, place: &InputPlace<N>, intensity: Option<f64>, keep: bool) -> FilterRun<N> {
         let last = N - 1;
         let mut x = self.start;
         let mut p =
@@ -139,12 +140,12 @@ impl<const N: usize> System<'_, N> {
     /// from a sample to the next.
     fn run(
         &self,
-        place: &Place<N>,
+        place: &InputPlace<N>,
         (mut x, mut p): (SVector<f64, N>, SMatrix<f64, N, N>),
         samples: std::ops::Range<usize>,
         walk: impl Fn(usize) -> f64,
         keep: bool,
-    ) -> Run<N> {
+    ) -> FilterRun<N> {
         let last = N - 1;
         let rows: Vec<SVector<f64, N>> = self
             .readings
@@ -156,7 +157,7 @@ impl<const N: usize> System<'_, N> {
                 row
             })
             .collect();
-        let mut run = Run {
+        let mut run = FilterRun {
             log_likelihood: 0.0,
             spread: 0.0,
             count: 0,
@@ -226,7 +227,7 @@ impl<const N: usize> System<'_, N> {
     }
 
     /// d and its standard deviation, all readings used.
-    fn smooth(&self, place: &Place<N>, run: &Run<N>) -> (Vec<f64>, Vec<f64>) {
+    fn smooth(&self, place: &InputPlace<N>, run: &FilterRun<N>) -> (Vec<f64>, Vec<f64>) {
         let last = N - 1;
         let n = run.kept.len();
         let (mut value, mut deviation) = (vec![0.0; n], vec![0.0; n]);
@@ -277,10 +278,11 @@ fn golden(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Shares of places: the best one's is what it explains, the others divide the rest as they would explain it alone.
-pub fn place_shares(estimates: &[Estimate]) -> Vec<(String, f64)> {
+pub fn place_shares(estimates: &[UnknownInputEstimate]) -> Vec<(String, f64)> {
     let Some((best, others)) = estimates.split_first() else { return Vec::new() };
     let sum: f64 = others.iter().map(|e| e.explained).sum();
-    let rest = |e: &Estimate| if sum > 0.0 { (1.0 - best.explained) * e.explained / sum } else { 0.0 };
+    let rest =
+        |e: &UnknownInputEstimate| if sum > 0.0 { (1.0 - best.explained) * e.explained / sum } else { 0.0 };
     std::iter::once((best.place.clone(), best.explained))
         .chain(others.iter().map(|e| (e.place.clone(), rest(e))))
         .collect()

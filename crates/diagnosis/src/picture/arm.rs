@@ -2,11 +2,13 @@
 
 use trueup_models::arm::{PlanarManipulator, input, parameter};
 use trueup_signals::Loaded;
-use trueup_signals::process::Grid;
+use trueup_signals::process::ChannelGrid;
 
-use super::{Course, Picture, Place, at_motor, deviation, titled};
+use super::{Picture, PictureComponent, QuantityCourse, at_motor, deviation, titled};
 use crate::locate::map::curve;
-use crate::locate::{ArmBalances, ArmColumns, Balance, Cause, Residual, arm_balances, bands, intervals};
+use crate::locate::{
+    ArmBalances, ArmColumns, BoundarySide, EquationBalance, ResidualSeries, arm_balances, bands, intervals,
+};
 use trueup_numerics::order::descending;
 
 /// Balances are looked at below this part of the sampling rate.
@@ -40,7 +42,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
             .iter()
             .filter_map(|c| recording.channel(c)?.median_step())
             .fold(0.0, f64::max);
-        let Some(grid) = Grid::of(recording, &wanted, step) else { continue };
+        let Some(grid) = ChannelGrid::of(recording, &wanted, step) else { continue };
         let column = |name: &String| -> &[f64] {
             wanted.iter().position(|w| w == name).map_or(&[], |k| &grid.columns[k])
         };
@@ -62,7 +64,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
                 let time = (0..row.value.len()).map(|k| start + k as f64 * step).collect();
                 let (title, recording) =
                     (format!("Missing in the balance of {name}"), recording.name.clone());
-                out.courses.push(Course {
+                out.courses.push(QuantityCourse {
                     title,
                     recording,
                     unit: unit.into(),
@@ -76,14 +78,17 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
     if all.is_empty() {
         return;
     }
-    let worst = |c: Cause| all.iter().any(|(.., b)| b.cause == c);
-    let cause = [Cause::External, Cause::Internal].into_iter().find(|c| worst(*c)).unwrap_or(Cause::None);
+    let worst = |c: BoundarySide| all.iter().any(|(.., b)| b.cause == c);
+    let cause = [BoundarySide::External, BoundarySide::Internal]
+        .into_iter()
+        .find(|c| worst(*c))
+        .unwrap_or(BoundarySide::None);
     out.cause = Some(cause);
     // Excess of each row over all recordings, in squared floors.
     let excess: Vec<f64> = (0..arm.dofs())
         .map(|r| all.iter().map(|(.., b)| (b.ratios[r].powi(2) - 1.5).max(0.0)).sum())
         .collect();
-    if cause != Cause::None {
+    if cause != BoundarySide::None {
         out.places = places(arm, cause, &excess, &all);
     }
     let row = (0..arm.dofs()).max_by(|a, b| excess[*a].total_cmp(&excess[*b])).unwrap_or(0);
@@ -91,10 +96,10 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
     if excess[row] <= 0.0 {
         return;
     }
-    let residuals: Vec<Residual<'_>> = all
+    let residuals: Vec<ResidualSeries<'_>> = all
         .iter()
         .zip(&out.courses)
-        .map(|((name, _, b), c)| Residual {
+        .map(|((name, _, b), c)| ResidualSeries {
             recording: name,
             time: &c.time,
             value: &c.value,
@@ -118,20 +123,20 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
 /// Components by the rows that they show in.
 fn places(
     arm: &PlanarManipulator,
-    cause: Cause,
+    cause: BoundarySide,
     excess: &[f64],
     all: &[(&str, f64, ArmBalances)],
-) -> Vec<Place> {
+) -> Vec<PictureComponent> {
     let n = arm.links();
     let whole: f64 = excess.iter().sum();
     let mut found = Vec::new();
     let mut add = |component: &str, joint: Option<usize>, size: f64| {
         if size > 0.005 * whole {
-            found.push(Place { component: component.to_owned(), joint, share: size / whole });
+            found.push(PictureComponent { component: component.to_owned(), joint, share: size / whole });
         }
     };
     let (base, links) = (excess[..BASE].iter().sum::<f64>(), excess[BASE..BASE + n].iter().sum::<f64>());
-    if cause == Cause::External {
+    if cause == BoundarySide::External {
         // What pushes the base is in its rows alone; what pushes the tip is in those of all joints too.
         let on_tip = excess[BASE..BASE + n].iter().filter(|e| **e > 1.0).count() == n && links > 0.1 * base;
         add(if on_tip { "tip" } else { "base" }, None, base + if on_tip { links } else { 0.0 });
@@ -141,12 +146,13 @@ fn places(
             |f: &dyn Fn(&ArmBalances) -> Vec<f64>| all.iter().flat_map(|(.., b)| f(b)).collect::<Vec<_>>();
         at_motor(&join(&|b| b.missing[r].value.clone()), &join(&|b| b.velocity[r].clone()))
     };
-    let handled = cause == Cause::External && found.first().is_some_and(|p: &Place| p.component == "tip");
+    let handled = cause == BoundarySide::External
+        && found.first().is_some_and(|p: &PictureComponent| p.component == "tip");
     for i in 0..n {
         let (joint, motor) = (BASE + i, arm.motor(i));
         let mut add = |component: &str, size: f64| {
             if size > 0.005 * whole {
-                found.push(Place {
+                found.push(PictureComponent {
                     component: component.to_owned(),
                     joint: Some(i + 1),
                     share: size / whole,
@@ -171,9 +177,11 @@ fn places(
 /// Whether two rows are missing the same, the other way round.
 fn opposed(all: &[(&str, f64, ArmBalances)], a: usize, b: usize) -> bool {
     let sum = |f: &dyn Fn(&ArmBalances) -> f64| all.iter().map(|(.., balances)| f(balances)).sum::<f64>();
-    let dot = |x: &Balance, y: &Balance| x.value.iter().zip(&y.value).map(|(x, y)| x * y).sum::<f64>();
+    let dot = |x: &EquationBalance, y: &EquationBalance| {
+        x.value.iter().zip(&y.value).map(|(x, y)| x * y).sum::<f64>()
+    };
     // Noise has no counterpart.
-    let power = |x: &Balance| dot(x, x) - x.value.len() as f64 * x.floor.powi(2);
+    let power = |x: &EquationBalance| dot(x, x) - x.value.len() as f64 * x.floor.powi(2);
     let size = |r: usize| sum(&|x| power(&x.missing[r])).max(0.0);
     sum(&|x| dot(&x.missing[a], &x.missing[b])) < -0.5 * (size(a) * size(b)).sqrt()
 }

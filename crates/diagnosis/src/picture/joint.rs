@@ -6,14 +6,15 @@ use trueup_models::compiled::Compiled;
 use trueup_models::joint::{TwoMassJoint, input, parameter as j};
 use trueup_numerics::hybrid::At;
 use trueup_plant::Plant;
-use trueup_signals::process::Grid;
+use trueup_signals::process::ChannelGrid;
 use trueup_signals::{Interpolation, Loaded};
 
-use super::{Course, Picture, Place, at_motor, deviation, titled};
+use super::{Picture, PictureComponent, QuantityCourse, at_motor, deviation, titled};
 use crate::locate::map::{curve, surface};
-use crate::locate::unknown_input::{Estimate, place_shares};
+use crate::locate::unknown_input::{UnknownInputEstimate, place_shares};
 use crate::locate::{
-    Interval, JointColumns, Residual, bands, joint_balances, joint_intervals, joint_unknown_inputs, orders,
+    Interval, JointColumns, ResidualSeries, bands, joint_balances, joint_intervals, joint_unknown_inputs,
+    orders,
 };
 use trueup_numerics::order::descending;
 
@@ -26,20 +27,20 @@ const CUTOFF: f64 = 0.05;
 const SMOOTH: f64 = 0.02;
 
 /// A recording on even steps.
-struct Run<'a> {
+struct EvenRecording<'a> {
     name: &'a str,
-    grid: Grid,
+    grid: ChannelGrid,
     hold: bool,
     at: BTreeMap<&'static str, usize>,
 }
 
-impl Run<'_> {
+impl EvenRecording<'_> {
     fn column(&self, name: &str) -> &[f64] {
         self.at.get(name).map_or(&[], |k| &self.grid.columns[*k])
     }
 }
 
-impl Run<'_> {
+impl EvenRecording<'_> {
     /// Adds what the effects of the nominal model do to what drives it: to the torque on the load, and to the current.
     /// Laws with states of their own are as at their start.
     fn drive_by(&mut self, joint: &TwoMassJoint, plain: &TwoMassJoint, p: &[f64]) {
@@ -110,13 +111,13 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
     let flexible = joint.flexible();
     let floors = |name: &str| deviation(&out.floors, name).unwrap_or(0.0);
     let [current_floor, motor_floor, load_floor] = ["motorCurrent", "motorAngle", "loadAngle"].map(floors);
-    let mut runs: Vec<Run<'_>> = loaded.train().into_iter().filter_map(run).collect();
+    let mut runs: Vec<EvenRecording<'_>> = loaded.train().into_iter().filter_map(run).collect();
     if let (true, Ok(plain)) =
         (joint.effects().iter().next().is_some(), TwoMassJoint::new::<&str>(flexible, &[]))
     {
         runs.iter_mut().for_each(|run| run.drive_by(joint, &plain, p));
     }
-    fn columns<'a>(run: &'a Run<'_>, floors: [f64; 3]) -> JointColumns<'a> {
+    fn columns<'a>(run: &'a EvenRecording<'_>, floors: [f64; 3]) -> JointColumns<'a> {
         JointColumns {
             step: run.grid.step,
             current: run.column("motorCurrent"),
@@ -130,10 +131,10 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
         }
     }
     let floors = [current_floor, motor_floor, load_floor];
-    let estimates: Vec<Vec<Estimate>> =
+    let estimates: Vec<Vec<UnknownInputEstimate>> =
         runs.iter().map(|run| joint_unknown_inputs(p, flexible, &columns(run, floors))).collect();
     // Over all recordings: gains add up, what is explained by weight of what there is to explain.
-    let mut pooled: Vec<Estimate> = Vec::new();
+    let mut pooled: Vec<UnknownInputEstimate> = Vec::new();
     for e in estimates.iter().flatten() {
         match pooled.iter_mut().find(|q| q.place == e.place) {
             Some(q) => {
@@ -143,7 +144,9 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
                 }
                 q.gain += e.gain;
             }
-            None => pooled.push(Estimate { value: Vec::new(), deviation: Vec::new(), ..e.clone() }),
+            None => {
+                pooled.push(UnknownInputEstimate { value: Vec::new(), deviation: Vec::new(), ..e.clone() })
+            }
         }
     }
     descending(&mut pooled, |item| item.gain);
@@ -160,7 +163,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
     let (mut velocity, mut motor, mut twist, mut load) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut unknown = Vec::new();
     // Shares of a recording become shares of all, by their power.
-    let power = |found: &[Estimate]| -> f64 {
+    let power = |found: &[UnknownInputEstimate]| -> f64 {
         found.iter().filter(|e| e.place == best).flat_map(|e| &e.value).map(|d| d * d).sum()
     };
     let whole: f64 = estimates.iter().map(|found| power(found)).sum();
@@ -188,7 +191,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
         unknown.extend_from_slice(&e.value);
         let time = run.grid.time();
         let (recording, value) = (run.name.to_owned(), e.value.clone());
-        out.courses.push(Course { title: title.clone(), recording, unit: unit.into(), time, value });
+        out.courses.push(QuantityCourse { title: title.clone(), recording, unit: unit.into(), time, value });
     }
     descending(&mut intervals, |item| item.share);
     out.intervals = intervals;
@@ -196,7 +199,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
         let component =
             if place == "motor" && best == "motor" { at_motor(&unknown, &velocity) } else { &place };
         let component = if component == "motor" { "motor-friction" } else { component };
-        out.places.push(Place { component: component.to_owned(), joint: None, share });
+        out.places.push(PictureComponent { component: component.to_owned(), joint: None, share });
     }
     let mut along = |name: &str, unit_x: &str, x: &[f64]| {
         if x.len() == unknown.len()
@@ -217,7 +220,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
             found,
         ));
     }
-    let residuals: Vec<Residual<'_>> = runs
+    let residuals: Vec<ResidualSeries<'_>> = runs
         .iter()
         .zip(&estimates)
         .zip(&out.courses)
@@ -226,7 +229,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
             let mut sorted = e.deviation.clone();
             sorted.sort_unstable_by(f64::total_cmp);
             let floor = sorted.get(sorted.len() / 2).copied().filter(|f| *f > 0.0)?;
-            Some(Residual { recording: run.name, time: &course.time, value: &e.value, floor })
+            Some(ResidualSeries { recording: run.name, time: &course.time, value: &e.value, floor })
         })
         .collect();
     if let Some(found) = bands(&residuals, None) {
@@ -252,12 +255,17 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: 
     }
 }
 
-fn run(recording: &trueup_signals::Recording) -> Option<Run<'_>> {
+fn run(recording: &trueup_signals::Recording) -> Option<EvenRecording<'_>> {
     let known = ["motorCurrent", "externalTorque", "motorAngle", "loadAngle"];
     let names: Vec<&'static str> = known.into_iter().filter(|n| recording.channel(n).is_some()).collect();
     let angle = ["motorAngle", "loadAngle"].into_iter().find_map(|n| recording.channel(n))?;
     let current = recording.channel("motorCurrent")?;
-    let grid = Grid::of(recording, &names, angle.median_step()?)?;
+    let grid = ChannelGrid::of(recording, &names, angle.median_step()?)?;
     let at = names.iter().enumerate().map(|(k, n)| (*n, k)).collect();
-    Some(Run { name: &recording.name, grid, hold: current.interpolation == Interpolation::Hold, at })
+    Some(EvenRecording {
+        name: &recording.name,
+        grid,
+        hold: current.interpolation == Interpolation::Hold,
+        at,
+    })
 }

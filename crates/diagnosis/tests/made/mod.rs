@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trueup_diagnosis::diagnose::{Options, diagnose};
+use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
 use trueup_diagnosis::outcome::Diagnosis;
 use trueup_signals::{Case, Loaded};
 
@@ -86,7 +86,7 @@ impl Joint {
 
     /// Their diagnosis.
     pub(crate) fn diagnosed<const N: usize>(&self, rates: impl Fn(f64, &[f64; N]) -> [f64; N]) -> Diagnosis {
-        diagnose(&self.recorded(rates), &Options::default(), &mut |_, _| ()).unwrap().diagnosis
+        diagnose(&self.recorded(rates), &DiagnoseOptions::default(), &mut |_, _| ()).unwrap().diagnosis
     }
 
     /// A recording as CSV.

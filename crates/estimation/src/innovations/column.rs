@@ -43,13 +43,13 @@ impl ColumnPart {
 }
 
 /// A column: one part a recording.
-pub type Column = Vec<ColumnPart>;
+pub type FilterColumn = Vec<ColumnPart>;
 
 /// Columns with the normal priors of their amplitudes: what a law adds to the model.
 #[derive(Clone, Debug, Default)]
 pub struct AppliedLaw {
     /// The columns; the first is the effect, the others absorb the form of its law.
-    pub columns: Vec<Column>,
+    pub columns: Vec<FilterColumn>,
     /// Prior mean of each amplitude.
     pub mean: Vec<f64>,
     /// Prior standard deviation of each amplitude.
@@ -59,7 +59,7 @@ pub struct AppliedLaw {
 }
 
 /// The part of recording `recording` of up to [`LANES`] columns next to each other.
-pub fn beside(columns: &[&Column], recording: usize, coordinates: usize, channels: usize) -> LaneBlock {
+pub fn beside(columns: &[&FilterColumn], recording: usize, coordinates: usize, channels: usize) -> LaneBlock {
     let mut block = LaneBlock { forces: vec![Vec::new(); coordinates], readings: vec![Vec::new(); channels] };
     for (lane, column) in columns.iter().take(LANES).enumerate() {
         let part = &column[recording];

@@ -317,15 +317,15 @@ fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataCol
 }
 
 /// Numbers of the lanes, one each.
-pub type Lane = [f32; LANES];
+pub type FilterLane = [f32; LANES];
 
 /// [`LANES`] columns along a recording.
 #[derive(Clone, Debug, Default)]
 pub struct LaneBlock {
     /// Force of each coordinate over the step after each node; empty: none of these columns has one there.
-    pub forces: Vec<Vec<Lane>>,
+    pub forces: Vec<Vec<FilterLane>>,
     /// Reading error of each channel at each node; empty: none.
-    pub readings: Vec<Vec<Lane>>,
+    pub readings: Vec<Vec<FilterLane>>,
 }
 
 /// A block of columns that passes with gains of a recording.
@@ -335,7 +335,7 @@ pub struct LaneStream<'a> {
     /// Columns.
     pub block: &'a LaneBlock,
     /// Their whitened innovations, by node and channel; what was there before, where nothing counts.
-    pub out: &'a mut Vec<Lane>,
+    pub out: &'a mut Vec<FilterLane>,
 }
 
 /// Passes streams of one recording, two beside each other: one alone would wait for its own results. They differ in their
@@ -394,7 +394,7 @@ fn single<const N: usize>(x: [f64; N]) -> [f32; N] {
 
 /// A part of the lanes of a node, as wide as the vectors of the processor.
 #[inline(always)]
-fn lanes_of<S: Simd>(simd: S, all: &[Lane], node: usize, part: usize) -> S::f32s {
+fn lanes_of<S: Simd>(simd: S, all: &[FilterLane], node: usize, part: usize) -> S::f32s {
     if all.is_empty() { simd.splat_f32s(0.0) } else { S::as_simd_f32s(&all[node]).0[part] }
 }
 

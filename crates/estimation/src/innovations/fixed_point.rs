@@ -4,7 +4,7 @@
 //! A round counts only if its trajectory had the laws in force and was smoothed at about the intensities that it finds. It ends
 //! when the evidence moves by less than a nat, or falls twice.
 
-use super::column::{AppliedLaw, Column, OwnForces};
+use super::column::{AppliedLaw, FilterColumn, OwnForces};
 use super::evidence::TRUST;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::intensity::alike;
@@ -147,14 +147,14 @@ impl InnovationsFrame {
         self.take_tangent(laws, amplitudes);
         let nuisances = self.nuisances().0;
         let zero_columns = &nuisances[self.unknown.len()..];
-        let columns: Vec<&Column> = laws.iter().flat_map(|l| &l.columns).chain(zero_columns).collect();
+        let columns: Vec<&FilterColumn> = laws.iter().flat_map(|l| &l.columns).chain(zero_columns).collect();
         let all: Vec<f64> = amplitudes.iter().chain(zeros).copied().collect();
         let own = self.own_forces(&columns, &all);
         self.smooth(q, Some(own))
     }
 
     /// Forces and reading errors of columns at these amplitudes, one entry a recording.
-    pub fn own_forces(&self, columns: &[&Column], amplitudes: &[f64]) -> Vec<OwnForces> {
+    pub fn own_forces(&self, columns: &[&FilterColumn], amplitudes: &[f64]) -> Vec<OwnForces> {
         let one = |(k, r): (usize, &super::recording::NodeRecording)| {
             let mut own = OwnForces::none(self.coordinates(), self.channels(), r.nodes);
             columns.iter().zip(amplitudes).for_each(|(c, a)| own.add(&c[k], *a));
@@ -182,7 +182,7 @@ impl InnovationsFrame {
             if inside.is_empty() {
                 continue;
             }
-            let (columns, at): (Vec<&Column>, Vec<f64>) = inside.into_iter().unzip();
+            let (columns, at): (Vec<&FilterColumn>, Vec<f64>) = inside.into_iter().unzip();
             let own = self.own_forces(&columns, &at);
             let on = element.weights.iter().position(|w| *w > 0.0).unwrap_or(0);
             let mut normal = [0.0; 5];

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::bank::gains_of_bank;
-use super::column::{AppliedLaw, Column, OwnForces};
+use super::column::{AppliedLaw, FilterColumn, OwnForces};
 use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use super::filter::{DataColumn, FilterGains, FilterInput};
 use super::gram::{BaseGram, GroupGram, GroupSums, PackedColumns, PassedBase};
@@ -380,7 +380,7 @@ impl InnovationsFrame {
         &self,
         packed: &PackedColumns,
         base: &PassedBase,
-        groups: &[&[Column]],
+        groups: &[&[FilterColumn]],
         q: &[f64],
     ) -> Result<Vec<GroupGram>, SizeError> {
         let mut sums = GroupSums::new(packed, groups);

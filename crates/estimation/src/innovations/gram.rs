@@ -9,9 +9,9 @@ use std::rc::Rc;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::column::{self, Column};
+use super::column::{self, FilterColumn};
 use super::filter::{
-    DataColumn, FilterGains, LANES, Lane, LaneBlock, LaneStream, data_innovations, pass_streams,
+    DataColumn, FilterGains, FilterLane, LANES, LaneBlock, LaneStream, data_innovations, pass_streams,
 };
 use super::kernel::SizeError;
 
@@ -111,15 +111,15 @@ pub struct PackedColumns {
 /// What a pass writes, kept for the next one: new memory costs as much as the sums.
 #[derive(Clone, Debug, Default)]
 struct PassBuffers {
-    lanes: [Vec<Lane>; 2],
+    lanes: [Vec<FilterLane>; 2],
     innovations: [Vec<f64>; 2],
 }
 
 impl PackedColumns {
     /// Of what was read, one entry a recording, and the columns of the base.
-    pub fn new(data: Vec<DataColumn>, base: &[Column], channels: usize) -> Self {
+    pub fn new(data: Vec<DataColumn>, base: &[FilterColumn], channels: usize) -> Self {
         let coordinates = data.first().map_or(0, |d| d.forces.len());
-        let columns: Vec<&Column> = base.iter().collect();
+        let columns: Vec<&FilterColumn> = base.iter().collect();
         let blocks =
             |r: usize| columns.chunks(LANES).map(|c| column::beside(c, r, coordinates, channels)).collect();
         let blocks = (0..data.len()).map(blocks).collect();
@@ -184,16 +184,16 @@ impl PackedColumns {
 pub struct GroupSums<'a> {
     packed: &'a PackedColumns,
     /// Groups of at most [`GROUP`] columns, as many as fit beside each other.
-    blocks: Vec<Vec<&'a [Column]>>,
+    blocks: Vec<Vec<&'a [FilterColumn]>>,
     /// By block: products with each column of the base, and with the lane that is 0, 1, .. further.
-    with_base: Vec<Vec<Wide>>,
-    with_own: Vec<[Wide; GROUP]>,
+    with_base: Vec<Vec<WideProduct>>,
+    with_own: Vec<[WideProduct; GROUP]>,
 }
 
 impl<'a> GroupSums<'a> {
     /// Nothing yet.
-    pub fn new(packed: &'a PackedColumns, groups: &[&'a [Column]]) -> Self {
-        let mut blocks: Vec<Vec<&'a [Column]>> = Vec::new();
+    pub fn new(packed: &'a PackedColumns, groups: &[&'a [FilterColumn]]) -> Self {
+        let mut blocks: Vec<Vec<&'a [FilterColumn]>> = Vec::new();
         let mut used = LANES;
         for g in groups {
             if used + g.len() > LANES {
@@ -222,7 +222,7 @@ impl<'a> GroupSums<'a> {
             let blocks: Vec<LaneBlock> = pair
                 .iter()
                 .map(|groups| {
-                    let columns: Vec<&Column> = groups.iter().flat_map(|g| g.iter()).collect();
+                    let columns: Vec<&FilterColumn> = groups.iter().flat_map(|g| g.iter()).collect();
                     column::beside(&columns, recording, packed.coordinates, packed.channels)
                 })
                 .collect();
@@ -257,7 +257,7 @@ impl<'a> GroupSums<'a> {
     }
 }
 
-type Wide = [f64; LANES];
+type WideProduct = [f64; LANES];
 
 /// Products of the base, lower half.
 struct BaseSums<'a> {
@@ -299,9 +299,9 @@ impl WithSimd for BaseSums<'_> {
 struct BlockSums<'a> {
     rows: &'a [usize],
     e: &'a [f64],
-    lanes: &'a [Lane],
-    with_base: &'a mut [Wide],
-    with_own: &'a mut [Wide; GROUP],
+    lanes: &'a [FilterLane],
+    with_base: &'a mut [WideProduct],
+    with_own: &'a mut [WideProduct; GROUP],
 }
 
 impl WithSimd for BlockSums<'_> {

@@ -2,7 +2,7 @@
 //!
 //! What a model lacks is a generalised force on a coordinate or an error of a reading; what has no name is a latent force on
 //! every coordinate (Ornstein-Uhlenbeck, estimated intensities). State of the filter: z = (deviation of the plant's state, latent
-//! forces). Whatever is unknown and enters linearly is a [`column::Column`] along the smoothed trajectory; for given gains the
+//! forces). Whatever is unknown and enters linearly is a [`column::FilterColumn`] along the smoothed trajectory; for given gains the
 //! log evidence of every set of columns follows from one Gram matrix ([`gram`], [`evidence`]). The engine requires a
 //! [`plant::ForcedPlant`] and names none; [`two_mass`] is the two-mass joint as such a plant.
 

@@ -3,7 +3,7 @@
 //! Forces of parameters come from the model's own rates along the smoothed trajectory, never from a smoothed acceleration and
 //! never from a latent: else their sum would be what is left of the data, and all of them would shrink together.
 
-use super::column::{Column, ColumnPart};
+use super::column::{ColumnPart, FilterColumn};
 use super::evidence::AmplitudePriors;
 use super::frame::InnovationsFrame;
 use super::plant::StepMeans;
@@ -11,7 +11,7 @@ use super::plant::StepMeans;
 impl InnovationsFrame {
     /// Columns of the unknown parameters (relative changes) and of the zeros of further angles, with their priors about the
     /// point in hand.
-    pub fn nuisances(&self) -> (Vec<Column>, AmplitudePriors) {
+    pub fn nuisances(&self) -> (Vec<FilterColumn>, AmplitudePriors) {
         let mut priors = AmplitudePriors { parameters: self.unknown.len(), ..AmplitudePriors::default() };
         let forces: Vec<_> = (0..self.runs.len()).map(|k| self.sensitivities(k)).collect();
         let mut columns = Vec::new();

@@ -2,7 +2,7 @@
 
 /// What moves along a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CoordinateKind {
+pub enum FilterCoordinateKind {
     /// A motor's rotor, which its input drives.
     Motor,
     /// A body behind a motor.
@@ -17,7 +17,7 @@ pub struct ForcedCoordinate {
     /// Its name in reports.
     pub name: &'static str,
     /// What moves along it.
-    pub kind: CoordinateKind,
+    pub kind: FilterCoordinateKind,
     /// State index of its position, rad.
     pub position: usize,
     /// State index of its rate, rad/s.

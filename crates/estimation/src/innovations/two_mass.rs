@@ -15,8 +15,8 @@ use trueup_numerics::{Dual, Scalar};
 use trueup_signals::Case;
 
 use super::plant::{
-    BelievedParameter, CoordinateKind, ElasticElement, FirstState, ForcedCoordinate, ForcedPlant, InputForce,
-    StateReading, StepMeans,
+    BelievedParameter, ElasticElement, FilterCoordinateKind, FirstState, ForcedCoordinate, ForcedPlant,
+    InputForce, StateReading, StepMeans,
 };
 
 /// Indices of the parameters.
@@ -191,11 +191,16 @@ impl TwoMassPlant {
         };
         self.elements = if self.rigid { Vec::new() } else { vec![spring] };
         let dry = (self.parameters[p::COULOMB_FRICTION].value > 0.0).then_some(p::COULOMB_FRICTION);
-        let motor =
-            ForcedCoordinate { name: "actuator", kind: CoordinateKind::Motor, position: 0, velocity: 1, dry };
+        let motor = ForcedCoordinate {
+            name: "actuator",
+            kind: FilterCoordinateKind::Motor,
+            position: 0,
+            velocity: 1,
+            dry,
+        };
         let load = ForcedCoordinate {
             name: "load",
-            kind: CoordinateKind::Link,
+            kind: FilterCoordinateKind::Link,
             position: 2,
             velocity: 3,
             dry: None,

@@ -2,16 +2,16 @@
 
 use trueup_models::controller::parameter;
 use trueup_models::flexible_arm::presets::{delian, parameters};
-use trueup_models::flexible_arm::{FlexibleArm, Structure};
-use trueup_models::space::design::Design;
+use trueup_models::flexible_arm::{FlexibleArm, FlexibleArmStructure};
+use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::Parameters;
 
 pub(crate) const N: usize = 6;
 
 /// DELIAN as the figures in `docs/flexible-arm-control.md` have it: weight along its links neither stiffens nor softens them.
 pub(crate) fn arm() -> Result<FlexibleArm, String> {
-    let design = Design { axial_stiffening: Some(false), ..delian() };
-    FlexibleArm::new(Structure { robot: design.structure(), by_current: false })
+    let design = RobotDesign { axial_stiffening: Some(false), ..delian() };
+    FlexibleArm::new(FlexibleArmStructure { robot: design.structure(), by_current: false })
 }
 
 /// Parameters of DELIAN with this payload, kg, in its hand; without weight in orbit.

@@ -8,7 +8,9 @@ use trueup_flexibility::equilibrium::equilibrium;
 use trueup_models::controller::{ManipulatorController, input, state};
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::space::layout::{Outputs, Parameters, States};
-use trueup_numerics::driver::{DriveError, Driver, Flow, Inputs, Memory, Options, Solver, State};
+use trueup_numerics::driver::{
+    DriveError, Driver, DriverMemory, DriverOptions, DriverState, Flow, Solver, StepInputs,
+};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 impl Move {
@@ -28,13 +30,20 @@ impl Move {
         let begin = linearised(arm, &self.p, &self.poses[0])?;
         let from = begin.state[of.joint_angle..][..N].to_vec();
         let nominal: Vec<f64> = States::list(s).iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect();
-        let options = Options { solver: Solver::FixedStiff, max_step: STEP, ..Options::default() };
+        let options =
+            DriverOptions { solver: Solver::FixedStiff, max_step: STEP, ..DriverOptions::default() };
         let mut driver = Driver::new(sizes, &nominal, options);
         let (mut t, mut x, mut u) = (0.0, begin.state.clone(), vec![0.0; sizes.inputs]);
         u[..N].copy_from_slice(&begin.drive);
-        let (mut modes, mut memory) = (vec![0; sizes.modes], Memory::default());
-        let mut now =
-            State { t: &mut t, x: &mut x, u: &mut u, p: &self.p, modes: &mut modes, memory: &mut memory };
+        let (mut modes, mut memory) = (vec![0; sizes.modes], DriverMemory::default());
+        let mut now = DriverState {
+            t: &mut t,
+            x: &mut x,
+            u: &mut u,
+            p: &self.p,
+            modes: &mut modes,
+            memory: &mut memory,
+        };
         driver.initialise_from(arm, &mut now)?;
         let (mut y, mut sensed, mut way) = (vec![0.0; sizes.outputs], vec![0.0; own.inputs], Vec::new());
         let at_goal = equilibrium(arm, &self.p, &self.poses[1], [0.0; 3])?.state;
@@ -66,7 +75,7 @@ impl Move {
             }
             controller.update(time + STEP, &mut cx, &sensed, control, &mut sampled);
             now.u[..N].copy_from_slice(&cx[state::HELD_OUTPUT * N..][..N]);
-            match driver.advance_to(arm, &mut now, time + STEP, Inputs::Hold, &mut |_| Flow::Continue) {
+            match driver.advance_to(arm, &mut now, time + STEP, StepInputs::Hold, &mut |_| Flow::Continue) {
                 Ok(_) => {}
                 // It has run away, far beyond what an arm can.
                 Err(DriveError::NotFinite { .. }) => return Ok(Outcome::lost()),

@@ -6,7 +6,7 @@ use object::Object;
 use object::read::NameOrOrdinal;
 use trueup_fmi::abi::{fmi2, fmi3};
 
-use crate::Version;
+use crate::FmiVersion;
 use crate::description::Description;
 
 /// Functions that the interface types of this FMU demand and the library lacks.
@@ -25,8 +25,8 @@ pub(super) fn missing(d: &Description, bytes: &[u8]) -> Result<Vec<&'static str>
         }
     }
     let needed = match d.version {
-        Version::V2 => fmi2::pointer::NAMES,
-        Version::V3 => fmi3::pointer::NAMES,
+        FmiVersion::V2 => fmi2::pointer::NAMES,
+        FmiVersion::V3 => fmi3::pointer::NAMES,
     };
     Ok(needed.iter().copied().filter(|n| demanded(d, n) && !exported.contains(*n)).collect())
 }

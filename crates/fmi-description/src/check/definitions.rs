@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::finding::Findings;
-use crate::Version;
-use crate::description::{Attributes, Description, Type};
+use crate::FmiVersion;
+use crate::description::{Attributes, Description, VariableType};
 
 pub(super) fn check(d: &Description, f: &mut Findings) {
     let mut seen = HashSet::new();
@@ -33,14 +33,14 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
         if !seen.insert(&t.name) {
             f.error(t.line, format!("type `{}` is defined twice: remove one definition", t.name));
         }
-        if d.version == Version::V2 && d.find(&t.name).is_some() {
+        if d.version == FmiVersion::V2 && d.find(&t.name).is_some() {
             f.warning(
                 t.line,
                 format!("type `{0}` and variable `{0}` have the same name: rename one", t.name),
             );
         }
         attributes(d, f, &t.attributes, t.line, &format!("type `{}`", t.name));
-        if t.kind == Type::Enumeration {
+        if t.kind == VariableType::Enumeration {
             if t.items.is_empty() {
                 f.error(t.line, format!("enumeration `{}` has no items: give at least one", t.name));
             }

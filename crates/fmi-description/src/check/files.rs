@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::binary;
-use super::finding::{Finding, Findings, Severity};
-use crate::Version;
+use super::finding::{DescriptionFinding, DescriptionSeverity, Findings};
+use crate::FmiVersion;
 use crate::archive::Archive;
 use crate::description::Description;
 use crate::read;
@@ -13,12 +13,12 @@ use crate::read;
 const MAX_BINARY: u64 = 1 << 30;
 
 /// Checks a whole FMU.
-pub fn archive(archive: &mut Archive) -> Vec<Finding> {
+pub fn archive(archive: &mut Archive) -> Vec<DescriptionFinding> {
     let mut f = Findings::default();
     for e in archive.entries() {
         if e.name.contains('\\') {
             f.add(
-                Severity::Error,
+                DescriptionSeverity::Error,
                 &e.name,
                 None,
                 "the path has a backslash: pack it with forward slashes".to_owned(),
@@ -26,7 +26,7 @@ pub fn archive(archive: &mut Archive) -> Vec<Finding> {
         }
         if !e.portable {
             f.add(
-                Severity::Error,
+                DescriptionSeverity::Error,
                 &e.name,
                 None,
                 "compressed by a method other than deflate or store: pack it again".to_owned(),
@@ -65,7 +65,7 @@ fn binaries(archive: &mut Archive, d: &Description, f: &mut Findings) {
     let sources = archive.entries().iter().any(|e| e.name.starts_with("sources/"));
     if folders.is_empty() && !sources {
         f.add(
-            Severity::Error,
+            DescriptionSeverity::Error,
             "binaries",
             None,
             "neither binaries nor sources: this FMU cannot be run".to_owned(),
@@ -76,7 +76,7 @@ fn binaries(archive: &mut Archive, d: &Description, f: &mut Findings) {
         let there: Vec<_> = folders.into_iter().collect();
         let there = if there.is_empty() { "sources only".to_owned() } else { there.join(", ") };
         f.add(
-            Severity::Warning,
+            DescriptionSeverity::Warning,
             &format!("binaries/{platform}"),
             None,
             format!("no binary for this machine (there: {there}): it cannot be run here"),
@@ -86,7 +86,7 @@ fn binaries(archive: &mut Archive, d: &Description, f: &mut Findings) {
     let identifiers: BTreeSet<&str> = d.interfaces().map(|(_, i)| i.model_identifier.as_str()).collect();
     for id in identifiers {
         let file = format!("binaries/{platform}/{id}{}", std::env::consts::DLL_SUFFIX);
-        let mut error = |message: String| f.add(Severity::Error, &file, None, message);
+        let mut error = |message: String| f.add(DescriptionSeverity::Error, &file, None, message);
         if !archive.has(&file) {
             error("the library is missing: its name must be the modelIdentifier".to_owned());
             continue;
@@ -107,10 +107,10 @@ fn binaries(archive: &mut Archive, d: &Description, f: &mut Findings) {
 
 fn terminals(archive: &mut Archive, d: &Description, f: &mut Findings) {
     let file = "terminalsAndIcons/terminalsAndIcons.xml";
-    if d.version == Version::V2 || !archive.has(file) {
+    if d.version == FmiVersion::V2 || !archive.has(file) {
         return;
     }
-    let mut error = |line, message| f.add(Severity::Error, file, line, message);
+    let mut error = |line, message| f.add(DescriptionSeverity::Error, file, line, message);
     let text = match archive.read(file, crate::archive::MAX_DESCRIPTION).map(String::from_utf8) {
         Ok(Ok(text)) => text,
         Ok(Err(_)) => return error(None, "not UTF-8: save it as UTF-8".to_owned()),
@@ -132,10 +132,10 @@ fn terminals(archive: &mut Archive, d: &Description, f: &mut Findings) {
 fn licences(archive: &Archive, d: &Description, f: &mut Findings) {
     let folder = "documentation/licenses/";
     let has = |suffix: &str| archive.has(&format!("{folder}license.{suffix}"));
-    let entry = has("txt") || has("html") || d.version == Version::V3 && has("spdx");
+    let entry = has("txt") || has("html") || d.version == FmiVersion::V3 && has("spdx");
     if archive.entries().iter().any(|e| e.name.starts_with(folder) && e.name != folder) && !entry {
         f.add(
-            Severity::Warning,
+            DescriptionSeverity::Warning,
             folder,
             None,
             "there is no license.txt or license.html, where users start to look: add one".to_owned(),

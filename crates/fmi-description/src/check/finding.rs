@@ -2,7 +2,7 @@
 
 /// How much it matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
+pub enum DescriptionSeverity {
     /// Against the standard.
     Error,
     /// Allowed, but it will surprise somebody.
@@ -11,9 +11,9 @@ pub enum Severity {
 
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Finding {
+pub struct DescriptionFinding {
     /// How much it matters.
-    pub severity: Severity,
+    pub severity: DescriptionSeverity,
     /// File inside the FMU.
     pub file: String,
     /// Line in that file.
@@ -22,9 +22,9 @@ pub struct Finding {
     pub message: String,
 }
 
-impl std::fmt::Display for Finding {
+impl std::fmt::Display for DescriptionFinding {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let severity = if self.severity == Severity::Error { "error" } else { "warning" };
+        let severity = if self.severity == DescriptionSeverity::Error { "error" } else { "warning" };
         match self.line {
             Some(line) => write!(f, "{severity}: {}, line {line}: {}", self.file, self.message),
             None => write!(f, "{severity}: {}: {}", self.file, self.message),
@@ -34,16 +34,22 @@ impl std::fmt::Display for Finding {
 
 /// The findings in the making.
 #[derive(Default)]
-pub(super) struct Findings(pub(super) Vec<Finding>);
+pub(super) struct Findings(pub(super) Vec<DescriptionFinding>);
 
 impl Findings {
     pub(super) fn error(&mut self, line: impl Into<Option<u32>>, message: impl Into<String>) {
-        self.add(Severity::Error, "modelDescription.xml", line.into(), message.into());
+        self.add(DescriptionSeverity::Error, "modelDescription.xml", line.into(), message.into());
     }
     pub(super) fn warning(&mut self, line: impl Into<Option<u32>>, message: impl Into<String>) {
-        self.add(Severity::Warning, "modelDescription.xml", line.into(), message.into());
+        self.add(DescriptionSeverity::Warning, "modelDescription.xml", line.into(), message.into());
     }
-    pub(super) fn add(&mut self, severity: Severity, file: &str, line: Option<u32>, message: String) {
-        self.0.push(Finding { severity, file: file.to_owned(), line, message });
+    pub(super) fn add(
+        &mut self,
+        severity: DescriptionSeverity,
+        file: &str,
+        line: Option<u32>,
+        message: String,
+    ) {
+        self.0.push(DescriptionFinding { severity, file: file.to_owned(), line, message });
     }
 }

@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 
 use super::finding::Findings;
-use crate::Version;
-use crate::description::{Causality, Description, Type, Variability, Variable};
+use crate::FmiVersion;
+use crate::description::{
+    Description, DescriptionCausality, DescriptionVariability, DescriptionVariable, VariableType,
+};
 
 pub(super) fn check(d: &Description, f: &mut Findings) {
     let mut seen: HashMap<&str, u32> = HashMap::new();
@@ -90,12 +92,12 @@ fn indices(text: &str) -> Option<&str> {
 
 fn references(d: &Description, f: &mut Findings) {
     // In FMI 2.0 each base type has value references of its own; enumerations are integers.
-    let base = |v: &Variable| match (d.version, v.kind) {
-        (Version::V3, _) => Type::Float64,
-        (Version::V2, Type::Enumeration) => Type::Int32,
-        (Version::V2, kind) => kind,
+    let base = |v: &DescriptionVariable| match (d.version, v.kind) {
+        (FmiVersion::V3, _) => VariableType::Float64,
+        (FmiVersion::V2, VariableType::Enumeration) => VariableType::Int32,
+        (FmiVersion::V2, kind) => kind,
     };
-    let mut groups: HashMap<(Type, u32), Vec<&Variable>> = HashMap::new();
+    let mut groups: HashMap<(VariableType, u32), Vec<&DescriptionVariable>> = HashMap::new();
     for v in &d.variables {
         groups.entry((base(v), v.value_reference)).or_default().push(v);
     }
@@ -105,7 +107,7 @@ fn references(d: &Description, f: &mut Findings) {
         let [first, others @ ..] = group.as_slice() else { continue };
         for v in others {
             let reference = v.value_reference;
-            if d.version == Version::V3 {
+            if d.version == FmiVersion::V3 {
                 f.error(
                     v.line,
                     format!("variable `{}` has the value reference {reference} of `{}` (line {}): in FMI 3.0 every variable \
@@ -115,7 +117,7 @@ fn references(d: &Description, f: &mut Findings) {
             }
             let pair =
                 format!("variables `{}` and `{}` share the value reference {reference}", first.name, v.name);
-            let constant = |v: &Variable| v.variability == Variability::Constant;
+            let constant = |v: &DescriptionVariable| v.variability == DescriptionVariability::Constant;
             if constant(first) != constant(v) {
                 f.error(
                     v.line,
@@ -126,17 +128,24 @@ fn references(d: &Description, f: &mut Findings) {
                 f.error(v.line, format!("{pair}, but not the unit: give both the same unit"));
             }
         }
-        if d.version == Version::V2 {
+        if d.version == FmiVersion::V2 {
             aliases(f, &group);
         }
     }
 }
 
 /// Within one alias set of FMI 2.0.
-fn aliases(f: &mut Findings, group: &[&Variable]) {
+fn aliases(f: &mut Findings, group: &[&DescriptionVariable]) {
     let settable: Vec<_> = group
         .iter()
-        .filter(|v| matches!(v.causality, Causality::Parameter | Causality::Input | Causality::Independent))
+        .filter(|v| {
+            matches!(
+                v.causality,
+                DescriptionCausality::Parameter
+                    | DescriptionCausality::Input
+                    | DescriptionCausality::Independent
+            )
+        })
         .collect();
     if let [first, second, ..] = settable[..] {
         let reference = second.value_reference;
@@ -150,8 +159,10 @@ fn aliases(f: &mut Findings, group: &[&Variable]) {
         );
         return;
     }
-    let started: Vec<_> =
-        group.iter().filter(|v| v.start.is_some() && v.variability != Variability::Constant).collect();
+    let started: Vec<_> = group
+        .iter()
+        .filter(|v| v.start.is_some() && v.variability != DescriptionVariability::Constant)
+        .collect();
     if let [first, second, ..] = started[..] {
         f.error(
             second.line,
@@ -161,7 +172,8 @@ fn aliases(f: &mut Findings, group: &[&Variable]) {
             ),
         );
     }
-    let constants: Vec<_> = group.iter().filter(|v| v.variability == Variability::Constant).collect();
+    let constants: Vec<_> =
+        group.iter().filter(|v| v.variability == DescriptionVariability::Constant).collect();
     if let [first, others @ ..] = constants.as_slice()
         && let Some(other) = others.iter().find(|v| v.start != first.start)
     {

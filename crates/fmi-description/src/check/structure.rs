@@ -3,8 +3,10 @@
 use std::collections::{BTreeSet, HashSet};
 
 use super::finding::Findings;
-use crate::Version;
-use crate::description::{Causality, Description, Initial, Unknown, Variability};
+use crate::FmiVersion;
+use crate::description::{
+    Description, DescriptionCausality, DescriptionVariability, Initial, StructureUnknown,
+};
 
 pub(super) fn check(d: &Description, f: &mut Findings) {
     let s = &d.structure;
@@ -37,7 +39,7 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
     initial_unknowns(d, f);
     for u in &s.event_indicators {
         if let Some(v) = d.resolve(u.reference).map(|at| &d.variables[at])
-            && !(v.kind.is_float() && v.variability == Variability::Continuous)
+            && !(v.kind.is_float() && v.variability == DescriptionVariability::Continuous)
         {
             f.error(u.line, format!("event indicator `{}` must be a continuous Float64 or Float32", v.name));
         }
@@ -47,7 +49,7 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
 fn dependencies(
     d: &Description,
     f: &mut Findings,
-    u: &Unknown,
+    u: &StructureUnknown,
     list: &str,
     name: &str,
     states: &BTreeSet<usize>,
@@ -64,7 +66,7 @@ fn dependencies(
         _ => {}
     }
     let words: &[&str] = match (d.version, list) {
-        (Version::V2, "InitialUnknowns") => &["dependent", "constant"],
+        (FmiVersion::V2, "InitialUnknowns") => &["dependent", "constant"],
         _ => &["dependent", "constant", "fixed", "tunable", "discrete"],
     };
     for kind in u.kinds.iter().flatten() {
@@ -76,7 +78,7 @@ fn dependencies(
         }
     }
     let on = u.dependencies.as_deref().unwrap_or_default();
-    if d.version == Version::V2 && on.windows(2).any(|w| w[0] >= w[1]) {
+    if d.version == FmiVersion::V2 && on.windows(2).any(|w| w[0] >= w[1]) {
         f.warning(u.line, format!("{place}: the dependencies must be in ascending order, each once"));
     }
     for reference in on {
@@ -85,7 +87,7 @@ fn dependencies(
             continue;
         };
         let v = &d.variables[at];
-        let unknown = matches!(v.causality, Causality::Output)
+        let unknown = matches!(v.causality, DescriptionCausality::Output)
             && v.initial != Some(Initial::Exact)
             && !states.contains(&at);
         if unknown {
@@ -106,14 +108,14 @@ fn states(d: &Description) -> BTreeSet<usize> {
     continuous.chain(discrete).chain(clocked).chain(rates.iter().copied()).collect()
 }
 
-fn listed(d: &Description, list: &[Unknown]) -> BTreeSet<usize> {
+fn listed(d: &Description, list: &[StructureUnknown]) -> BTreeSet<usize> {
     list.iter().filter_map(|u| d.resolve(u.reference)).collect()
 }
 
 fn outputs(d: &Description, f: &mut Findings) {
     let listed = listed(d, &d.structure.outputs);
     for (at, v) in d.variables.iter().enumerate() {
-        match (v.causality == Causality::Output, listed.contains(&at)) {
+        match (v.causality == DescriptionCausality::Output, listed.contains(&at)) {
             (true, false) => {
                 f.error(v.line, format!("output `{}` is missing in ModelStructure, Outputs: add it", v.name))
             }
@@ -159,8 +161,8 @@ fn initial_unknowns(d: &Description, f: &mut Findings) {
     let found = listed(d, &d.structure.initial_unknowns);
     for (at, v) in d.variables.iter().enumerate() {
         let calculated = matches!(v.effective_initial(), Some(Initial::Calculated | Initial::Approx));
-        let expected = v.causality == Causality::CalculatedParameter
-            || calculated && (v.causality == Causality::Output || continuous.contains(&at));
+        let expected = v.causality == DescriptionCausality::CalculatedParameter
+            || calculated && (v.causality == DescriptionCausality::Output || continuous.contains(&at));
         let clocked = !v.clocks.is_empty();
         match (expected, found.contains(&at)) {
             (true, false) if !clocked => f.error(
@@ -180,7 +182,7 @@ fn initial_unknowns(d: &Description, f: &mut Findings) {
         }
     }
     let order: Vec<_> = d.structure.initial_unknowns.iter().map(|u| u.reference).collect();
-    if d.version == Version::V2 && order.windows(2).any(|w| w[0] > w[1]) {
+    if d.version == FmiVersion::V2 && order.windows(2).any(|w| w[0] > w[1]) {
         let line = d.structure.initial_unknowns.first().map(|u| u.line);
         f.error(line, "ModelStructure, InitialUnknowns must be in the order of the variables: sort by index");
     }

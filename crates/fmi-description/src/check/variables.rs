@@ -4,8 +4,11 @@ use std::collections::HashSet;
 
 use super::definitions;
 use super::finding::Findings;
-use crate::Version;
-use crate::description::{Causality, Description, Dimension, Initial, Type, Values, Variability, Variable};
+use crate::FmiVersion;
+use crate::description::{
+    ArrayDimension, Description, DescriptionCausality, DescriptionVariability, DescriptionVariable, Initial,
+    StartValues, VariableType,
+};
 
 pub(super) fn check(d: &Description, f: &mut Findings) {
     let states: HashSet<u32> = d.variables.iter().filter_map(|v| v.derivative).collect();
@@ -15,7 +18,7 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
         kind(d, f, v);
         dimensions(d, f, v);
         derivative(d, f, v);
-        let reference = if d.version == Version::V2 { at as u32 + 1 } else { v.value_reference };
+        let reference = if d.version == FmiVersion::V2 { at as u32 + 1 } else { v.value_reference };
         if v.reinit && d.model_exchange.is_some() && !states.contains(&reference) {
             f.error(
                 v.line,
@@ -24,9 +27,10 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
         }
         references(d, f, v);
     }
-    let independent: Vec<_> = d.variables.iter().filter(|v| v.causality == Causality::Independent).collect();
+    let independent: Vec<_> =
+        d.variables.iter().filter(|v| v.causality == DescriptionCausality::Independent).collect();
     match (d.version, independent.as_slice()) {
-        (Version::V3, []) => {
+        (FmiVersion::V3, []) => {
             f.error(
                 None,
                 "there is no independent variable: add a Float64 `time` with causality=\"independent\"",
@@ -51,9 +55,9 @@ fn word<T: std::fmt::Debug>(x: T) -> String {
 }
 
 /// The tables of allowed combinations: section 2.2.7 of FMI 2.0, section 2.4.7 of FMI 3.0.
-fn combination(d: &Description, f: &mut Findings, v: &Variable) {
-    use Causality as C;
-    use Variability as V;
+fn combination(d: &Description, f: &mut Findings, v: &DescriptionVariable) {
+    use DescriptionCausality as C;
+    use DescriptionVariability as V;
     let allowed: &[V] = match v.causality {
         C::Parameter | C::CalculatedParameter | C::StructuralParameter => &[V::Fixed, V::Tunable],
         C::Input => &[V::Discrete, V::Continuous],
@@ -91,7 +95,7 @@ fn combination(d: &Description, f: &mut Findings, v: &Variable) {
         || matches!(v.variability, V::Fixed | V::Tunable) && !exact_only;
     let wrong = match v.causality {
         C::Independent => Some("the independent variable has no `initial`: remove it"),
-        C::Input if d.version == Version::V2 => Some("an input has no `initial`: remove it"),
+        C::Input if d.version == FmiVersion::V2 => Some("an input has no `initial`: remove it"),
         C::Input if initial != Initial::Exact => Some("the `initial` of an input can only be \"exact\""),
         _ if exact_only && initial != Initial::Exact => Some("`initial` can only be \"exact\" here"),
         _ if calculated_parameter && initial == Initial::Exact => {
@@ -112,19 +116,19 @@ fn combination(d: &Description, f: &mut Findings, v: &Variable) {
     }
 }
 
-fn start(d: &Description, f: &mut Findings, v: &Variable) {
+fn start(d: &Description, f: &mut Findings, v: &DescriptionVariable) {
     let name = &v.name;
     let initial = v.effective_initial();
-    let demanded =
-        v.causality == Causality::Input || matches!(initial, Some(Initial::Exact | Initial::Approx));
+    let demanded = v.causality == DescriptionCausality::Input
+        || matches!(initial, Some(Initial::Exact | Initial::Approx));
     let Some(start) = &v.start else {
-        if demanded && v.kind != Type::Clock {
+        if demanded && v.kind != VariableType::Clock {
             f.error(v.line, format!("variable `{name}` has no start value but needs one: add `start`"));
         }
         return;
     };
-    if v.causality == Causality::Independent
-        || v.causality != Causality::Input && initial == Some(Initial::Calculated)
+    if v.causality == DescriptionCausality::Independent
+        || v.causality != DescriptionCausality::Input && initial == Some(Initial::Calculated)
     {
         f.error(
             v.line,
@@ -158,7 +162,7 @@ fn start(d: &Description, f: &mut Findings, v: &Variable) {
             break;
         }
     }
-    if let (Type::Enumeration, Values::Signed(numbers)) = (v.kind, start)
+    if let (VariableType::Enumeration, StartValues::Signed(numbers)) = (v.kind, start)
         && let Some(t) = v.declared_type.as_deref().and_then(|t| d.declared_type(t))
         && let Some(number) = numbers.iter().find(|n| !t.items.iter().any(|i| i.value == **n))
     {
@@ -166,10 +170,10 @@ fn start(d: &Description, f: &mut Findings, v: &Variable) {
     }
 }
 
-fn kind(d: &Description, f: &mut Findings, v: &Variable) {
+fn kind(d: &Description, f: &mut Findings, v: &DescriptionVariable) {
     let name = &v.name;
     match v.declared_type.as_deref().map(|t| (t, d.declared_type(t))) {
-        None if v.kind == Type::Enumeration => {
+        None if v.kind == VariableType::Enumeration => {
             f.error(
                 v.line,
                 format!("enumeration variable `{name}` has no declaredType: name its enumeration"),
@@ -198,13 +202,16 @@ fn kind(d: &Description, f: &mut Findings, v: &Variable) {
             definitions::display_unit(d, f, unit, display, v.line, &format!("alias `{}`", alias.name));
         }
     }
-    if v.intermediate_update && v.variability != Variability::Continuous {
+    if v.intermediate_update && v.variability != DescriptionVariability::Continuous {
         f.error(
             v.line,
             format!("variable `{name}` is not continuous and cannot have intermediateUpdate=\"true\""),
         );
     }
-    if v.causality == Causality::StructuralParameter && v.kind != Type::UInt64 && sizes(d, v) {
+    if v.causality == DescriptionCausality::StructuralParameter
+        && v.kind != VariableType::UInt64
+        && sizes(d, v)
+    {
         f.error(
             v.line,
             format!("structural parameter `{name}` gives a dimension and must be of type UInt64"),
@@ -212,23 +219,24 @@ fn kind(d: &Description, f: &mut Findings, v: &Variable) {
     }
 }
 
-fn sizes(d: &Description, parameter: &Variable) -> bool {
-    let it = Dimension::Variable(parameter.value_reference);
+fn sizes(d: &Description, parameter: &DescriptionVariable) -> bool {
+    let it = ArrayDimension::Variable(parameter.value_reference);
     d.variables.iter().any(|v| v.dimensions.contains(&it))
 }
 
-fn dimensions(d: &Description, f: &mut Findings, v: &Variable) {
+fn dimensions(d: &Description, f: &mut Findings, v: &DescriptionVariable) {
     for x in &v.dimensions {
         match x {
-            Dimension::Fixed(0) => f.error(
+            ArrayDimension::Fixed(0) => f.error(
                 v.line,
                 format!("array `{}` has a dimension of length 0: it must be at least 1", v.name),
             ),
-            Dimension::Fixed(_) => {}
-            Dimension::Variable(reference) => {
+            ArrayDimension::Fixed(_) => {}
+            ArrayDimension::Variable(reference) => {
                 let at = d.by_reference.get(reference).and_then(|at| d.variables.get(*at));
                 let sized = at.is_some_and(|p| {
-                    p.causality == Causality::StructuralParameter || p.variability == Variability::Constant
+                    p.causality == DescriptionCausality::StructuralParameter
+                        || p.variability == DescriptionVariability::Constant
                 });
                 if !sized {
                     f.error(
@@ -242,7 +250,7 @@ fn dimensions(d: &Description, f: &mut Findings, v: &Variable) {
     }
 }
 
-fn derivative(d: &Description, f: &mut Findings, v: &Variable) {
+fn derivative(d: &Description, f: &mut Findings, v: &DescriptionVariable) {
     let Some(reference) = v.derivative else { return };
     let name = &v.name;
     let Some(state) = d.resolve(reference).and_then(|at| d.variables.get(at)) else {
@@ -253,7 +261,7 @@ fn derivative(d: &Description, f: &mut Findings, v: &Variable) {
         f.error(v.line, format!("variable `{name}` is declared as its own derivative"));
     }
     for x in [v, state] {
-        if x.variability != Variability::Continuous {
+        if x.variability != DescriptionVariability::Continuous {
             f.error(
                 v.line,
                 format!(
@@ -271,10 +279,10 @@ fn derivative(d: &Description, f: &mut Findings, v: &Variable) {
 }
 
 /// Clocks and previous values of FMI 3.0.
-fn references(d: &Description, f: &mut Findings, v: &Variable) {
+fn references(d: &Description, f: &mut Findings, v: &DescriptionVariable) {
     for clock in &v.clocks {
         let known = d.by_reference.get(clock).and_then(|at| d.variables.get(*at));
-        if known.is_none_or(|c| c.kind != Type::Clock) {
+        if known.is_none_or(|c| c.kind != VariableType::Clock) {
             f.error(
                 v.line,
                 format!("variable `{}`: the value reference {clock} in `clocks` is no clock", v.name),

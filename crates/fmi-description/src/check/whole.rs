@@ -1,12 +1,12 @@
 //! The checks of one description, in the order of the file's parts.
 
-use super::finding::{Finding, Findings};
+use super::finding::{DescriptionFinding, Findings};
 use super::{definitions, names, structure, variables};
-use crate::Version;
+use crate::FmiVersion;
 use crate::description::Description;
 
 /// Checks a description; findings in the order of the file's parts.
-pub fn description(d: &Description) -> Vec<Finding> {
+pub fn description(d: &Description) -> Vec<DescriptionFinding> {
     let mut f = Findings::default();
     head(d, &mut f);
     definitions::check(d, &mut f);
@@ -18,8 +18,8 @@ pub fn description(d: &Description) -> Vec<Finding> {
 
 fn head(d: &Description, f: &mut Findings) {
     let known = match d.version {
-        Version::V2 => d.fmi_version == "2.0",
-        Version::V3 => d.fmi_version.split('-').next().is_some_and(|v| {
+        FmiVersion::V2 => d.fmi_version == "2.0",
+        FmiVersion::V3 => d.fmi_version.split('-').next().is_some_and(|v| {
             let parts: Vec<&str> = v.split('.').collect();
             (2..=3).contains(&parts.len()) && parts.iter().all(|p| p.parse::<u32>().is_ok())
         }),
@@ -32,8 +32,8 @@ fn head(d: &Description, f: &mut Findings) {
     }
     if d.token.trim().is_empty() {
         let (name, call) = match d.version {
-            Version::V2 => ("guid", "fmi2Instantiate"),
-            Version::V3 => ("instantiationToken", "fmi3Instantiate.."),
+            FmiVersion::V2 => ("guid", "fmi2Instantiate"),
+            FmiVersion::V3 => ("instantiationToken", "fmi3Instantiate.."),
         };
         f.error(
             1,

@@ -2,13 +2,13 @@
 
 #[cfg(doc)]
 use super::Description;
-use super::Reference;
-use crate::Version;
+use super::StructureReference;
+use crate::FmiVersion;
 
 /// Data type; FMI 2.0 `Real` is `Float64`, `Integer` is `Int32`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
-pub enum Type {
+pub enum VariableType {
     Float32,
     Float64,
     Int8,
@@ -26,7 +26,7 @@ pub enum Type {
     Clock,
 }
 
-impl Type {
+impl VariableType {
     /// All, with the names of FMI 3.0.
     pub const ALL: [(Self, &'static str); 15] = [
         (Self::Float32, "Float32"),
@@ -46,18 +46,20 @@ impl Type {
         (Self::Clock, "Clock"),
     ];
     /// Name in this version of the standard.
-    pub fn name(self, version: Version) -> &'static str {
+    pub fn name(self, version: FmiVersion) -> &'static str {
         match (version, self) {
-            (Version::V2, Self::Float64) => "Real",
-            (Version::V2, Self::Int32) => "Integer",
+            (FmiVersion::V2, Self::Float64) => "Real",
+            (FmiVersion::V2, Self::Int32) => "Integer",
             _ => Self::ALL.iter().find(|(t, _)| *t == self).map_or("", |(_, name)| name),
         }
     }
     /// The type of that element name in this version.
-    pub fn of(name: &str, version: Version) -> Option<Self> {
+    pub fn of(name: &str, version: FmiVersion) -> Option<Self> {
         let known = match version {
-            Version::V2 => &[Self::Float64, Self::Int32, Self::Boolean, Self::String, Self::Enumeration][..],
-            Version::V3 => return Self::ALL.iter().find(|(_, n)| *n == name).map(|(t, _)| *t),
+            FmiVersion::V2 => {
+                &[Self::Float64, Self::Int32, Self::Boolean, Self::String, Self::Enumeration][..]
+            }
+            FmiVersion::V3 => return Self::ALL.iter().find(|(_, n)| *n == name).map(|(t, _)| *t),
         };
         known.iter().copied().find(|t| t.name(version) == name)
     }
@@ -85,13 +87,13 @@ pub struct Attributes {
     /// FMI 3.0, binary.
     pub max_size: Option<u64>,
     /// FMI 3.0, clock.
-    pub clock: Option<Clock>,
+    pub clock: Option<ClockAttributes>,
 }
 
 /// Attributes of a clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[allow(missing_docs)]
-pub struct Clock {
+pub struct ClockAttributes {
     pub can_be_deactivated: bool,
     pub priority: Option<u32>,
     pub interval_variability: String,
@@ -106,7 +108,7 @@ pub struct Clock {
 /// Causality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
-pub enum Causality {
+pub enum DescriptionCausality {
     Parameter,
     CalculatedParameter,
     StructuralParameter,
@@ -119,7 +121,7 @@ pub enum Causality {
 /// Variability.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
-pub enum Variability {
+pub enum DescriptionVariability {
     Constant,
     Fixed,
     Tunable,
@@ -138,7 +140,7 @@ pub enum Initial {
 
 /// Start values.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub enum StartValues {
     /// Float32, Float64.
     Real(Vec<f64>),
     /// Signed integers and enumerations.
@@ -153,7 +155,7 @@ pub enum Values {
     Binary(Vec<Vec<u8>>),
 }
 
-impl Values {
+impl StartValues {
     /// Number of values.
     pub fn len(&self) -> usize {
         match self {
@@ -183,7 +185,7 @@ impl Values {
 
 /// One dimension of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Dimension {
+pub enum ArrayDimension {
     /// Of this length.
     Fixed(u64),
     /// Of the length that this structural parameter (value reference) has.
@@ -192,19 +194,19 @@ pub enum Dimension {
 
 /// A variable.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Variable {
+pub struct DescriptionVariable {
     /// Name.
     pub name: String,
     /// Value reference.
     pub value_reference: u32,
     /// Data type.
-    pub kind: Type,
+    pub kind: VariableType,
     /// `description`.
     pub description: String,
     /// Causality, by default `local`.
-    pub causality: Causality,
+    pub causality: DescriptionCausality,
     /// Variability, or its default in this version of the standard.
-    pub variability: Variability,
+    pub variability: DescriptionVariability,
     /// As written.
     pub initial: Option<Initial>,
     /// Name of the declared type.
@@ -212,9 +214,9 @@ pub struct Variable {
     /// Its own attributes, without those of the declared type; see [`Description::attributes`].
     pub attributes: Attributes,
     /// Start values.
-    pub start: Option<Values>,
+    pub start: Option<StartValues>,
     /// The state that this is the derivative of.
-    pub derivative: Option<Reference>,
+    pub derivative: Option<StructureReference>,
     /// May jump at events.
     pub reinit: bool,
     /// May be set more than once per super-dense instant.
@@ -226,7 +228,7 @@ pub struct Variable {
     /// Value references of its clocks (3.0).
     pub clocks: Vec<u32>,
     /// Dimensions, empty for a scalar (3.0).
-    pub dimensions: Vec<Dimension>,
+    pub dimensions: Vec<ArrayDimension>,
     /// Further names of the same variable (3.0).
     pub aliases: Vec<Alias>,
     /// Line.
@@ -242,14 +244,19 @@ pub struct Alias {
     pub display_unit: Option<String>,
 }
 
-impl Variable {
+impl DescriptionVariable {
     /// `initial` as written, else the default of the standards for its causality and variability; `None` for
     /// the independent variable.
     pub fn effective_initial(&self) -> Option<Initial> {
         self.initial.or(match (self.causality, self.variability) {
-            (Causality::Independent, _) => None,
-            (Causality::Parameter | Causality::StructuralParameter | Causality::Input, _)
-            | (_, Variability::Constant) => Some(Initial::Exact),
+            (DescriptionCausality::Independent, _) => None,
+            (
+                DescriptionCausality::Parameter
+                | DescriptionCausality::StructuralParameter
+                | DescriptionCausality::Input,
+                _,
+            )
+            | (_, DescriptionVariability::Constant) => Some(Initial::Exact),
             _ => Some(Initial::Calculated),
         })
     }

@@ -2,15 +2,18 @@
 
 use super::common::{self, unknown};
 use super::error::ReadError;
-use super::node::Node;
-use crate::Version;
-use crate::description::{Interface, Structure, Type, TypeDefinition, Unknown, Variability, Variable};
+use super::node::DescriptionNode;
+use crate::FmiVersion;
+use crate::description::{
+    DescriptionVariability, DescriptionVariable, InterfaceCapabilities, ModelStructure, StructureUnknown,
+    TypeDefinition, VariableType,
+};
 
-const V: Version = Version::V2;
+const V: FmiVersion = FmiVersion::V2;
 
-pub(super) fn interface(n: &Node) -> Result<Interface, ReadError> {
+pub(super) fn interface(n: &DescriptionNode) -> Result<InterfaceCapabilities, ReadError> {
     let files = n.children_of("SourceFiles").filter(|f| f.name() == "File").map(|f| f.text("name"));
-    Ok(Interface {
+    Ok(InterfaceCapabilities {
         can_not_use_memory_management_functions: n.flag("canNotUseMemoryManagementFunctions")?,
         can_get_and_set_fmu_state: n.flag("canGetAndSetFMUstate")?,
         can_serialize_fmu_state: n.flag("canSerializeFMUstate")?,
@@ -24,12 +27,12 @@ pub(super) fn interface(n: &Node) -> Result<Interface, ReadError> {
     })
 }
 
-fn typed<'d, 'l>(n: &Node<'d, 'l>) -> Option<(Type, Node<'d, 'l>)> {
-    n.children().find_map(|c| Type::of(c.name(), V).map(|t| (t, c)))
+fn typed<'d, 'l>(n: &DescriptionNode<'d, 'l>) -> Option<(VariableType, DescriptionNode<'d, 'l>)> {
+    n.children().find_map(|c| VariableType::of(c.name(), V).map(|t| (t, c)))
 }
 
-pub(super) fn types(root: &Node) -> Result<Vec<TypeDefinition>, ReadError> {
-    let definition = |n: Node| {
+pub(super) fn types(root: &DescriptionNode) -> Result<Vec<TypeDefinition>, ReadError> {
+    let definition = |n: DescriptionNode| {
         let (kind, inner) = typed(&n).ok_or_else(|| n.error("a SimpleType without a type".to_owned()))?;
         Ok(TypeDefinition {
             name: n.required("name")?,
@@ -43,24 +46,24 @@ pub(super) fn types(root: &Node) -> Result<Vec<TypeDefinition>, ReadError> {
     root.children_of("TypeDefinitions").filter(|n| n.name() == "SimpleType").map(definition).collect()
 }
 
-pub(super) fn variables(root: &Node) -> Result<Vec<Variable>, ReadError> {
+pub(super) fn variables(root: &DescriptionNode) -> Result<Vec<DescriptionVariable>, ReadError> {
     root.children_of("ModelVariables")
         .filter(|n| n.name() == "ScalarVariable")
         .map(|n| variable(&n))
         .collect()
 }
 
-fn variable(n: &Node) -> Result<Variable, ReadError> {
+fn variable(n: &DescriptionNode) -> Result<DescriptionVariable, ReadError> {
     let name = n.required("name")?;
     let (kind, inner) =
         typed(n).ok_or_else(|| n.error(format!("variable `{name}` has no type (Real, Integer, ...)")))?;
-    Ok(Variable {
+    Ok(DescriptionVariable {
         name,
         value_reference: n.required_value("valueReference")?,
         kind,
         description: n.text("description"),
         causality: n.causality(V)?,
-        variability: n.variability()?.unwrap_or(Variability::Continuous),
+        variability: n.variability()?.unwrap_or(DescriptionVariability::Continuous),
         initial: n.initial()?,
         declared_type: inner.attribute("declaredType").map(str::to_owned),
         attributes: inner.attributes(kind)?,
@@ -77,15 +80,15 @@ fn variable(n: &Node) -> Result<Variable, ReadError> {
     })
 }
 
-pub(super) fn structure(root: &Node) -> Result<Structure, ReadError> {
-    let Some(n) = root.child("ModelStructure") else { return Ok(Structure::default()) };
-    let unknowns = |list: &str| -> Result<Vec<Unknown>, ReadError> {
+pub(super) fn structure(root: &DescriptionNode) -> Result<ModelStructure, ReadError> {
+    let Some(n) = root.child("ModelStructure") else { return Ok(ModelStructure::default()) };
+    let unknowns = |list: &str| -> Result<Vec<StructureUnknown>, ReadError> {
         n.children_of(list).filter(|u| u.name() == "Unknown").map(|u| unknown(&u, "index")).collect()
     };
-    Ok(Structure {
+    Ok(ModelStructure {
         outputs: unknowns("Outputs")?,
         derivatives: unknowns("Derivatives")?,
         initial_unknowns: unknowns("InitialUnknowns")?,
-        ..Structure::default()
+        ..ModelStructure::default()
     })
 }

@@ -2,17 +2,17 @@
 
 use super::common::{self, unknown};
 use super::error::ReadError;
-use super::node::Node;
-use crate::Version;
+use super::node::DescriptionNode;
+use crate::FmiVersion;
 use crate::description::{
-    Alias, Causality, Dimension, Interface, Structure, Type, TypeDefinition, Unknown, Values, Variability,
-    Variable,
+    Alias, ArrayDimension, DescriptionCausality, DescriptionVariability, DescriptionVariable,
+    InterfaceCapabilities, ModelStructure, StartValues, StructureUnknown, TypeDefinition, VariableType,
 };
 
-const V: Version = Version::V3;
+const V: FmiVersion = FmiVersion::V3;
 
-pub(super) fn interface(n: &Node) -> Result<Interface, ReadError> {
-    Ok(Interface {
+pub(super) fn interface(n: &DescriptionNode) -> Result<InterfaceCapabilities, ReadError> {
+    Ok(InterfaceCapabilities {
         can_get_and_set_fmu_state: n.flag("canGetAndSetFMUState")?,
         can_serialize_fmu_state: n.flag("canSerializeFMUState")?,
         provides_directional_derivatives: n.flag("providesDirectionalDerivatives")?,
@@ -32,9 +32,9 @@ pub(super) fn interface(n: &Node) -> Result<Interface, ReadError> {
     })
 }
 
-pub(super) fn types(root: &Node) -> Result<Vec<TypeDefinition>, ReadError> {
-    let kind = |n: &Node| n.name().strip_suffix("Type").and_then(|name| Type::of(name, V));
-    let definition = |(n, kind): (Node, Type)| {
+pub(super) fn types(root: &DescriptionNode) -> Result<Vec<TypeDefinition>, ReadError> {
+    let kind = |n: &DescriptionNode| n.name().strip_suffix("Type").and_then(|name| VariableType::of(name, V));
+    let definition = |(n, kind): (DescriptionNode, VariableType)| {
         Ok(TypeDefinition {
             name: n.required("name")?,
             kind,
@@ -47,21 +47,23 @@ pub(super) fn types(root: &Node) -> Result<Vec<TypeDefinition>, ReadError> {
     root.children_of("TypeDefinitions").filter_map(|n| kind(&n).map(|k| (n, k))).map(definition).collect()
 }
 
-pub(super) fn variables(root: &Node) -> Result<Vec<Variable>, ReadError> {
-    let typed = |n: Node| Type::of(n.name(), V).map(|kind| variable(&n, kind));
+pub(super) fn variables(root: &DescriptionNode) -> Result<Vec<DescriptionVariable>, ReadError> {
+    let typed = |n: DescriptionNode| VariableType::of(n.name(), V).map(|kind| variable(&n, kind));
     root.children_of("ModelVariables").filter_map(typed).collect()
 }
 
-fn variable(n: &Node, kind: Type) -> Result<Variable, ReadError> {
+fn variable(n: &DescriptionNode, kind: VariableType) -> Result<DescriptionVariable, ReadError> {
     let causality = n.causality(V)?;
     let parameter = matches!(
         causality,
-        Causality::Parameter | Causality::CalculatedParameter | Causality::StructuralParameter
+        DescriptionCausality::Parameter
+            | DescriptionCausality::CalculatedParameter
+            | DescriptionCausality::StructuralParameter
     );
     let default = match kind {
-        _ if parameter => Variability::Fixed,
-        Type::Float32 | Type::Float64 => Variability::Continuous,
-        _ => Variability::Discrete,
+        _ if parameter => DescriptionVariability::Fixed,
+        VariableType::Float32 | VariableType::Float64 => DescriptionVariability::Continuous,
+        _ => DescriptionVariability::Discrete,
     };
     let aliases = n.children().filter(|a| a.name() == "Alias").map(|a| {
         Ok(Alias {
@@ -70,7 +72,7 @@ fn variable(n: &Node, kind: Type) -> Result<Variable, ReadError> {
             display_unit: a.attribute("displayUnit").map(str::to_owned),
         })
     });
-    Ok(Variable {
+    Ok(DescriptionVariable {
         name: n.required("name")?,
         value_reference: n.required_value("valueReference")?,
         kind,
@@ -98,16 +100,17 @@ fn variable(n: &Node, kind: Type) -> Result<Variable, ReadError> {
 }
 
 /// Strings and binaries have their start values in elements.
-fn start(n: &Node, kind: Type) -> Result<Option<Values>, ReadError> {
-    let elements: Vec<Node> = n.children().filter(|s| s.name() == "Start").collect();
+fn start(n: &DescriptionNode, kind: VariableType) -> Result<Option<StartValues>, ReadError> {
+    let elements: Vec<DescriptionNode> = n.children().filter(|s| s.name() == "Start").collect();
     let texts = elements.iter().map(|s| s.text("value"));
     Ok(match kind {
         _ if elements.is_empty() => n.start(kind)?,
-        Type::String => Some(Values::Text(texts.collect())),
-        Type::Binary => {
-            let bytes =
-                |s: &Node| hexadecimal(&s.text("value")).ok_or_else(|| s.misread("value", &s.text("value")));
-            Some(Values::Binary(elements.iter().map(bytes).collect::<Result<_, _>>()?))
+        VariableType::String => Some(StartValues::Text(texts.collect())),
+        VariableType::Binary => {
+            let bytes = |s: &DescriptionNode| {
+                hexadecimal(&s.text("value")).ok_or_else(|| s.misread("value", &s.text("value")))
+            };
+            Some(StartValues::Binary(elements.iter().map(bytes).collect::<Result<_, _>>()?))
         }
         _ => n.start(kind)?,
     })
@@ -119,20 +122,20 @@ fn hexadecimal(text: &str) -> Option<Vec<u8>> {
     (digits.len().is_multiple_of(2)).then(|| digits.chunks(2).map(|c| c[0] << 4 | c[1]).collect())
 }
 
-fn dimension(n: &Node) -> Result<Dimension, ReadError> {
+fn dimension(n: &DescriptionNode) -> Result<ArrayDimension, ReadError> {
     match (n.value("start")?, n.value("valueReference")?) {
-        (Some(length), None) => Ok(Dimension::Fixed(length)),
-        (None, Some(reference)) => Ok(Dimension::Variable(reference)),
+        (Some(length), None) => Ok(ArrayDimension::Fixed(length)),
+        (None, Some(reference)) => Ok(ArrayDimension::Variable(reference)),
         _ => Err(n.error("a Dimension needs either `start` or `valueReference`".to_owned())),
     }
 }
 
-pub(super) fn structure(root: &Node) -> Result<Structure, ReadError> {
-    let unknowns = |name: &str| -> Result<Vec<Unknown>, ReadError> {
+pub(super) fn structure(root: &DescriptionNode) -> Result<ModelStructure, ReadError> {
+    let unknowns = |name: &str| -> Result<Vec<StructureUnknown>, ReadError> {
         let all = root.children_of("ModelStructure").filter(|u| u.name() == name);
         all.map(|u| unknown(&u, "valueReference")).collect()
     };
-    Ok(Structure {
+    Ok(ModelStructure {
         outputs: unknowns("Output")?,
         derivatives: unknowns("ContinuousStateDerivative")?,
         clocked_states: unknowns("ClockedState")?,

@@ -3,18 +3,19 @@
 use std::str::FromStr;
 
 use super::error::ReadError;
-use crate::Version;
+use crate::FmiVersion;
 use crate::description::{
-    Attributes, BaseUnit, Causality, Clock, DisplayUnit, Initial, Item, Type, Unit, Values, Variability,
+    Attributes, BaseUnit, ClockAttributes, DescriptionCausality, DescriptionUnit, DescriptionVariability,
+    DisplayUnit, Initial, Item, StartValues, VariableType,
 };
 
 /// Where each line starts, so that a place costs a search and not a walk through the text.
-pub(super) struct Lines<'t> {
+pub(super) struct LineStarts<'t> {
     text: &'t str,
     starts: Vec<usize>,
 }
 
-impl<'t> Lines<'t> {
+impl<'t> LineStarts<'t> {
     pub(super) fn of(text: &'t str) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
         Self { text, starts: std::iter::once(0).chain(breaks).collect() }
@@ -29,13 +30,13 @@ impl<'t> Lines<'t> {
 
 /// An element.
 #[derive(Clone, Copy)]
-pub(super) struct Node<'d, 'l> {
+pub(super) struct DescriptionNode<'d, 'l> {
     node: roxmltree::Node<'d, 'd>,
-    lines: &'l Lines<'l>,
+    lines: &'l LineStarts<'l>,
 }
 
-impl<'d, 'l> Node<'d, 'l> {
-    pub(super) fn new(node: roxmltree::Node<'d, 'd>, lines: &'l Lines<'l>) -> Self {
+impl<'d, 'l> DescriptionNode<'d, 'l> {
+    pub(super) fn new(node: roxmltree::Node<'d, 'd>, lines: &'l LineStarts<'l>) -> Self {
         Self { node, lines }
     }
     pub(super) fn name(&self) -> &'d str {
@@ -113,26 +114,28 @@ impl<'d, 'l> Node<'d, 'l> {
             .ok_or_else(|| self.misread(name, text))
     }
     /// Start values in the attribute `start`.
-    pub(super) fn start(&self, kind: Type) -> Result<Option<Values>, ReadError> {
+    pub(super) fn start(&self, kind: VariableType) -> Result<Option<StartValues>, ReadError> {
         let name = "start";
         Ok(match kind {
-            Type::Float32 | Type::Float64 => self.list(name)?.map(Values::Real),
-            Type::Int8 | Type::Int16 | Type::Int32 | Type::Int64 | Type::Enumeration => {
-                self.list(name)?.map(Values::Signed)
+            VariableType::Float32 | VariableType::Float64 => self.list(name)?.map(StartValues::Real),
+            VariableType::Int8
+            | VariableType::Int16
+            | VariableType::Int32
+            | VariableType::Int64
+            | VariableType::Enumeration => self.list(name)?.map(StartValues::Signed),
+            VariableType::UInt8 | VariableType::UInt16 | VariableType::UInt32 | VariableType::UInt64 => {
+                self.list(name)?.map(StartValues::Unsigned)
             }
-            Type::UInt8 | Type::UInt16 | Type::UInt32 | Type::UInt64 => {
-                self.list(name)?.map(Values::Unsigned)
-            }
-            Type::Boolean => self.list_with(name, boolean)?.map(Values::Boolean),
-            Type::String => self.attribute(name).map(|s| Values::Text(vec![s.to_owned()])),
-            Type::Binary | Type::Clock => None,
+            VariableType::Boolean => self.list_with(name, boolean)?.map(StartValues::Boolean),
+            VariableType::String => self.attribute(name).map(|s| StartValues::Text(vec![s.to_owned()])),
+            VariableType::Binary | VariableType::Clock => None,
         })
     }
     /// What variables and type definitions have in common.
-    pub(super) fn attributes(&self, kind: Type) -> Result<Attributes, ReadError> {
+    pub(super) fn attributes(&self, kind: VariableType) -> Result<Attributes, ReadError> {
         let text = |name| self.attribute(name).map(str::to_owned);
-        let clock = || -> Result<Clock, ReadError> {
-            Ok(Clock {
+        let clock = || -> Result<ClockAttributes, ReadError> {
+            Ok(ClockAttributes {
                 can_be_deactivated: self.flag("canBeDeactivated")?,
                 priority: self.value("priority")?,
                 interval_variability: self.text("intervalVariability"),
@@ -155,11 +158,11 @@ impl<'d, 'l> Node<'d, 'l> {
             nominal: self.value("nominal")?,
             mime_type: text("mimeType"),
             max_size: self.value("maxSize")?,
-            clock: if kind == Type::Clock { Some(clock()?) } else { None },
+            clock: if kind == VariableType::Clock { Some(clock()?) } else { None },
         })
     }
-    pub(super) fn causality(&self, version: Version) -> Result<Causality, ReadError> {
-        use Causality as C;
+    pub(super) fn causality(&self, version: FmiVersion) -> Result<DescriptionCausality, ReadError> {
+        use DescriptionCausality as C;
         let words = [
             ("parameter", C::Parameter),
             ("calculatedParameter", C::CalculatedParameter),
@@ -169,11 +172,11 @@ impl<'d, 'l> Node<'d, 'l> {
             ("independent", C::Independent),
             ("structuralParameter", C::StructuralParameter),
         ];
-        let known = if version == Version::V2 { &words[..6] } else { &words[..] };
+        let known = if version == FmiVersion::V2 { &words[..6] } else { &words[..] };
         Ok(self.choice("causality", known)?.unwrap_or(C::Local))
     }
-    pub(super) fn variability(&self) -> Result<Option<Variability>, ReadError> {
-        use Variability as V;
+    pub(super) fn variability(&self) -> Result<Option<DescriptionVariability>, ReadError> {
+        use DescriptionVariability as V;
         let words = [
             ("constant", V::Constant),
             ("fixed", V::Fixed),
@@ -224,8 +227,8 @@ fn boolean(text: &str) -> Option<bool> {
 }
 
 /// Unit definitions, alike in both versions.
-pub(super) fn units(root: &Node) -> Result<Vec<Unit>, ReadError> {
-    let unit = |n: Node| {
+pub(super) fn units(root: &DescriptionNode) -> Result<Vec<DescriptionUnit>, ReadError> {
+    let unit = |n: DescriptionNode| {
         let base = n.child("BaseUnit").map(|b| -> Result<BaseUnit, ReadError> {
             let mut exponents = [0; 8];
             for (slot, name) in exponents.iter_mut().zip(["kg", "m", "s", "A", "K", "mol", "cd", "rad"]) {
@@ -242,7 +245,7 @@ pub(super) fn units(root: &Node) -> Result<Vec<Unit>, ReadError> {
                 inverse: d.flag("inverse")?,
             })
         });
-        Ok(Unit {
+        Ok(DescriptionUnit {
             name: n.required("name")?,
             base: base.transpose()?,
             display: display.collect::<Result<_, _>>()?,

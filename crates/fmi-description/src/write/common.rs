@@ -1,17 +1,17 @@
 //! What both versions write alike: attributes, units, the default experiment.
 
-use trueup_fmi::table::{Causality, Kind, LOG_CATEGORIES, ModelTable, Variability, Variable};
+use trueup_fmi::table::{BoundaryType, Causality, LOG_CATEGORIES, ModelTable, TableVariable, Variability};
 use trueup_fmi::units;
 
 use super::error::WriteError;
-use super::xml::Xml;
-use crate::Version;
+use super::xml::DescriptionXml;
+use crate::FmiVersion;
 
-pub(super) fn start_demanded(v: &Variable) -> bool {
+pub(super) fn start_demanded(v: &TableVariable) -> bool {
     matches!(v.causality, Causality::Parameter | Causality::Input) || v.variability == Variability::Constant
 }
 
-pub(super) fn causality(v: &Variable) -> &'static str {
+pub(super) fn causality(v: &TableVariable) -> &'static str {
     match v.causality {
         Causality::Parameter => "parameter",
         Causality::Input => "input",
@@ -21,7 +21,7 @@ pub(super) fn causality(v: &Variable) -> &'static str {
     }
 }
 
-pub(super) fn variability(v: &Variable) -> &'static str {
+pub(super) fn variability(v: &TableVariable) -> &'static str {
     match v.variability {
         Variability::Constant => "constant",
         Variability::Fixed => "fixed",
@@ -32,7 +32,7 @@ pub(super) fn variability(v: &Variable) -> &'static str {
 }
 
 /// `initial`; inputs and the independent variable must not carry it.
-pub(super) fn initial(v: &Variable) -> Option<&'static str> {
+pub(super) fn initial(v: &TableVariable) -> Option<&'static str> {
     match v.causality {
         Causality::Input | Causality::Independent => None,
         _ if v.start.is_empty() => Some("calculated"),
@@ -42,25 +42,25 @@ pub(super) fn initial(v: &Variable) -> Option<&'static str> {
 
 /// With what a user needs in addition to the paper's symbol: XML has no place for a parameter that follows
 /// another one.
-pub(super) fn description(v: &Variable) -> String {
+pub(super) fn description(v: &TableVariable) -> String {
     match &v.follows {
         Some(other) => format!("{} (while not set: as {other})", v.description),
         None => v.description.clone(),
     }
 }
 
-pub(super) fn value(kind: Kind, x: f64) -> String {
+pub(super) fn value(kind: BoundaryType, x: f64) -> String {
     match kind {
-        Kind::Real => format!("{x:?}"),
-        Kind::Boolean => (x != 0.0).to_string(),
-        Kind::Integer | Kind::Enumeration(_) => format!("{}", x as i64),
+        BoundaryType::Real => format!("{x:?}"),
+        BoundaryType::Boolean => (x != 0.0).to_string(),
+        BoundaryType::Integer | BoundaryType::Enumeration(_) => format!("{}", x as i64),
     }
 }
 
 /// An exclusive `min` is written like any other: XML has no exclusive bound. The FMU itself refuses the bound.
-pub(super) fn bounds(v: &Variable) -> Vec<(&'static str, String)> {
+pub(super) fn bounds(v: &TableVariable) -> Vec<(&'static str, String)> {
     let mut out = Vec::new();
-    if v.kind != Kind::Boolean {
+    if v.kind != BoundaryType::Boolean {
         let finite = |x: &f64| x.is_finite();
         out.extend(v.min.filter(finite).map(|x| ("min", value(v.kind, x))));
         out.extend(v.max.filter(finite).map(|x| ("max", value(v.kind, x))));
@@ -68,8 +68,8 @@ pub(super) fn bounds(v: &Variable) -> Vec<(&'static str, String)> {
     out
 }
 
-pub(super) fn root(table: &ModelTable, version: Version, token: &str) -> Vec<(&'static str, String)> {
-    let id = if version == Version::V2 { "guid" } else { "instantiationToken" };
+pub(super) fn root(table: &ModelTable, version: FmiVersion, token: &str) -> Vec<(&'static str, String)> {
+    let id = if version == FmiVersion::V2 { "guid" } else { "instantiationToken" };
     vec![
         ("fmiVersion", version.as_str().to_owned()),
         ("modelName", table.title().to_owned()),
@@ -83,7 +83,7 @@ pub(super) fn root(table: &ModelTable, version: Version, token: &str) -> Vec<(&'
 }
 
 /// Only the units that are used, in the order of the list; angles can be shown in degrees.
-pub(super) fn unit_definitions(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+pub(super) fn unit_definitions(x: &mut DescriptionXml, table: &ModelTable) -> Result<(), WriteError> {
     x.group("UnitDefinitions")?;
     for u in units::UNITS.iter().filter(|u| table.variables.iter().any(|v| v.unit == u.name)) {
         x.open("Unit", &[("name", u.name)])?;
@@ -136,14 +136,14 @@ fn quantity(unit: &str) -> Option<&'static str> {
 }
 
 /// Quantity, unit and the unit for display of a real variable: a frequency in `rad/s` is not to be shown in `deg/s`.
-pub(super) fn measure(v: &Variable) -> Vec<(&'static str, String)> {
+pub(super) fn measure(v: &TableVariable) -> Vec<(&'static str, String)> {
     let quantity = quantity(v.unit).map(|q| ("quantity", q));
     let unit = (!v.unit.is_empty()).then_some(("unit", v.unit));
     let display = quantity.and(display_unit(v.unit)).map(|u| ("displayUnit", u));
     [quantity, unit, display].into_iter().flatten().map(|(name, text)| (name, text.to_owned())).collect()
 }
 
-pub(super) fn log_categories(x: &mut Xml) -> Result<(), WriteError> {
+pub(super) fn log_categories(x: &mut DescriptionXml) -> Result<(), WriteError> {
     x.group("LogCategories")?;
     for (name, description) in LOG_CATEGORIES {
         x.element("Category", &[("name", *name), ("description", *description)])?;
@@ -151,7 +151,7 @@ pub(super) fn log_categories(x: &mut Xml) -> Result<(), WriteError> {
     x.close()
 }
 
-pub(super) fn default_experiment(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+pub(super) fn default_experiment(x: &mut DescriptionXml, table: &ModelTable) -> Result<(), WriteError> {
     let e = &table.experiment;
     let numbers = [
         ("startTime", 0.0),
@@ -162,7 +162,7 @@ pub(super) fn default_experiment(x: &mut Xml, table: &ModelTable) -> Result<(), 
     x.element("DefaultExperiment", &numbers.map(|(name, value)| (name, format!("{value:?}"))))
 }
 
-pub(super) fn items(x: &mut Xml, table: &ModelTable, index: usize) -> Result<(), WriteError> {
+pub(super) fn items(x: &mut DescriptionXml, table: &ModelTable, index: usize) -> Result<(), WriteError> {
     for (i, (name, description)) in table.enumerations[index].items.iter().enumerate() {
         let number = (i + 1).to_string();
         x.element("Item", &[("name", *name), ("value", number.as_str()), ("description", *description)])?;

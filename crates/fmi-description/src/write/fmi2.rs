@@ -1,15 +1,15 @@
 //! FMI 2.0: scalars only; the structure counts variables from 1.
 
-use trueup_fmi::table::{Causality, Kind, ModelTable, Variable};
+use trueup_fmi::table::{BoundaryType, Causality, ModelTable, TableVariable};
 
 use super::error::WriteError;
-use super::xml::Xml;
+use super::xml::DescriptionXml;
 use super::{common, structure};
-use crate::Version;
+use crate::FmiVersion;
 
 pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteError> {
-    let mut x = Xml::new()?;
-    let mut root = common::root(table, Version::V2, token);
+    let mut x = DescriptionXml::new()?;
+    let mut root = common::root(table, FmiVersion::V2, token);
     root.push(("numberOfEventIndicators", table.indicators.to_string()));
     x.open("fmiModelDescription", &root)?;
 
@@ -45,7 +45,7 @@ pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteErro
 /// 1-based index of each variable's first element.
 fn first_indices(table: &ModelTable) -> Vec<usize> {
     let mut next = 1;
-    let advance = |v: &Variable| {
+    let advance = |v: &TableVariable| {
         let first = next;
         next += v.len();
         first
@@ -53,7 +53,7 @@ fn first_indices(table: &ModelTable) -> Vec<usize> {
     table.variables.iter().map(advance).collect()
 }
 
-fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+fn variables(x: &mut DescriptionXml, table: &ModelTable) -> Result<(), WriteError> {
     let first = first_indices(table);
     let states = structure::states(table);
     x.group("ModelVariables")?;
@@ -71,13 +71,14 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
             attributes.extend(common::initial(v).map(|i| ("initial", i.to_owned())));
             x.open("ScalarVariable", &attributes)?;
             let mut attributes = Vec::new();
-            if let Kind::Enumeration(i) = v.kind {
+            if let BoundaryType::Enumeration(i) = v.kind {
                 attributes.push(("declaredType", table.enumerations[i].name.to_owned()));
             }
             attributes.extend(common::measure(v));
             attributes.extend(common::bounds(v));
-            attributes
-                .extend(v.nominal.filter(|_| v.kind == Kind::Real).map(|n| ("nominal", format!("{n:?}"))));
+            attributes.extend(
+                v.nominal.filter(|_| v.kind == BoundaryType::Real).map(|n| ("nominal", format!("{n:?}"))),
+            );
             attributes.extend(state.map(|first| ("derivative", (first + e).to_string())));
             attributes.extend(v.start.get(e).map(|s| ("start", common::value(v.kind, *s))));
             if is_state {
@@ -90,16 +91,16 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
     x.close()
 }
 
-fn type_name(kind: Kind) -> &'static str {
+fn type_name(kind: BoundaryType) -> &'static str {
     match kind {
-        Kind::Real => "Real",
-        Kind::Boolean => "Boolean",
-        Kind::Integer => "Integer",
-        Kind::Enumeration(_) => "Enumeration",
+        BoundaryType::Real => "Real",
+        BoundaryType::Boolean => "Boolean",
+        BoundaryType::Integer => "Integer",
+        BoundaryType::Enumeration(_) => "Enumeration",
     }
 }
 
-fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+fn model_structure(x: &mut DescriptionXml, table: &ModelTable) -> Result<(), WriteError> {
     let first = first_indices(table);
     let states = structure::states(table);
     let outputs: Vec<usize> = (0..first.len()).filter(|at| is_output(&table.variables[*at])).collect();
@@ -139,6 +140,6 @@ fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
     x.close()
 }
 
-fn is_output(v: &Variable) -> bool {
+fn is_output(v: &TableVariable) -> bool {
     v.causality == Causality::Output
 }

@@ -1,15 +1,15 @@
 //! FMI 3.0: arrays stay arrays; the structure names value references.
 
-use trueup_fmi::table::{Causality, Kind, ModelTable, Variability};
+use trueup_fmi::table::{BoundaryType, Causality, ModelTable, Variability};
 
 use super::error::WriteError;
-use super::xml::Xml;
+use super::xml::DescriptionXml;
 use super::{common, structure};
-use crate::Version;
+use crate::FmiVersion;
 
 pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteError> {
-    let mut x = Xml::new()?;
-    x.open("fmiModelDescription", &common::root(table, Version::V3, token))?;
+    let mut x = DescriptionXml::new()?;
+    x.open("fmiModelDescription", &common::root(table, FmiVersion::V3, token))?;
 
     let identifier = [("modelIdentifier", table.name.clone())];
     let common = common::yes([
@@ -48,7 +48,7 @@ pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteErro
     x.finish()
 }
 
-fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+fn variables(x: &mut DescriptionXml, table: &ModelTable) -> Result<(), WriteError> {
     let states = structure::states(table);
     x.group("ModelVariables")?;
     for (at, v) in table.variables.iter().enumerate() {
@@ -64,12 +64,14 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
         if crosses && v.variability == Variability::Continuous {
             attributes.push(("intermediateUpdate", "true".to_owned()));
         }
-        if let Kind::Enumeration(i) = v.kind {
+        if let BoundaryType::Enumeration(i) = v.kind {
             attributes.push(("declaredType", table.enumerations[i].name.to_owned()));
         }
         attributes.extend(common::measure(v));
         attributes.extend(common::bounds(v));
-        attributes.extend(v.nominal.filter(|_| v.kind == Kind::Real).map(|n| ("nominal", format!("{n:?}"))));
+        attributes.extend(
+            v.nominal.filter(|_| v.kind == BoundaryType::Real).map(|n| ("nominal", format!("{n:?}"))),
+        );
         if let Some((state, _)) = states.iter().find(|(_, rate)| *rate == at) {
             attributes.push(("derivative", table.variables[*state].value_reference.to_string()));
         }
@@ -106,16 +108,16 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
     x.close()
 }
 
-fn type_name(kind: Kind) -> &'static str {
+fn type_name(kind: BoundaryType) -> &'static str {
     match kind {
-        Kind::Real => "Float64",
-        Kind::Boolean => "Boolean",
-        Kind::Integer => "Int32",
-        Kind::Enumeration(_) => "Enumeration",
+        BoundaryType::Real => "Float64",
+        BoundaryType::Boolean => "Boolean",
+        BoundaryType::Integer => "Int32",
+        BoundaryType::Enumeration(_) => "Enumeration",
     }
 }
 
-fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+fn model_structure(x: &mut DescriptionXml, table: &ModelTable) -> Result<(), WriteError> {
     let states = structure::states(table);
     let is_output = |at: &usize| table.variables[*at].causality == Causality::Output;
     let outputs: Vec<usize> = (0..table.variables.len()).filter(is_output).collect();

@@ -5,7 +5,7 @@
 use trueup_fmi::table::ModelTable;
 
 use super::error::WriteError;
-use super::xml::Xml;
+use super::xml::DescriptionXml;
 
 /// Folder of both files.
 pub const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
@@ -26,7 +26,7 @@ fn recording(table: &ModelTable, kind: &str) -> String {
 }
 
 fn manifest(table: &ModelTable) -> Result<String, WriteError> {
-    let mut x = Xml::new()?;
+    let mut x = DescriptionXml::new()?;
     x.open(
         "fmiReferences",
         &[
@@ -54,7 +54,7 @@ fn manifest(table: &ModelTable) -> Result<String, WriteError> {
 
 fn experiment(table: &ModelTable) -> Result<String, WriteError> {
     let e = &table.experiment;
-    let mut x = Xml::new()?;
+    let mut x = DescriptionXml::new()?;
     x.open("Experiments", &[("name", table.title())])?;
     let tolerance = format!("{:?}", e.tolerance);
     x.open("Experiment", &[("name", "default"), ("tolerance", &tolerance)])?;

@@ -1,11 +1,11 @@
 //! Which elements each unknown depends on, from the table's declarations.
 
-use trueup_fmi::table::{Causality, Depends, Factor, ModelTable, Storage, Variable};
+use trueup_fmi::table::{Causality, Depends, LinearFactor, ModelTable, Storage, TableVariable};
 
 use super::error::WriteError;
 
 /// Positions in the table: variable, element.
-pub(super) type Element = (usize, usize);
+pub(super) type TableElement = (usize, usize);
 
 /// The states: variables that a rate is the derivative of, in the order of the state vector.
 /// Each with its rate.
@@ -27,20 +27,20 @@ pub(super) fn states(table: &ModelTable) -> Vec<(usize, usize)> {
 /// `dependenciesKind` for these dependencies, positions in the table; `None`: nothing is known of any, which is the meaning of its absence.
 pub(super) fn kinds(
     table: &ModelTable,
-    unknown: &Variable,
+    unknown: &TableVariable,
     on: impl Iterator<Item = usize>,
 ) -> Option<String> {
     let factors: Vec<_> = on.map(|at| unknown.depends.factor(&table.variables[at].name)).collect();
-    let words = || factors.iter().map(|f| f.map_or("dependent", Factor::word)).collect::<Vec<_>>();
+    let words = || factors.iter().map(|f| f.map_or("dependent", LinearFactor::word)).collect::<Vec<_>>();
     factors.iter().any(Option::is_some).then(|| words().join(" "))
 }
 
 /// What element `i` of this unknown depends on, ascending; `None`: on everything.
 pub(super) fn dependencies(
     table: &ModelTable,
-    unknown: &Variable,
+    unknown: &TableVariable,
     i: usize,
-) -> Result<Option<Vec<Element>>, WriteError> {
+) -> Result<Option<Vec<TableElement>>, WriteError> {
     let (names, with_states) = match &unknown.depends {
         Depends::All => return Ok(None),
         Depends::On(names) => (names.iter().collect::<Vec<_>>(), false),
@@ -53,7 +53,7 @@ pub(super) fn dependencies(
         out.extend(states(table).into_iter().flat_map(|(state, _)| all(state)));
     }
     for name in names {
-        let known = |v: &Variable| {
+        let known = |v: &TableVariable| {
             v.name == *name
                 && (matches!(v.causality, Causality::Input | Causality::Independent)
                     || matches!(v.storage, Storage::State(_)))

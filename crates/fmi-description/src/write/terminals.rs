@@ -3,7 +3,7 @@
 use trueup_fmi::table::ModelTable;
 
 use super::error::WriteError;
-use super::xml::Xml;
+use super::xml::DescriptionXml;
 
 /// terminalsAndIcons.xml.
 ///
@@ -13,7 +13,7 @@ use super::xml::Xml;
 /// # Errors
 /// [`WriteError::Name`] where a member names no variable.
 pub fn terminals_and_icons(table: &ModelTable) -> Result<String, WriteError> {
-    let mut x = Xml::new()?;
+    let mut x = DescriptionXml::new()?;
     x.open("fmiTerminalsAndIcons", &[("fmiVersion", "3.0")])?;
     x.group("GraphicalRepresentation")?;
     let corners = [("x1", "-100"), ("y1", "-100"), ("x2", "100"), ("y2", "100")];

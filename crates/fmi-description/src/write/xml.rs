@@ -6,12 +6,12 @@ use quick_xml::writer::Writer;
 use super::error::WriteError;
 
 /// An XML text in the making.
-pub(super) struct Xml {
+pub(super) struct DescriptionXml {
     writer: Writer<Vec<u8>>,
     open: Vec<String>,
 }
 
-impl Xml {
+impl DescriptionXml {
     pub(super) fn new() -> Result<Self, WriteError> {
         let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
         writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;

@@ -3,12 +3,12 @@
 #![allow(non_snake_case, non_upper_case_globals, missing_docs, clippy::missing_safety_doc)]
 
 use super::{free, slice, slice_mut, status, text, write};
-use crate::fault::{Outcome, Status, discard, error};
-use crate::instance::{Instance, Settings};
-use crate::log::{Log, Sink};
+use crate::fault::{CallOutcome, CallStatus, discard, error};
+use crate::instance::{InstanceSettings, ModelInstance};
+use crate::log::{LogSink, MessageLog};
 use crate::model::{Exported, FmuModel};
-use crate::state_machine::{Call, Interface, Version};
-use crate::values::Type;
+use crate::state_machine::{CallGroup, InstanceVersion, InterfaceType};
+use crate::values::ValueType;
 use core::ffi::{CStr, c_int, c_void};
 use std::ffi::CString;
 use trueup_fmi::abi::fmi2::*;
@@ -23,16 +23,16 @@ pub unsafe fn fmi2GetVersion<E: Exported>() -> fmi2String {
 unsafe fn call<M: FmuModel>(
     c: fmi2Component,
     function: &str,
-    f: impl FnOnce(&mut Instance<M>) -> Outcome,
+    f: impl FnOnce(&mut ModelInstance<M>) -> CallOutcome,
 ) -> fmi2Status {
     // SAFETY: the importer's pointer, see the module.
     fmi2Status(unsafe { status(c, function, f) })
 }
 
 /// The importer's pointer, carried along to be handed back only.
-struct Environment(*mut c_void);
+struct Fmi2Environment(*mut c_void);
 // SAFETY: never dereferenced here.
-unsafe impl Send for Environment {}
+unsafe impl Send for Fmi2Environment {}
 
 /// The message as a format without arguments. Many importers take the format for the text, as their language
 /// has no variadic functions: they shall see the message and not "%s".
@@ -42,10 +42,10 @@ fn as_format(message: &CStr) -> CString {
     CString::new(message.to_bytes().iter().flat_map(escape).collect::<Vec<_>>()).unwrap_or_default()
 }
 
-unsafe fn sink(functions: &fmi2CallbackFunctions, name: CString) -> Option<Sink> {
+unsafe fn sink(functions: &fmi2CallbackFunctions, name: CString) -> Option<LogSink> {
     let logger = functions.logger?;
-    let environment = Environment(functions.componentEnvironment);
-    Some(Box::new(move |status: Status, category: &CStr, message: &CStr| {
+    let environment = Fmi2Environment(functions.componentEnvironment);
+    Some(Box::new(move |status: CallStatus, category: &CStr, message: &CStr| {
         let environment = &environment;
         let format = as_format(message);
         // SAFETY: the importer's function, with null-terminated strings; the format consumes no argument.
@@ -79,13 +79,13 @@ pub unsafe fn fmi2Instantiate<E: Exported>(
         let c_name = CString::new(name.clone().unwrap_or_default()).unwrap_or_default();
         (name, text(fmuGUID), sink(&*functions, c_name))
     };
-    let make = || -> Result<Instance<E::Model>, String> {
+    let make = || -> Result<ModelInstance<E::Model>, String> {
         if name.as_deref().unwrap_or_default().is_empty() {
             return Err("instanceName is NULL or empty: give the instance a name".to_owned());
         }
         let interface = match fmuType {
-            fmi2ModelExchange => Interface::ModelExchange,
-            fmi2CoSimulation => Interface::CoSimulation,
+            fmi2ModelExchange => InterfaceType::ModelExchange,
+            fmi2CoSimulation => InterfaceType::CoSimulation,
             other => {
                 return Err(format!(
                     "fmuType = {}: take fmi2ModelExchange (0) or fmi2CoSimulation (1)",
@@ -93,15 +93,15 @@ pub unsafe fn fmi2Instantiate<E: Exported>(
                 ));
             }
         };
-        let settings = Settings {
-            version: Version::Fmi2,
+        let settings = InstanceSettings {
+            version: InstanceVersion::Fmi2,
             interface,
             event_mode_used: false,
             early_return_allowed: false,
         };
         super::make::<E>(guid.as_deref(), "fmuGUID", settings)
     };
-    super::instantiate("fmi2Instantiate", Log::new(sink, loggingOn != fmi2False), make)
+    super::instantiate("fmi2Instantiate", MessageLog::new(sink, loggingOn != fmi2False), make)
 }
 pub unsafe fn fmi2FreeInstance<E: Exported>(c: fmi2Component) {
     // SAFETY: the importer's pointer, see the module.
@@ -133,7 +133,7 @@ pub unsafe fn fmi2SetupExperiment<E: Exported>(
     // SAFETY: the importer's pointer, see the module.
     unsafe {
         call::<E::Model>(c, "fmi2SetupExperiment", |i| {
-            i.permit(Call::SetupExperiment)?;
+            i.permit(CallGroup::SetupExperiment)?;
             i.setup_experiment(
                 (toleranceDefined != fmi2False).then_some(tolerance),
                 startTime,
@@ -169,7 +169,7 @@ macro_rules! values {
             unsafe { call::<E::Model>(c, stringify!($get), |i| {
                 let references = slice("vr", vr, nvr)?;
                 let out = slice_mut("value", value, nvr)?;
-                i.get(Type::$kind, references, nvr, |k, v| out[k] = v as $type)
+                i.get(ValueType::$kind, references, nvr, |k, v| out[k] = v as $type)
             }) }
         }
         pub unsafe fn $set<E: Exported>(c: fmi2Component, vr: *const fmi2ValueReference, nvr: usize, value: *const $type) -> fmi2Status {
@@ -177,7 +177,7 @@ macro_rules! values {
             unsafe { call::<E::Model>(c, stringify!($set), |i| {
                 let references = slice("vr", vr, nvr)?;
                 let values = slice("value", value, nvr)?;
-                i.set(Type::$kind, references, nvr, |k| f64::from(values[k]))
+                i.set(ValueType::$kind, references, nvr, |k| f64::from(values[k]))
             }) }
         }
     )*};
@@ -195,7 +195,9 @@ pub unsafe fn fmi2GetString<E: Exported>(
 ) -> fmi2Status {
     // SAFETY: the importer's pointers, see the module.
     unsafe {
-        call::<E::Model>(c, "fmi2GetString", |i| i.get(Type::Other, slice("vr", vr, nvr)?, nvr, |_, _| ()))
+        call::<E::Model>(c, "fmi2GetString", |i| {
+            i.get(ValueType::Other, slice("vr", vr, nvr)?, nvr, |_, _| ())
+        })
     }
 }
 pub unsafe fn fmi2SetString<E: Exported>(
@@ -206,7 +208,7 @@ pub unsafe fn fmi2SetString<E: Exported>(
 ) -> fmi2Status {
     // SAFETY: the importer's pointers, see the module.
     unsafe {
-        call::<E::Model>(c, "fmi2SetString", |i| i.set(Type::Other, slice("vr", vr, nvr)?, nvr, |_| 0.0))
+        call::<E::Model>(c, "fmi2SetString", |i| i.set(ValueType::Other, slice("vr", vr, nvr)?, nvr, |_| 0.0))
     }
 }
 
@@ -388,7 +390,7 @@ pub unsafe fn fmi2DoStep<E: Exported>(
 ) -> fmi2Status {
     // SAFETY: the importer's pointer, see the module.
     let done = unsafe { super::do_step::<E::Model>(c, "fmi2DoStep", t, h, None) };
-    fmi2Status(done.err().unwrap_or(Status::Ok) as c_int)
+    fmi2Status(done.err().unwrap_or(CallStatus::Ok) as c_int)
 }
 pub unsafe fn fmi2CancelStep<E: Exported>(c: fmi2Component) -> fmi2Status {
     // SAFETY: the importer's pointer, see the module.
@@ -409,7 +411,7 @@ pub unsafe fn fmi2GetStatus<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi2GetStatus", |i| {
-            i.permit(Call::StepStatus)?;
+            i.permit(CallGroup::StepStatus)?;
             super::usable("value", value, 1)?;
             discard(format!("{NOT_ASYNCHRONOUS}{kind}"))
         })
@@ -423,7 +425,7 @@ pub unsafe fn fmi2GetRealStatus<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi2GetRealStatus", |i| {
-            i.permit(Call::StepStatus)?;
+            i.permit(CallGroup::StepStatus)?;
             if kind != fmi2LastSuccessfulTime {
                 super::usable("value", value, 1)?;
                 return discard(format!("{NOT_ASYNCHRONOUS}{kind}"));
@@ -440,7 +442,7 @@ pub unsafe fn fmi2GetIntegerStatus<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi2GetIntegerStatus", |i| {
-            i.permit(Call::StepStatus)?;
+            i.permit(CallGroup::StepStatus)?;
             super::usable("value", value, 1)?;
             discard(format!("{NOT_ASYNCHRONOUS}{kind}"))
         })
@@ -454,7 +456,7 @@ pub unsafe fn fmi2GetBooleanStatus<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi2GetBooleanStatus", |i| {
-            i.permit(Call::StepStatus)?;
+            i.permit(CallGroup::StepStatus)?;
             if kind != fmi2Terminated {
                 super::usable("value", value, 1)?;
                 return discard(format!("{NOT_ASYNCHRONOUS}{kind}"));
@@ -472,7 +474,7 @@ pub unsafe fn fmi2GetStringStatus<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi2GetStringStatus", |i| {
-            i.permit(Call::StepStatus)?;
+            i.permit(CallGroup::StepStatus)?;
             super::usable("value", value, 1)?;
             discard(format!("{NOT_ASYNCHRONOUS}{kind}"))
         })

@@ -3,14 +3,14 @@
 #![allow(non_snake_case, missing_docs, clippy::missing_safety_doc)]
 
 use super::{enter, free, slice, slice_mut, status, text, usable, write};
-use crate::fault::{Outcome, Status, error};
-use crate::instance::{Instance, Settings};
-use crate::log::{Log, Sink};
+use crate::fault::{CallOutcome, CallStatus, error};
+use crate::instance::{InstanceSettings, ModelInstance};
+use crate::log::{LogSink, MessageLog};
 use crate::model::{Exported, FmuModel};
-use crate::state_machine::{Call, Interface, Version};
+use crate::state_machine::{CallGroup, InstanceVersion, InterfaceType};
 use core::ffi::{CStr, c_int, c_void};
 use trueup_fmi::abi::fmi3::*;
-use trueup_fmi::table::Factor;
+use trueup_fmi::table::LinearFactor;
 
 pub use super::fmi3_states::*;
 pub use super::fmi3_values::*;
@@ -22,7 +22,7 @@ pub unsafe fn fmi3GetVersion<E: Exported>() -> fmi3String {
 pub(super) unsafe fn call<M: FmuModel>(
     c: fmi3Instance,
     function: &str,
-    f: impl FnOnce(&mut Instance<M>) -> Outcome,
+    f: impl FnOnce(&mut ModelInstance<M>) -> CallOutcome,
 ) -> fmi3Status {
     // SAFETY: the importer's pointer, see the module.
     fmi3Status(unsafe { status(c, function, f) })
@@ -30,14 +30,14 @@ pub(super) unsafe fn call<M: FmuModel>(
 
 /// The importer's pointer, carried along to be handed back only.
 #[derive(Clone, Copy)]
-struct Environment(*mut c_void);
+struct Fmi3Environment(*mut c_void);
 // SAFETY: never dereferenced here.
-unsafe impl Send for Environment {}
+unsafe impl Send for Fmi3Environment {}
 
-fn sink(log_message: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) -> Option<Sink> {
+fn sink(log_message: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) -> Option<LogSink> {
     let log_message = log_message?;
-    let environment = Environment(environment);
-    Some(Box::new(move |status: Status, category: &CStr, message: &CStr| {
+    let environment = Fmi3Environment(environment);
+    Some(Box::new(move |status: CallStatus, category: &CStr, message: &CStr| {
         let environment = &environment;
         // SAFETY: the importer's function, with null-terminated strings.
         unsafe {
@@ -49,8 +49,8 @@ fn sink(log_message: fmi3LogMessageCallback, environment: fmi3InstanceEnvironmen
 unsafe fn make<E: Exported>(
     name: fmi3String,
     token: fmi3String,
-    settings: Settings,
-) -> Result<Instance<E::Model>, String> {
+    settings: InstanceSettings,
+) -> Result<ModelInstance<E::Model>, String> {
     // SAFETY: the importer's strings, see the module.
     let (name, token) = unsafe { (text(name), text(token)) };
     if name.is_none_or(|n| n.is_empty()) {
@@ -68,13 +68,13 @@ pub unsafe fn fmi3InstantiateModelExchange<E: Exported>(
     environment: fmi3InstanceEnvironment,
     logMessage: fmi3LogMessageCallback,
 ) -> fmi3Instance {
-    let settings = Settings {
-        version: Version::Fmi3,
-        interface: Interface::ModelExchange,
+    let settings = InstanceSettings {
+        version: InstanceVersion::Fmi3,
+        interface: InterfaceType::ModelExchange,
         event_mode_used: false,
         early_return_allowed: false,
     };
-    let log = Log::new(sink(logMessage, environment), loggingOn.into());
+    let log = MessageLog::new(sink(logMessage, environment), loggingOn.into());
     // SAFETY: the importer's strings, see the module.
     super::instantiate("fmi3InstantiateModelExchange", log, || unsafe { make::<E>(name, token, settings) })
 }
@@ -92,13 +92,13 @@ pub unsafe fn fmi3InstantiateCoSimulation<E: Exported>(
     logMessage: fmi3LogMessageCallback,
     intermediateUpdate: fmi3IntermediateUpdateCallback,
 ) -> fmi3Instance {
-    let settings = Settings {
-        version: Version::Fmi3,
-        interface: Interface::CoSimulation,
+    let settings = InstanceSettings {
+        version: InstanceVersion::Fmi3,
+        interface: InterfaceType::CoSimulation,
         event_mode_used: eventModeUsed.into(),
         early_return_allowed: earlyReturnAllowed.into(),
     };
-    let log = Log::new(sink(logMessage, environment), loggingOn.into());
+    let log = MessageLog::new(sink(logMessage, environment), loggingOn.into());
     super::instantiate("fmi3InstantiateCoSimulation", log, || {
         // SAFETY: the importer's strings, see the module.
         let mut instance = unsafe { make::<E>(name, token, settings) }?;
@@ -121,7 +121,7 @@ pub unsafe fn fmi3InstantiateScheduledExecution<E: Exported>(
     _: fmi3LockPreemptionCallback,
     _: fmi3UnlockPreemptionCallback,
 ) -> fmi3Instance {
-    let log = Log::new(sink(logMessage, environment), loggingOn.into());
+    let log = MessageLog::new(sink(logMessage, environment), loggingOn.into());
     super::instantiate::<E::Model>("fmi3InstantiateScheduledExecution", log, || {
         Err("this FMU has no Scheduled Execution: use Model Exchange or Co-Simulation".to_owned())
     })
@@ -156,7 +156,7 @@ pub unsafe fn fmi3EnterInitializationMode<E: Exported>(
     // SAFETY: the importer's pointer, see the module.
     unsafe {
         call::<E::Model>(c, "fmi3EnterInitializationMode", |i| {
-            i.permit(Call::EnterInitialization)?;
+            i.permit(CallGroup::EnterInitialization)?;
             i.setup_experiment(
                 bool::from(toleranceDefined).then_some(tolerance),
                 startTime,
@@ -227,9 +227,9 @@ pub unsafe fn fmi3GetVariableDependencies<E: Exported>(
                 let factor;
                 (elements[k], independents[k], indices[k], factor) = *d;
                 kinds[k] = match factor {
-                    Some(Factor::Constant) => fmi3Constant,
-                    Some(Factor::Fixed) => fmi3Fixed,
-                    Some(Factor::Tunable) => fmi3Tunable,
+                    Some(LinearFactor::Constant) => fmi3Constant,
+                    Some(LinearFactor::Fixed) => fmi3Fixed,
+                    Some(LinearFactor::Tunable) => fmi3Tunable,
                     None => fmi3Dependent,
                 };
             }
@@ -346,7 +346,7 @@ pub unsafe fn fmi3GetNumberOfEventIndicators<E: Exported>(c: fmi3Instance, n: *m
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi3GetNumberOfEventIndicators", |i| {
-            i.permit(Call::Any)?;
+            i.permit(CallGroup::Any)?;
             write("nEventIndicators", n, i.layout().sizes.indicators)
         })
     }
@@ -355,7 +355,7 @@ pub unsafe fn fmi3GetNumberOfContinuousStates<E: Exported>(c: fmi3Instance, n: *
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi3GetNumberOfContinuousStates", |i| {
-            i.permit(Call::Any)?;
+            i.permit(CallGroup::Any)?;
             write("nContinuousStates", n, i.layout().sizes.states)
         })
     }

@@ -5,7 +5,7 @@ use super::fmi3::call;
 use super::{slice, slice_mut};
 use crate::fault::error;
 use crate::model::Exported;
-use crate::values::Type;
+use crate::values::ValueType;
 use trueup_fmi::abi::fmi3::*;
 
 /// Getters and setters of one data type. `$from` and `$to` convert from and to the `f64` kept inside.
@@ -17,7 +17,7 @@ macro_rules! values {
                 let references = slice("valueReferences", vr, nvr)?;
                 let out = slice_mut("values", values, n)?;
                 let from: fn(f64) -> $type = $from;
-                i.get(Type::$kind, references, n, |k, v| out[k] = from(v))
+                i.get(ValueType::$kind, references, n, |k, v| out[k] = from(v))
             }) }
         }
         pub unsafe fn $set<E: Exported>(c: fmi3Instance, vr: *const fmi3ValueReference, nvr: usize, values: *const $type, n: usize) -> fmi3Status {
@@ -26,7 +26,7 @@ macro_rules! values {
                 let references = slice("valueReferences", vr, nvr)?;
                 let values = slice("values", values, n)?;
                 let to: fn($type) -> f64 = $to;
-                i.set(Type::$kind, references, n, |k| to(values[k]))
+                i.set(ValueType::$kind, references, n, |k| to(values[k]))
             }) }
         }
     )*};
@@ -56,7 +56,7 @@ pub unsafe fn fmi3GetBinary<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi3GetBinary", |i| {
-            i.get(Type::Other, slice("valueReferences", vr, nvr)?, n, |_, _| ())
+            i.get(ValueType::Other, slice("valueReferences", vr, nvr)?, n, |_, _| ())
         })
     }
 }
@@ -71,7 +71,7 @@ pub unsafe fn fmi3SetBinary<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi3SetBinary", |i| {
-            i.set(Type::Other, slice("valueReferences", vr, nvr)?, n, |_| 0.0)
+            i.set(ValueType::Other, slice("valueReferences", vr, nvr)?, n, |_| 0.0)
         })
     }
 }

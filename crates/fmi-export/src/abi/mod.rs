@@ -13,10 +13,10 @@ pub mod fmi3;
 mod fmi3_states;
 mod fmi3_values;
 
-use crate::co_simulation::{StepEnd, Wish};
-use crate::fault::{Fault, Outcome, Status, error};
-use crate::instance::{Instance, Settings};
-use crate::log::{ERRORS, Log};
+use crate::co_simulation::{StepEnd, StepRequest};
+use crate::fault::{CallFault, CallOutcome, CallStatus, error};
+use crate::instance::{InstanceSettings, ModelInstance};
+use crate::log::{ERRORS, MessageLog};
 use crate::model::{Exported, FmuModel};
 use core::cell::UnsafeCell;
 use core::ffi::{CStr, c_char, c_void};
@@ -26,7 +26,7 @@ use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, ConfigurationError};
-use trueup_numerics::driver::{Moment, View};
+use trueup_numerics::driver::{DriverMoment, DriverView};
 
 /// Marks of a handle: ready for a call, inside a call, freed.
 const READY: u64 = 0x5452_5545_5550_0001;
@@ -36,7 +36,7 @@ const FREED: u64 = 0;
 /// What the importer's instance pointer points to.
 pub struct Handle<M: FmuModel> {
     mark: AtomicU64,
-    instance: UnsafeCell<Option<Box<Instance<M>>>>,
+    instance: UnsafeCell<Option<Box<ModelInstance<M>>>>,
 }
 
 /// Addresses of freed handles with the function that gives their memory back; the only global state, touched
@@ -51,8 +51,8 @@ const KEPT: usize = 1024;
 pub(crate) fn make<E: Exported>(
     token: Option<&str>,
     what: &str,
-    settings: Settings,
-) -> Result<Instance<E::Model>, String> {
+    settings: InstanceSettings,
+) -> Result<ModelInstance<E::Model>, String> {
     let configuration = E::configuration().map_err(|e| e.to_string())?;
     match token {
         None => Err(format!("{what} is NULL: give the one of modelDescription.xml")),
@@ -60,15 +60,15 @@ pub(crate) fn make<E: Exported>(
             "{what} is {token:?}, but this library is {:?}: modelDescription.xml and library are of different FMUs",
             configuration.token
         )),
-        Some(_) => Instance::new(&configuration, settings),
+        Some(_) => ModelInstance::new(&configuration, settings),
     }
 }
 
 /// Returns the instance that `make` makes, or NULL after a message.
 pub(crate) fn instantiate<M: FmuModel>(
     function: &str,
-    mut log: Log,
-    make: impl FnOnce() -> Result<Instance<M>, String>,
+    mut log: MessageLog,
+    make: impl FnOnce() -> Result<ModelInstance<M>, String>,
 ) -> *mut c_void {
     let made = catch_unwind(AssertUnwindSafe(make));
     match made.unwrap_or_else(|panic| Err(format!("internal error: {}", panic_text(&*panic)))) {
@@ -77,14 +77,14 @@ pub(crate) fn instantiate<M: FmuModel>(
             publish(instance)
         }
         Err(why) => {
-            log.say(Status::Error, ERRORS, format!("{function}: {why}"));
+            log.say(CallStatus::Error, ERRORS, format!("{function}: {why}"));
             core::ptr::null_mut()
         }
     }
 }
 
 /// Hands an instance out to the importer.
-pub(crate) fn publish<M: FmuModel>(instance: Instance<M>) -> *mut c_void {
+pub(crate) fn publish<M: FmuModel>(instance: ModelInstance<M>) -> *mut c_void {
     let handle = Handle { mark: AtomicU64::new(READY), instance: UnsafeCell::new(Some(Box::new(instance))) };
     Box::into_raw(Box::new(handle)).cast()
 }
@@ -132,16 +132,16 @@ unsafe fn handle<'a, M: FmuModel>(c: *mut c_void) -> Option<&'a Handle<M>> {
 pub(crate) unsafe fn enter<M: FmuModel, T>(
     c: *mut c_void,
     function: &str,
-    f: impl FnOnce(&mut Instance<M>) -> Outcome<T>,
-) -> Result<T, Status> {
+    f: impl FnOnce(&mut ModelInstance<M>) -> CallOutcome<T>,
+) -> Result<T, CallStatus> {
     // SAFETY: as this function's own.
-    let Some(handle) = (unsafe { handle::<M>(c) }) else { return Err(Status::Error) };
+    let Some(handle) = (unsafe { handle::<M>(c) }) else { return Err(CallStatus::Error) };
     if handle.mark.compare_exchange(READY, BUSY, Ordering::Acquire, Ordering::Relaxed).is_err() {
-        return Err(Status::Error);
+        return Err(CallStatus::Error);
     }
     // SAFETY: the mark went from ready to busy here: until it is set back the instance is ours alone.
     let result = match unsafe { (*handle.instance.get()).as_deref_mut() } {
-        None => Err(Status::Error),
+        None => Err(CallStatus::Error),
         Some(instance) => match catch_unwind(AssertUnwindSafe(|| f(instance))) {
             Ok(Ok(value)) => Ok(value),
             Ok(Err(fault)) => Err(complain(instance, function, fault)),
@@ -151,7 +151,7 @@ pub(crate) unsafe fn enter<M: FmuModel, T>(
                     "internal error: {}; the instance is lost, free it and report this",
                     panic_text(&*panic)
                 );
-                Err(complain(instance, function, Fault { status: Status::Fatal, message }))
+                Err(complain(instance, function, CallFault { status: CallStatus::Fatal, message }))
             }
         },
     };
@@ -167,8 +167,8 @@ fn panic_text(panic: &(dyn Any + Send)) -> &str {
         .unwrap_or("unknown")
 }
 
-fn complain<M: FmuModel>(instance: &mut Instance<M>, function: &str, fault: Fault) -> Status {
-    let status = if instance.is_lost() { Status::Fatal } else { fault.status };
+fn complain<M: FmuModel>(instance: &mut ModelInstance<M>, function: &str, fault: CallFault) -> CallStatus {
+    let status = if instance.is_lost() { CallStatus::Fatal } else { fault.status };
     let message = format!("{function}: {}", fault.message);
     let _ = catch_unwind(AssertUnwindSafe(|| instance.log.say(status, ERRORS, message)));
     status
@@ -181,10 +181,10 @@ fn complain<M: FmuModel>(instance: &mut Instance<M>, function: &str, fault: Faul
 pub(crate) unsafe fn status<M: FmuModel>(
     c: *mut c_void,
     function: &str,
-    f: impl FnOnce(&mut Instance<M>) -> Outcome,
+    f: impl FnOnce(&mut ModelInstance<M>) -> CallOutcome,
 ) -> i32 {
     // SAFETY: as this function's own.
-    unsafe { enter(c, function, f) }.err().unwrap_or(Status::Ok) as i32
+    unsafe { enter(c, function, f) }.err().unwrap_or(CallStatus::Ok) as i32
 }
 
 /// fmiXDoStep; `update` is called after every internal step, without holding the instance.
@@ -197,28 +197,28 @@ pub(crate) unsafe fn do_step<M: FmuModel>(
     t: f64,
     h: f64,
     update: Option<&dyn Fn(f64) -> Option<f64>>,
-) -> Result<StepEnd, Status> {
+) -> Result<StepEnd, CallStatus> {
     // SAFETY (here and below): as this function's own.
     let (mut job, started) = unsafe { enter::<M, _>(c, function, |i| Ok((i.begin_step(t, h)?, i.time()))) }?;
     let log_events = job.log_events;
-    let mut observe = |view: &mut View| {
-        let mut wish = Wish::Continue;
-        if log_events && view.moment == Moment::Event {
+    let mut observe = |view: &mut DriverView| {
+        let mut wish = StepRequest::Continue;
+        if log_events && view.moment == DriverMoment::Event {
             // SAFETY: as above.
             let _ = unsafe { enter::<M, _>(c, function, |i| i.report_event(view)) };
         }
         if let Some(update) = update
-            && view.moment == Moment::Step
+            && view.moment == DriverMoment::Step
         {
             // SAFETY: as above.
             let _ = unsafe { enter::<M, _>(c, function, |i| i.publish(view)) };
             let early = update(view.t);
             // SAFETY: as above.
             if let Ok(true) = unsafe { enter::<M, _>(c, function, |i| Ok(i.collect(view))) } {
-                wish = Wish::InputsChanged;
+                wish = StepRequest::InputsChanged;
             }
             if let Some(t) = early {
-                wish = Wish::ReturnAt(t);
+                wish = StepRequest::ReturnAt(t);
             }
         }
         wish
@@ -234,7 +234,10 @@ pub(crate) unsafe fn do_step<M: FmuModel>(
 }
 
 /// fmiXGetFMUState.
-pub(crate) unsafe fn get_state<M: FmuModel>(i: &mut Instance<M>, state: *mut *mut c_void) -> Outcome {
+pub(crate) unsafe fn get_state<M: FmuModel>(
+    i: &mut ModelInstance<M>,
+    state: *mut *mut c_void,
+) -> CallOutcome {
     usable("FMUstate", state.cast_const(), 1)?;
     // SAFETY: not NULL; the rest is the importer's responsibility.
     let handle = i.get_state(unsafe { *state } as usize)?;
@@ -243,7 +246,10 @@ pub(crate) unsafe fn get_state<M: FmuModel>(i: &mut Instance<M>, state: *mut *mu
 }
 
 /// fmiXFreeFMUState.
-pub(crate) unsafe fn free_state<M: FmuModel>(i: &mut Instance<M>, state: *mut *mut c_void) -> Outcome {
+pub(crate) unsafe fn free_state<M: FmuModel>(
+    i: &mut ModelInstance<M>,
+    state: *mut *mut c_void,
+) -> CallOutcome {
     if state.is_null() {
         return Ok(());
     }
@@ -258,7 +264,7 @@ pub(crate) unsafe fn free_state<M: FmuModel>(i: &mut Instance<M>, state: *mut *m
 ///
 /// # Safety
 /// `p` is NULL or points to `n` readable values that no one writes during the call.
-pub(crate) unsafe fn slice<'a, T>(name: &str, p: *const T, n: usize) -> Outcome<&'a [T]> {
+pub(crate) unsafe fn slice<'a, T>(name: &str, p: *const T, n: usize) -> CallOutcome<&'a [T]> {
     if n == 0 {
         return Ok(&[]);
     }
@@ -271,7 +277,7 @@ pub(crate) unsafe fn slice<'a, T>(name: &str, p: *const T, n: usize) -> Outcome<
 ///
 /// # Safety
 /// `p` is NULL or points to `n` initialized values that no one else uses during the call.
-pub(crate) unsafe fn slice_mut<'a, T>(name: &str, p: *mut T, n: usize) -> Outcome<&'a mut [T]> {
+pub(crate) unsafe fn slice_mut<'a, T>(name: &str, p: *mut T, n: usize) -> CallOutcome<&'a mut [T]> {
     if n == 0 {
         return Ok(&mut []);
     }
@@ -280,7 +286,7 @@ pub(crate) unsafe fn slice_mut<'a, T>(name: &str, p: *mut T, n: usize) -> Outcom
     Ok(unsafe { core::slice::from_raw_parts_mut(p, n) })
 }
 
-fn usable<T>(name: &str, p: *const T, n: usize) -> Outcome {
+fn usable<T>(name: &str, p: *const T, n: usize) -> CallOutcome {
     if p.is_null() {
         return error(format!("{name} is NULL: it must point to {n} values"));
     }
@@ -294,7 +300,7 @@ fn usable<T>(name: &str, p: *const T, n: usize) -> Outcome {
 ///
 /// # Safety
 /// `p` is NULL or points to memory that may be written.
-pub(crate) unsafe fn write<T>(name: &str, p: *mut T, value: T) -> Outcome {
+pub(crate) unsafe fn write<T>(name: &str, p: *mut T, value: T) -> CallOutcome {
     usable(name, p.cast_const(), 1)?;
     // SAFETY: not NULL and aligned; the rest is the caller's responsibility.
     unsafe { p.write(value) };

@@ -10,7 +10,7 @@ use trueup_fmi::table::*;
 use trueup_fmi_export::FmuModel;
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// A ball that bounces, an oscillator with a force, a sampler of that force, and traps.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +43,8 @@ pub mod vr {
 }
 
 impl Hybrid for Probe {
-    fn sizes(&self) -> Sizes {
-        Sizes { states: 5, inputs: 2, parameters: 9, outputs: 6, modes: 2, indicators: 1 }
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes { states: 5, inputs: 2, parameters: 9, outputs: 6, modes: 2, indicators: 1 }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         x.copy_from_slice(&[p[4], T::zero(), p[5], T::zero(), T::zero()]);
@@ -83,8 +83,8 @@ impl Hybrid for Probe {
     fn direction(&self, _: usize) -> Direction {
         Direction::Down
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
-        let mut done = Update::default();
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
+        let mut done = EventUpdate::default();
         if modes[0] == 0 && x[0] <= 0.0 && x[1] < 0.0 {
             (x[0], x[1]) = (0.0, -p[1] * x[1]);
             done.states = true;
@@ -120,11 +120,11 @@ impl FmuModel for Probe {
         use Causality as C;
         use Storage as S;
         use Variability as V;
-        let v = |name: &str, c, y, s| Variable::new(name, c, y, s, "1", "for tests");
+        let v = |name: &str, c, y, s| TableVariable::new(name, c, y, s, "1", "for tests");
         let variables = vec![
             v("time", C::Independent, V::Continuous, S::Time),
             v("gravity", C::Parameter, V::Tunable, S::Parameter(0)).start(&[9.81]),
-            Variable { max: Some(1.0), ..v("restitution", C::Parameter, V::Tunable, S::Parameter(1)) }
+            TableVariable { max: Some(1.0), ..v("restitution", C::Parameter, V::Tunable, S::Parameter(1)) }
                 .start(&[0.5])
                 .at_least(0.0),
             v("stiffness", C::Parameter, V::Tunable, S::Parameter(2))
@@ -133,17 +133,19 @@ impl FmuModel for Probe {
                 .above(0.0),
             v("initialHeight", C::Parameter, V::Fixed, S::Parameter(4)).start(&[1.0]),
             v("initialSwing", C::Parameter, V::Fixed, S::Parameter(5)).start(&[1.0]).follows("initialHeight"),
-            v("law", C::Parameter, V::Fixed, S::Parameter(6)).start(&[1.0]).kind(Kind::Enumeration(0)),
+            v("law", C::Parameter, V::Fixed, S::Parameter(6))
+                .start(&[1.0])
+                .kind(BoundaryType::Enumeration(0)),
             v("samplePeriod", C::Parameter, V::Fixed, S::Parameter(7)).start(&[0.0]).at_least(0.0),
-            v("trap", C::Parameter, V::Tunable, S::Parameter(8)).start(&[0.0]).kind(Kind::Integer),
+            v("trap", C::Parameter, V::Tunable, S::Parameter(8)).start(&[0.0]).kind(BoundaryType::Integer),
             v("force", C::Input, V::Continuous, S::Input(0)).start(&[0.0]),
-            v("enable", C::Input, V::Discrete, S::Input(1)).start(&[1.0]).kind(Kind::Boolean),
-            Variable {
+            v("enable", C::Input, V::Discrete, S::Input(1)).start(&[1.0]).kind(BoundaryType::Boolean),
+            TableVariable {
                 depends: Depends::copy("state"),
                 ..v("height", C::Output, V::Continuous, S::Output(0))
             },
             v("energy", C::Output, V::Continuous, S::Output(1)),
-            v("resting", C::Output, V::Discrete, S::Output(2)).kind(Kind::Boolean),
+            v("resting", C::Output, V::Discrete, S::Output(2)).kind(BoundaryType::Boolean),
             v("held", C::Output, V::Continuous, S::Output(3)),
             v("swing", C::Output, V::Continuous, S::Output(4)).array(&[2]),
             v("state", C::Local, V::Continuous, S::State(0)).array(&[5]).nominal(2.0),
@@ -162,7 +164,7 @@ impl FmuModel for Probe {
             enumerations: vec![law],
             terminals: Vec::new(),
             indicators: 1,
-            experiment: Experiment { stop_time: 3.0, tolerance: 1e-8, step_size: 0.01 },
+            experiment: TableExperiment { stop_time: 3.0, tolerance: 1e-8, step_size: 0.01 },
         }
     }
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {

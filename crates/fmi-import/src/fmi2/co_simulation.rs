@@ -4,34 +4,44 @@ use std::time::{Duration, Instant};
 
 use trueup_fmi::abi::fmi2::*;
 
-use super::Instance;
+use super::Fmi2Instance;
 use crate::core::{call, lent};
-use crate::error::{Error, Status};
-use crate::results::Step;
+use crate::error::{FmiStatus, ImportError};
+use crate::results::CoSimulationStep;
 use crate::{exit, interrupt};
 
-impl Instance {
+impl Fmi2Instance {
     /// Steps from `time` by `step` s. `no_rollback`: no state before `time` will be restored.
     ///
-    /// A step that the FMU discards is no error: see [`Step::discarded`]. A step that the FMU computes in the
+    /// A step that the FMU discards is no error: see [`CoSimulationStep::discarded`]. A step that the FMU computes in the
     /// background is waited for.
     ///
     /// # Errors
     /// Whatever `fmi2DoStep` returns.
-    pub fn do_step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Step, Error> {
+    pub fn do_step(
+        &mut self,
+        time: f64,
+        step: f64,
+        no_rollback: bool,
+    ) -> Result<CoSimulationStep, ImportError> {
         match self.step(time, step, no_rollback) {
-            Ok(None) => Ok(Step::whole(time, step)),
+            Ok(None) => Ok(CoSimulationStep::whole(time, step)),
             Ok(Some(other)) => Ok(*other),
             Err(error) => Err(*error),
         }
     }
 
-    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
+    /// As [`Fmi2Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
     ///
     /// # Errors
-    /// As [`Instance::do_step`].
+    /// As [`Fmi2Instance::do_step`].
     #[inline]
-    pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
+    pub fn step(
+        &mut self,
+        time: f64,
+        step: f64,
+        no_rollback: bool,
+    ) -> Result<Option<Box<CoSimulationStep>>, Box<ImportError>> {
         match self.core.functions.fmi2DoStep {
             Some(function) if self.core.ready("fmi2DoStep").is_ok() => {
                 exit::calls_at(self.core.live.id, time);
@@ -52,11 +62,11 @@ impl Instance {
         &mut self,
         status: fmi2Status,
         time: f64,
-    ) -> Result<Option<Box<Step>>, Box<Error>> {
+    ) -> Result<Option<Box<CoSimulationStep>>, Box<ImportError>> {
         let mut result = self.core.check("fmi2DoStep", status.0);
         let (begun, deadline) =
             (Instant::now(), self.core.functions.remote.as_ref().and_then(|r| r.deadline()));
-        while result.as_ref().is_err_and(|error| error.status() == Some(Status::Pending)) {
+        while result.as_ref().is_err_and(|error| error.status() == Some(FmiStatus::Pending)) {
             std::thread::sleep(Duration::from_micros(100));
             let overdue = deadline.filter(|deadline| begun.elapsed() >= *deadline);
             let how = overdue
@@ -73,14 +83,16 @@ impl Instance {
         }
         match result {
             Ok(()) => Ok(None),
-            Err(error) if error.status() == Some(Status::Discard) => Ok(Some(Box::new(Step {
-                // An FMU that cannot say is where it was.
-                time: self.real_status(fmi2LastSuccessfulTime).unwrap_or(time),
-                early: true,
-                discarded: true,
-                event: false,
-                terminate: self.boolean_status(fmi2Terminated).unwrap_or(false),
-            }))),
+            Err(error) if error.status() == Some(FmiStatus::Discard) => {
+                Ok(Some(Box::new(CoSimulationStep {
+                    // An FMU that cannot say is where it was.
+                    time: self.real_status(fmi2LastSuccessfulTime).unwrap_or(time),
+                    early: true,
+                    discarded: true,
+                    event: false,
+                    terminate: self.boolean_status(fmi2Terminated).unwrap_or(false),
+                })))
+            }
             Err(error) => Err(Box::new(error)),
         }
     }
@@ -89,7 +101,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever it returns.
-    pub fn real_status(&mut self, kind: fmi2StatusKind) -> Result<f64, Error> {
+    pub fn real_status(&mut self, kind: fmi2StatusKind) -> Result<f64, ImportError> {
         let mut value = f64::NAN;
         call!(self.core, fmi2GetRealStatus, kind, &raw mut value)?;
         Ok(value)
@@ -99,7 +111,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever it returns.
-    pub fn boolean_status(&mut self, kind: fmi2StatusKind) -> Result<bool, Error> {
+    pub fn boolean_status(&mut self, kind: fmi2StatusKind) -> Result<bool, ImportError> {
         let mut value = fmi2False;
         call!(self.core, fmi2GetBooleanStatus, kind, &raw mut value)?;
         Ok(value != fmi2False)
@@ -108,13 +120,13 @@ impl Instance {
     /// Derivatives of inputs with respect to time, each of its order (from 1), for the next step.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2SetRealInputDerivatives` returns.
+    /// [`ImportError::Length`]; whatever `fmi2SetRealInputDerivatives` returns.
     pub fn set_input_derivatives(
         &mut self,
         references: &[u32],
         orders: &[i32],
         values: &[f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         self.core.length("fmi2SetRealInputDerivatives", "orders", references.len(), orders.len())?;
         self.core.length("fmi2SetRealInputDerivatives", "values", references.len(), values.len())?;
         let n = references.len();
@@ -126,13 +138,13 @@ impl Instance {
     /// Derivatives of outputs with respect to time, each of its order (from 1).
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetRealOutputDerivatives` returns.
+    /// [`ImportError::Length`]; whatever `fmi2GetRealOutputDerivatives` returns.
     pub fn get_output_derivatives(
         &mut self,
         references: &[u32],
         orders: &[i32],
         values: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         self.core.length("fmi2GetRealOutputDerivatives", "orders", references.len(), orders.len())?;
         self.core.length("fmi2GetRealOutputDerivatives", "values", references.len(), values.len())?;
         let n = references.len();

@@ -2,13 +2,13 @@
 
 use trueup_fmi::abi::fmi2::*;
 
-use super::Instance;
+use super::Fmi2Instance;
 use crate::core::{call, lent};
-use crate::error::Error;
-use crate::results::{Completed, EventInfo};
+use crate::error::ImportError;
+use crate::results::{CompletedStep, EventInfo};
 
-impl Instance {
-    fn states_length(&self, function: &'static str, got: usize) -> Result<(), Error> {
+impl Fmi2Instance {
+    fn states_length(&self, function: &'static str, got: usize) -> Result<(), ImportError> {
         self.core.length(function, "states", self.core.fmu.description().structure.derivatives.len(), got)
     }
 
@@ -16,7 +16,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2EnterEventMode` returns.
-    pub fn enter_event_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_event_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi2EnterEventMode)
     }
 
@@ -24,7 +24,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2NewDiscreteStates` returns.
-    pub fn new_discrete_states(&mut self) -> Result<EventInfo, Error> {
+    pub fn new_discrete_states(&mut self) -> Result<EventInfo, ImportError> {
         let mut info = fmi2EventInfo::default();
         call!(self.core, fmi2NewDiscreteStates, &raw mut info)?;
         Ok(EventInfo {
@@ -40,7 +40,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2EnterContinuousTimeMode` returns.
-    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi2EnterContinuousTimeMode)
     }
 
@@ -48,7 +48,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi2CompletedIntegratorStep` returns.
-    pub fn completed_integrator_step(&mut self, no_rollback: bool) -> Result<Completed, Error> {
+    pub fn completed_integrator_step(&mut self, no_rollback: bool) -> Result<CompletedStep, ImportError> {
         let (mut event, mut terminate) = (fmi2False, fmi2False);
         call!(
             self.core,
@@ -57,22 +57,22 @@ impl Instance {
             &raw mut event,
             &raw mut terminate
         )?;
-        Ok(Completed { event: event != fmi2False, terminate: terminate != fmi2False })
+        Ok(CompletedStep { event: event != fmi2False, terminate: terminate != fmi2False })
     }
 
     /// Sets the time in s.
     ///
     /// # Errors
     /// Whatever `fmi2SetTime` returns.
-    pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
+    pub fn set_time(&mut self, time: f64) -> Result<(), ImportError> {
         call!(self.core, fmi2SetTime, time)
     }
 
     /// Sets the states.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2SetContinuousStates` returns.
-    pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2SetContinuousStates` returns.
+    pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), ImportError> {
         self.states_length("fmi2SetContinuousStates", states.len())?;
         lent(states, |x| call!(self.core, fmi2SetContinuousStates, x, states.len()))
     }
@@ -80,8 +80,8 @@ impl Instance {
     /// The states.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetContinuousStates` returns.
-    pub fn get_continuous_states(&mut self, states: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2GetContinuousStates` returns.
+    pub fn get_continuous_states(&mut self, states: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi2GetContinuousStates", states.len())?;
         call!(self.core, fmi2GetContinuousStates, states.as_mut_ptr(), states.len())
     }
@@ -89,8 +89,8 @@ impl Instance {
     /// Their derivatives.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetDerivatives` returns.
-    pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2GetDerivatives` returns.
+    pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi2GetDerivatives", derivatives.len())?;
         call!(self.core, fmi2GetDerivatives, derivatives.as_mut_ptr(), derivatives.len())
     }
@@ -98,8 +98,8 @@ impl Instance {
     /// Their nominal values.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetNominalsOfContinuousStates` returns.
-    pub fn get_nominals(&mut self, nominals: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2GetNominalsOfContinuousStates` returns.
+    pub fn get_nominals(&mut self, nominals: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi2GetNominalsOfContinuousStates", nominals.len())?;
         call!(self.core, fmi2GetNominalsOfContinuousStates, nominals.as_mut_ptr(), nominals.len())
     }
@@ -107,8 +107,8 @@ impl Instance {
     /// The event indicators.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi2GetEventIndicators` returns.
-    pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi2GetEventIndicators` returns.
+    pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), ImportError> {
         let expected = self.core.fmu.description().event_indicators();
         self.core.length("fmi2GetEventIndicators", "indicators", expected, indicators.len())?;
         call!(self.core, fmi2GetEventIndicators, indicators.as_mut_ptr(), indicators.len())

@@ -2,18 +2,18 @@
 
 use trueup_fmi::abi::fmi3::*;
 
-use super::Instance;
+use super::Fmi3Instance;
 use crate::core::{call, lent};
-use crate::error::{Error, Status};
+use crate::error::{FmiStatus, ImportError};
 use crate::exit;
-use crate::results::{Completed, EventInfo, Step};
+use crate::results::{CoSimulationStep, CompletedStep, EventInfo};
 
-impl Instance {
+impl Fmi3Instance {
     /// Enters event mode.
     ///
     /// # Errors
     /// Whatever `fmi3EnterEventMode` returns.
-    pub fn enter_event_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_event_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi3EnterEventMode)
     }
 
@@ -21,7 +21,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3UpdateDiscreteStates` returns.
-    pub fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
+    pub fn update_discrete_states(&mut self) -> Result<EventInfo, ImportError> {
         let [mut again, mut terminate, mut nominals, mut states, mut defined] = [fmi3False; 5];
         let mut next = 0.0;
         call!(
@@ -47,15 +47,19 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3EvaluateDiscreteStates` returns.
-    pub fn evaluate_discrete_states(&mut self) -> Result<(), Error> {
+    pub fn evaluate_discrete_states(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi3EvaluateDiscreteStates)
     }
 
     /// New intervals of clocks in s; `None`: unchanged or not yet known.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetIntervalDecimal` returns.
-    pub fn get_intervals(&mut self, clocks: &[u32], intervals: &mut [Option<f64>]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3GetIntervalDecimal` returns.
+    pub fn get_intervals(
+        &mut self,
+        clocks: &[u32],
+        intervals: &mut [Option<f64>],
+    ) -> Result<(), ImportError> {
         self.core.length("fmi3GetIntervalDecimal", "intervals", clocks.len(), intervals.len())?;
         let mut values = vec![0.0; clocks.len()];
         let mut qualifiers = vec![fmi3IntervalNotYetKnown; clocks.len()];
@@ -79,12 +83,12 @@ impl Instance {
 const MOST: usize = 1 << 28;
 
 /// Model Exchange.
-impl Instance {
+impl Fmi3Instance {
     /// Number of continuous states.
     ///
     /// # Errors
     /// Whatever `fmi3GetNumberOfContinuousStates` returns.
-    pub fn number_of_states(&mut self) -> Result<usize, Error> {
+    pub fn number_of_states(&mut self) -> Result<usize, ImportError> {
         if let Some(count) = self.counts.0 {
             return Ok(count);
         }
@@ -99,7 +103,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3GetNumberOfEventIndicators` returns.
-    pub fn number_of_event_indicators(&mut self) -> Result<usize, Error> {
+    pub fn number_of_event_indicators(&mut self) -> Result<usize, ImportError> {
         if let Some(count) = self.counts.1 {
             return Ok(count);
         }
@@ -111,16 +115,16 @@ impl Instance {
     }
 
     /// Arrays of so many numbers can be had.
-    fn holds(&self, function: &'static str, count: usize) -> Result<(), Error> {
+    fn holds(&self, function: &'static str, count: usize) -> Result<(), ImportError> {
         if count <= MOST {
             return Ok(());
         }
         let reason =
             format!("{function} gives {count}, more than memory holds; this function of the FMU is wrong");
-        Err(Error::File { file: self.fmu().file().to_owned(), reason })
+        Err(ImportError::File { file: self.fmu().file().to_owned(), reason })
     }
 
-    fn states_length(&mut self, function: &'static str, got: usize) -> Result<(), Error> {
+    fn states_length(&mut self, function: &'static str, got: usize) -> Result<(), ImportError> {
         let expected = self.number_of_states()?;
         self.core.length(function, "states", expected, got)
     }
@@ -129,7 +133,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3EnterContinuousTimeMode` returns.
-    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi3EnterContinuousTimeMode)
     }
 
@@ -137,7 +141,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3CompletedIntegratorStep` returns.
-    pub fn completed_integrator_step(&mut self, no_rollback: bool) -> Result<Completed, Error> {
+    pub fn completed_integrator_step(&mut self, no_rollback: bool) -> Result<CompletedStep, ImportError> {
         let (mut event, mut terminate) = (fmi3False, fmi3False);
         call!(
             self.core,
@@ -146,22 +150,22 @@ impl Instance {
             &raw mut event,
             &raw mut terminate
         )?;
-        Ok(Completed { event: event.into(), terminate: terminate.into() })
+        Ok(CompletedStep { event: event.into(), terminate: terminate.into() })
     }
 
     /// Sets the time in s.
     ///
     /// # Errors
     /// Whatever `fmi3SetTime` returns.
-    pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
+    pub fn set_time(&mut self, time: f64) -> Result<(), ImportError> {
         call!(self.core, fmi3SetTime, time)
     }
 
     /// Sets the states.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3SetContinuousStates` returns.
-    pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3SetContinuousStates` returns.
+    pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), ImportError> {
         self.states_length("fmi3SetContinuousStates", states.len())?;
         lent(states, |x| call!(self.core, fmi3SetContinuousStates, x, states.len()))
     }
@@ -169,8 +173,8 @@ impl Instance {
     /// The states.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetContinuousStates` returns.
-    pub fn get_continuous_states(&mut self, states: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3GetContinuousStates` returns.
+    pub fn get_continuous_states(&mut self, states: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi3GetContinuousStates", states.len())?;
         call!(self.core, fmi3GetContinuousStates, states.as_mut_ptr(), states.len())
     }
@@ -178,8 +182,8 @@ impl Instance {
     /// Their derivatives.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetContinuousStateDerivatives` returns.
-    pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3GetContinuousStateDerivatives` returns.
+    pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi3GetContinuousStateDerivatives", derivatives.len())?;
         call!(self.core, fmi3GetContinuousStateDerivatives, derivatives.as_mut_ptr(), derivatives.len())
     }
@@ -187,8 +191,8 @@ impl Instance {
     /// Their nominal values.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetNominalsOfContinuousStates` returns.
-    pub fn get_nominals(&mut self, nominals: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3GetNominalsOfContinuousStates` returns.
+    pub fn get_nominals(&mut self, nominals: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi3GetNominalsOfContinuousStates", nominals.len())?;
         call!(self.core, fmi3GetNominalsOfContinuousStates, nominals.as_mut_ptr(), nominals.len())
     }
@@ -196,8 +200,8 @@ impl Instance {
     /// The event indicators.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetEventIndicators` returns.
-    pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3GetEventIndicators` returns.
+    pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), ImportError> {
         let expected = self.number_of_event_indicators()?;
         self.core.length("fmi3GetEventIndicators", "indicators", expected, indicators.len())?;
         call!(self.core, fmi3GetEventIndicators, indicators.as_mut_ptr(), indicators.len())
@@ -205,35 +209,45 @@ impl Instance {
 }
 
 /// Co-Simulation.
-impl Instance {
+impl Fmi3Instance {
     /// From event mode back to step mode.
     ///
     /// # Errors
     /// Whatever `fmi3EnterStepMode` returns.
-    pub fn enter_step_mode(&mut self) -> Result<(), Error> {
+    pub fn enter_step_mode(&mut self) -> Result<(), ImportError> {
         call!(self.core, fmi3EnterStepMode)
     }
 
     /// Steps from `time` by `step` s. `no_rollback`: no state before `time` will be restored.
     ///
-    /// A step that the FMU discards is no error: see [`Step::discarded`].
+    /// A step that the FMU discards is no error: see [`CoSimulationStep::discarded`].
     ///
     /// # Errors
-    /// Whatever `fmi3DoStep` returns; [`Error::Panicked`] if the intermediate-update closure did.
-    pub fn do_step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Step, Error> {
+    /// Whatever `fmi3DoStep` returns; [`ImportError::Panicked`] if the intermediate-update closure did.
+    pub fn do_step(
+        &mut self,
+        time: f64,
+        step: f64,
+        no_rollback: bool,
+    ) -> Result<CoSimulationStep, ImportError> {
         match self.step(time, step, no_rollback) {
-            Ok(None) => Ok(Step::whole(time, step)),
+            Ok(None) => Ok(CoSimulationStep::whole(time, step)),
             Ok(Some(other)) => Ok(*other),
             Err(error) => Err(*error),
         }
     }
 
-    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be reported.
+    /// As [`Fmi3Instance::do_step`]; `None`: the whole step was made and nothing is to be reported.
     ///
     /// # Errors
-    /// As [`Instance::do_step`].
+    /// As [`Fmi3Instance::do_step`].
     #[inline]
-    pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
+    pub fn step(
+        &mut self,
+        time: f64,
+        step: f64,
+        no_rollback: bool,
+    ) -> Result<Option<Box<CoSimulationStep>>, Box<ImportError>> {
         let [mut event, mut terminate, mut early] = [fmi3False; 3];
         let mut last = time;
         exit::calls_at(self.core.live.id, time);
@@ -255,24 +269,24 @@ impl Instance {
     #[inline]
     pub(crate) fn stepped(
         &self,
-        result: Result<(), Error>,
+        result: Result<(), ImportError>,
         time: f64,
         step: f64,
         [event, terminate, early]: [bool; 3],
         last: f64,
-    ) -> Result<Option<Box<Step>>, Box<Error>> {
+    ) -> Result<Option<Box<CoSimulationStep>>, Box<ImportError>> {
         if let Some(message) = self.core.live.take_panic() {
-            return Err(Box::new(Error::Panicked { instance: self.name().into(), message }));
+            return Err(Box::new(ImportError::Panicked { instance: self.name().into(), message }));
         }
         let discarded = match result {
             Ok(()) if !(event || terminate || early) => return Ok(None),
             Ok(()) => false,
-            Err(error) if error.status() == Some(Status::Discard) => true,
+            Err(error) if error.status() == Some(FmiStatus::Discard) => true,
             Err(error) => return Err(Box::new(error)),
         };
         let early = discarded || early;
         // Some FMUs do not write the time of a full step.
         let time = if early { last } else { time + step };
-        Ok(Some(Box::new(Step { time, early, discarded, event, terminate })))
+        Ok(Some(Box::new(CoSimulationStep { time, early, discarded, event, terminate })))
     }
 }

@@ -4,36 +4,36 @@ use std::collections::HashMap;
 use std::ops::Deref;
 use std::sync::{Mutex, PoisonError};
 
-use trueup_fmi_description::description::Dimension;
+use trueup_fmi_description::description::ArrayDimension;
 
 use crate::core::{Core, call};
-use crate::error::Error;
-use crate::table::table3::Functions;
+use crate::error::ImportError;
+use crate::table::table3::LibraryFunctions;
 
-pub(crate) struct Inner {
-    core: Core<Functions>,
+pub(crate) struct InstanceInner {
+    core: Core<LibraryFunctions>,
     /// Dimensions of the arrays.
-    arrays: HashMap<u32, Vec<Dimension>>,
+    arrays: HashMap<u32, Vec<ArrayDimension>>,
     /// Their numbers of elements, as far as known.
     sizes: Mutex<HashMap<u32, usize>>,
 }
 
 // SAFETY: shared only between an instance and its own intermediate update, which runs inside the instance's
 // call on the same thread.
-unsafe impl Send for Inner {}
+unsafe impl Send for InstanceInner {}
 // SAFETY: as above.
-unsafe impl Sync for Inner {}
+unsafe impl Sync for InstanceInner {}
 
-impl Deref for Inner {
-    type Target = Core<Functions>;
+impl Deref for InstanceInner {
+    type Target = Core<LibraryFunctions>;
 
     fn deref(&self) -> &Self::Target {
         &self.core
     }
 }
 
-impl Inner {
-    pub(super) fn new(core: Core<Functions>) -> Self {
+impl InstanceInner {
+    pub(super) fn new(core: Core<LibraryFunctions>) -> Self {
         let arrays =
             core.fmu.description().variables.iter().filter(|variable| !variable.dimensions.is_empty());
         let arrays = arrays.map(|variable| (variable.value_reference, variable.dimensions.clone())).collect();
@@ -41,7 +41,7 @@ impl Inner {
     }
 
     /// Number of values of these variables: one per scalar, all elements of an array.
-    pub(super) fn count(&self, references: &[u32]) -> Result<usize, Error> {
+    pub(super) fn count(&self, references: &[u32]) -> Result<usize, ImportError> {
         if self.arrays.is_empty() {
             return Ok(references.len());
         }
@@ -59,8 +59,8 @@ impl Inner {
             let mut size = 1_usize;
             for dimension in dimensions {
                 let length = match *dimension {
-                    Dimension::Fixed(length) => length,
-                    Dimension::Variable(parameter) => {
+                    ArrayDimension::Fixed(length) => length,
+                    ArrayDimension::Variable(parameter) => {
                         let mut length = 0_u64;
                         call!(self.core, fmi3GetUInt64, &raw const parameter, 1, &raw mut length, 1)?;
                         length

@@ -3,47 +3,63 @@
 
 use trueup_fmi::abi::fmi3::*;
 
-use super::{Instance, Intermediate};
-use crate::core::{Prepared, c_strings, call, call_prepared, lent};
-use crate::error::Error;
+use super::{Fmi3Instance, Intermediate};
+use crate::core::{PreparedReferences, c_strings, call, call_prepared, lent};
+use crate::error::ImportError;
 use crate::log::text;
 
 /// A numeric type of FMI 3.0.
-pub trait Number: Sized {
+pub trait Fmi3Number: Sized {
     #[doc(hidden)]
-    fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Box<Error>>;
+    fn read(
+        instance: &mut Fmi3Instance,
+        block: &PreparedReferences,
+        values: &mut [Self],
+    ) -> Result<(), Box<ImportError>>;
     #[doc(hidden)]
-    fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Box<Error>>;
+    fn write(
+        instance: &mut Fmi3Instance,
+        block: &PreparedReferences,
+        values: &[Self],
+    ) -> Result<(), Box<ImportError>>;
 }
 
-impl Instance {
+impl Fmi3Instance {
     /// Values of a block; all its variables are of the type of `values`.
     ///
     /// # Errors
-    /// [`Error::Length`]; [`Error::Stale`] if sizes have changed since the block was prepared; whatever
+    /// [`ImportError::Length`]; [`ImportError::Stale`] if sizes have changed since the block was prepared; whatever
     /// `fmi3Get<Type>` returns.
     #[inline]
-    pub fn read<T: Number>(&mut self, block: &Prepared, values: &mut [T]) -> Result<(), Box<Error>> {
+    pub fn read<T: Fmi3Number>(
+        &mut self,
+        block: &PreparedReferences,
+        values: &mut [T],
+    ) -> Result<(), Box<ImportError>> {
         T::read(self, block, values)
     }
 
     /// Sets the values of a block.
     ///
     /// # Errors
-    /// As [`Instance::read`].
+    /// As [`Fmi3Instance::read`].
     #[inline]
-    pub fn write<T: Number>(&mut self, block: &Prepared, values: &[T]) -> Result<(), Box<Error>> {
+    pub fn write<T: Fmi3Number>(
+        &mut self,
+        block: &PreparedReferences,
+        values: &[T],
+    ) -> Result<(), Box<ImportError>> {
         T::write(self, block, values)
     }
 }
 
 macro_rules! numeric {
     ($($get:ident $fmi_get:ident $set:ident $fmi_set:ident $type:ty;)*) => {
-        numeric! { for Instance: $($get $fmi_get $set $fmi_set $type;)* }
+        numeric! { for Fmi3Instance: $($get $fmi_get $set $fmi_set $type;)* }
         numeric! { for Intermediate: $($get $fmi_get $set $fmi_set $type;)* }
-        $(impl Number for $type {
+        $(impl Fmi3Number for $type {
             #[inline]
-            fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Box<Error>> {
+            fn read(instance: &mut Fmi3Instance, block: &PreparedReferences, values: &mut [Self]) -> Result<(), Box<ImportError>> {
                 let core = &instance.core;
                 let (n, length, epoch) = (block.references.len(), values.len(), instance.epoch);
                 lent(&block.references, |r| {
@@ -51,7 +67,7 @@ macro_rules! numeric {
                 })
             }
             #[inline]
-            fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Box<Error>> {
+            fn write(instance: &mut Fmi3Instance, block: &PreparedReferences, values: &[Self]) -> Result<(), Box<ImportError>> {
                 let core = &instance.core;
                 let (n, length, epoch) = (block.references.len(), values.len(), instance.epoch);
                 lent(&block.references, |r| {
@@ -66,8 +82,8 @@ macro_rules! numeric {
                 #[doc = concat!("`", stringify!($fmi_get), "`.")]
                 ///
                 /// # Errors
-                /// [`Error::Length`] if `values` has not room for exactly all elements; whatever it returns.
-                pub fn $get(&mut self, references: &[u32], values: &mut [$type]) -> Result<(), Error> {
+                /// [`ImportError::Length`] if `values` has not room for exactly all elements; whatever it returns.
+                pub fn $get(&mut self, references: &[u32], values: &mut [$type]) -> Result<(), ImportError> {
                     self.core.length(stringify!($fmi_get), "values", self.core.count(references)?, values.len())?;
                     let (n, length) = (references.len(), values.len());
                     lent(references, |r| call!(self.core, $fmi_get, r, n, values.as_mut_ptr(), length))
@@ -76,8 +92,8 @@ macro_rules! numeric {
                 #[doc = concat!("`", stringify!($fmi_set), "`.")]
                 ///
                 /// # Errors
-                /// [`Error::Length`] if `values` has not exactly all elements; whatever it returns.
-                pub fn $set(&mut self, references: &[u32], values: &[$type]) -> Result<(), Error> {
+                /// [`ImportError::Length`] if `values` has not exactly all elements; whatever it returns.
+                pub fn $set(&mut self, references: &[u32], values: &[$type]) -> Result<(), ImportError> {
                     self.core.length(stringify!($fmi_set), "values", self.core.count(references)?, values.len())?;
                     let (n, length) = (references.len(), values.len());
                     lent(references, |r| lent(values, |v| call!(self.core, $fmi_set, r, n, v, length)))
@@ -100,12 +116,12 @@ numeric! {
     get_uint64 fmi3GetUInt64 set_uint64 fmi3SetUInt64 u64;
 }
 
-impl Instance {
+impl Fmi3Instance {
     /// Values of Booleans.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetBoolean` returns.
-    pub fn get_boolean(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3GetBoolean` returns.
+    pub fn get_boolean(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), ImportError> {
         self.core.length("fmi3GetBoolean", "values", self.core.count(references)?, values.len())?;
         let mut raw = vec![fmi3False; values.len()];
         lent(references, |r| {
@@ -118,8 +134,8 @@ impl Instance {
     /// Sets Booleans.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3SetBoolean` returns.
-    pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3SetBoolean` returns.
+    pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), ImportError> {
         self.core.length("fmi3SetBoolean", "values", self.core.count(references)?, values.len())?;
         let raw: Vec<fmi3Boolean> = values.iter().map(|value| (*value).into()).collect();
         lent(references, |r| call!(self.core, fmi3SetBoolean, r, references.len(), raw.as_ptr(), raw.len()))
@@ -129,7 +145,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3GetString` returns.
-    pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, Error> {
+    pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, ImportError> {
         let mut raw = vec![std::ptr::null(); self.core.count(references)?];
         lent(references, |r| {
             call!(self.core, fmi3GetString, r, references.len(), raw.as_mut_ptr(), raw.len())
@@ -141,8 +157,8 @@ impl Instance {
     /// Sets Strings.
     ///
     /// # Errors
-    /// [`Error::Length`], [`Error::Text`]; whatever `fmi3SetString` returns.
-    pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), Error> {
+    /// [`ImportError::Length`], [`ImportError::Text`]; whatever `fmi3SetString` returns.
+    pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), ImportError> {
         self.core.length("fmi3SetString", "values", self.core.count(references)?, values.len())?;
         let texts = c_strings("value", values)?;
         let raw: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
@@ -153,7 +169,7 @@ impl Instance {
     ///
     /// # Errors
     /// Whatever `fmi3GetBinary` returns.
-    pub fn get_binary(&mut self, references: &[u32]) -> Result<Vec<Vec<u8>>, Error> {
+    pub fn get_binary(&mut self, references: &[u32]) -> Result<Vec<Vec<u8>>, ImportError> {
         let count = self.core.count(references)?;
         let (mut sizes, mut raw) = (vec![0_usize; count], vec![std::ptr::null(); count]);
         let n = references.len();
@@ -173,8 +189,8 @@ impl Instance {
     /// Sets Binaries.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3SetBinary` returns.
-    pub fn set_binary(&mut self, references: &[u32], values: &[&[u8]]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3SetBinary` returns.
+    pub fn set_binary(&mut self, references: &[u32], values: &[&[u8]]) -> Result<(), ImportError> {
         self.core.length("fmi3SetBinary", "values", self.core.count(references)?, values.len())?;
         let sizes: Vec<usize> = values.iter().map(|value| value.len()).collect();
         let raw: Vec<fmi3Binary> = values.iter().map(|value| value.as_ptr()).collect();
@@ -185,8 +201,8 @@ impl Instance {
     /// Which clocks tick.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetClock` returns.
-    pub fn get_clock(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3GetClock` returns.
+    pub fn get_clock(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), ImportError> {
         self.core.length("fmi3GetClock", "values", references.len(), values.len())?;
         let mut raw = vec![fmi3False; values.len()];
         lent(references, |r| call!(self.core, fmi3GetClock, r, references.len(), raw.as_mut_ptr()))?;
@@ -197,8 +213,8 @@ impl Instance {
     /// Lets clocks tick.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3SetClock` returns.
-    pub fn set_clock(&mut self, references: &[u32], values: &[bool]) -> Result<(), Error> {
+    /// [`ImportError::Length`]; whatever `fmi3SetClock` returns.
+    pub fn set_clock(&mut self, references: &[u32], values: &[bool]) -> Result<(), ImportError> {
         self.core.length("fmi3SetClock", "values", references.len(), values.len())?;
         let raw: Vec<fmi3Clock> = values.iter().map(|value| (*value).into()).collect();
         lent(references, |r| call!(self.core, fmi3SetClock, r, references.len(), raw.as_ptr()))
@@ -231,43 +247,43 @@ macro_rules! derivative {
     }};
 }
 
-impl Instance {
+impl Fmi3Instance {
     /// Partial derivatives times a direction: `seed` has the elements of the knowns, `result` of the unknowns.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetDirectionalDerivative` returns.
+    /// [`ImportError::Length`]; whatever `fmi3GetDirectionalDerivative` returns.
     pub fn directional_derivative(
         &mut self,
         of: DerivativeOf,
         seed: &[f64],
         result: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         derivative!(self fmi3GetDirectionalDerivative of seed (of.knowns) result (of.unknowns))
     }
 
     /// A row vector times partial derivatives: `seed` has the elements of the unknowns, `result` of the knowns.
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetAdjointDerivative` returns.
+    /// [`ImportError::Length`]; whatever `fmi3GetAdjointDerivative` returns.
     pub fn adjoint_derivative(
         &mut self,
         of: DerivativeOf,
         seed: &[f64],
         result: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         derivative!(self fmi3GetAdjointDerivative of seed (of.unknowns) result (of.knowns))
     }
 
     /// Derivatives of outputs with respect to time, each variable's of its order (from 1).
     ///
     /// # Errors
-    /// [`Error::Length`]; whatever `fmi3GetOutputDerivatives` returns.
+    /// [`ImportError::Length`]; whatever `fmi3GetOutputDerivatives` returns.
     pub fn get_output_derivatives(
         &mut self,
         references: &[u32],
         orders: &[i32],
         values: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         self.core.length("fmi3GetOutputDerivatives", "orders", references.len(), orders.len())?;
         self.core.length("fmi3GetOutputDerivatives", "values", self.core.count(references)?, values.len())?;
         let (n, length) = (references.len(), values.len());

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use trueup_numerics::hybrid::Update;
+use trueup_numerics::hybrid::EventUpdate;
 use trueup_plant::VariableTable;
 
-use super::table::Places;
-use crate::{AnyInstance, Error, Experiment, Fmu, Options};
+use super::table::ElementReferences;
+use crate::{AnyInstance, ExperimentSetup, ImportError, InstanceOptions, UnpackedFmu};
 
 /// Passes of an event iteration that count as without end.
 const PASSES: usize = 200;
@@ -29,8 +29,8 @@ pub(super) struct Seat {
 }
 
 impl Seat {
-    pub(super) fn new(fmu: &Arc<Fmu>) -> Result<Self, Error> {
-        let instance = AnyInstance::model_exchange(fmu, Options::default())?;
+    pub(super) fn new(fmu: &Arc<UnpackedFmu>) -> Result<Self, ImportError> {
+        let instance = AnyInstance::model_exchange(fmu, InstanceOptions::default())?;
         let (p, next_event) = (Vec::new(), None);
         Ok(Self { instance, p, at: 0, first: false, open: false, used: false, ended: false, next_event })
     }
@@ -40,7 +40,7 @@ impl Seat {
         self.used && self.p.len() == p.len() && self.p.iter().zip(p).all(|(a, b)| a.to_bits() == b.to_bits())
     }
 
-    pub(super) fn renew(&mut self) -> Result<(), Error> {
+    pub(super) fn renew(&mut self) -> Result<(), ImportError> {
         if self.used {
             self.instance.reset()?;
         }
@@ -51,11 +51,11 @@ impl Seat {
     pub(super) fn initialise(
         &mut self,
         start: f64,
-        places: &Places,
+        places: &ElementReferences,
         table: &VariableTable,
         p: &[f64],
         u: Option<&[f64]>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         self.used = true;
         for place in &places.parameters {
             // What is not given stays as the FMU has it.
@@ -64,7 +64,7 @@ impl Seat {
                 self.instance.set_float64(&[place.reference], &p[place.elements()])?;
             }
         }
-        self.instance.enter_initialization_mode(Experiment { start, ..Experiment::default() })?;
+        self.instance.enter_initialization_mode(ExperimentSetup { start, ..ExperimentSetup::default() })?;
         if let Some(u) = u.filter(|u| !u.is_empty()) {
             self.instance.set_float64(&places.inputs, u)?;
         }
@@ -74,21 +74,21 @@ impl Seat {
         Ok(())
     }
 
-    fn iterate(&mut self) -> Result<(bool, bool), Error> {
+    fn iterate(&mut self) -> Result<(bool, bool), ImportError> {
         let info = self.instance.update_discrete_states()?;
         self.next_event = info.next_event.filter(|t| t.is_finite());
         self.ended |= info.terminate;
         Ok((info.again && !self.ended, info.states_changed))
     }
 
-    fn close(&mut self) -> Result<(), Error> {
+    fn close(&mut self) -> Result<(), ImportError> {
         self.instance.enter_continuous_time_mode()?;
         self.open = false;
         Ok(())
     }
 
     /// Event iteration to its end; `false`: it has none.
-    pub(super) fn settle(&mut self) -> Result<bool, Error> {
+    pub(super) fn settle(&mut self) -> Result<bool, ImportError> {
         for _ in 0..PASSES {
             if !self.iterate()?.0 {
                 return self.close().map(|()| true);
@@ -104,7 +104,7 @@ impl Seat {
         x: &mut [f64],
         inputs: &[u32],
         u: &[f64],
-    ) -> Result<Update, Error> {
+    ) -> Result<EventUpdate, ImportError> {
         if !self.open {
             self.place(t, x, inputs, u)?;
             self.instance.enter_event_mode()?;
@@ -120,17 +120,17 @@ impl Seat {
         if changed && !x.is_empty() {
             self.instance.get_states(x)?;
         }
-        Ok(Update { modes: again, states: changed })
+        Ok(EventUpdate { modes: again, states: changed })
     }
 
-    pub(super) fn completed_step(&mut self) -> Result<bool, Error> {
+    pub(super) fn completed_step(&mut self) -> Result<bool, ImportError> {
         let done = self.instance.completed_integrator_step()?;
         self.ended |= done.terminate;
         Ok(done.event)
     }
 
     /// Time, states and inputs, in continuous time.
-    pub(super) fn place(&mut self, t: f64, x: &[f64], inputs: &[u32], u: &[f64]) -> Result<(), Error> {
+    pub(super) fn place(&mut self, t: f64, x: &[f64], inputs: &[u32], u: &[f64]) -> Result<(), ImportError> {
         self.instance.set_time(t)?;
         if !x.is_empty() {
             self.instance.set_states(x)?;

@@ -4,23 +4,24 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use trueup_fmi_description::description::{
-    Causality, Description, Dimension, Type, Values, Variability, Variable,
+    ArrayDimension, Description, DescriptionCausality, DescriptionVariability, DescriptionVariable,
+    StartValues, VariableType,
 };
-use trueup_plant::{Quantity, VariableTable, elements};
+use trueup_plant::{PlantQuantity, VariableTable, elements};
 
 /// Elements of all variables together: each is kept by name.
 const MOST: usize = 1 << 20;
 
 /// A parameter and its elements in the list.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct ElementReference {
     pub(super) reference: u32,
     pub(super) begin: usize,
     len: usize,
     pub(super) tunable: bool,
 }
 
-impl Place {
+impl ElementReference {
     pub(super) fn elements(&self) -> Range<usize> {
         self.begin..self.begin + self.len
     }
@@ -28,8 +29,8 @@ impl Place {
 
 /// Value references, in the order of the table.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Places {
-    pub(super) parameters: Vec<Place>,
+pub(super) struct ElementReferences {
+    pub(super) parameters: Vec<ElementReference>,
     pub(super) inputs: Vec<u32>,
     pub(super) outputs: Vec<u32>,
     /// Event indicators that are variables (FMI 3.0); none: they are not.
@@ -37,10 +38,10 @@ pub(super) struct Places {
 }
 
 /// Lengths of the dimensions of a variable, as the description starts them; `None`: it does not say one.
-pub fn array_lengths(d: &Description, v: &Variable) -> Option<Vec<usize>> {
-    let length = |dimension: &Dimension| match dimension {
-        Dimension::Fixed(n) => usize::try_from(*n).ok(),
-        Dimension::Variable(reference) => {
+pub fn array_lengths(d: &Description, v: &DescriptionVariable) -> Option<Vec<usize>> {
+    let length = |dimension: &ArrayDimension| match dimension {
+        ArrayDimension::Fixed(n) => usize::try_from(*n).ok(),
+        ArrayDimension::Variable(reference) => {
             let parameter = d.variables.iter().find(|v| v.value_reference == *reference)?;
             parameter.start.as_ref()?.as_f64()?.first().map(|n| *n as usize)
         }
@@ -48,28 +49,28 @@ pub fn array_lengths(d: &Description, v: &Variable) -> Option<Vec<usize>> {
     v.dimensions.iter().map(length).collect()
 }
 
-fn quantities(d: &Description, v: &Variable, lengths: &[usize]) -> Vec<Quantity> {
+fn quantities(d: &Description, v: &DescriptionVariable, lengths: &[usize]) -> Vec<PlantQuantity> {
     let a = d.attributes(v);
     // As long as the program: a few words per FMU that is opened.
     let unit: &'static str = a.unit.map_or("", |u| Box::leak(u.into_boxed_str()));
-    let start = v.start.as_ref().and_then(Values::as_f64).unwrap_or_default();
+    let start = v.start.as_ref().and_then(StartValues::as_f64).unwrap_or_default();
     let names = elements(&v.name, lengths).into_iter().enumerate();
-    let one = |(k, name)| Quantity {
+    let one = |(k, name)| PlantQuantity {
         min: a.min.unwrap_or(f64::NEG_INFINITY),
         max: a.max.unwrap_or(f64::INFINITY),
         start: start.get(k).or(start.first()).copied().unwrap_or(0.0),
         description: Cow::Owned(v.description.clone()),
-        ..Quantity::new(name, unit)
+        ..PlantQuantity::new(name, unit)
     };
     names.map(one).collect()
 }
 
 /// `Float64` variables by their part; a message where there are too many.
-pub(super) fn read(d: &Description) -> Result<(VariableTable, Places), String> {
-    let (mut table, mut places) = (VariableTable::default(), Places::default());
+pub(super) fn read(d: &Description) -> Result<(VariableTable, ElementReferences), String> {
+    let (mut table, mut places) = (VariableTable::default(), ElementReferences::default());
     let mut left = MOST;
     for v in &d.variables {
-        if v.kind != Type::Float64 || v.variability == Variability::Constant {
+        if v.kind != VariableType::Float64 || v.variability == DescriptionVariability::Constant {
             continue;
         }
         let (Some(lengths), Some(count)) = (array_lengths(d, v), d.elements(v)) else { continue };
@@ -77,21 +78,21 @@ pub(super) fn read(d: &Description) -> Result<(VariableTable, Places), String> {
             format!("`{}` has {count} elements; at most {MOST} of all variables can be taken: export the FMU with shorter arrays", v.name)
         })?;
         let list = match v.causality {
-            Causality::Parameter => &mut table.parameters,
-            Causality::Input => &mut table.inputs,
-            Causality::Output | Causality::Local => &mut table.outputs,
+            DescriptionCausality::Parameter => &mut table.parameters,
+            DescriptionCausality::Input => &mut table.inputs,
+            DescriptionCausality::Output | DescriptionCausality::Local => &mut table.outputs,
             _ => continue,
         };
         let begin = list.len();
         list.extend(quantities(d, v, &lengths));
         match v.causality {
-            Causality::Parameter => places.parameters.push(Place {
+            DescriptionCausality::Parameter => places.parameters.push(ElementReference {
                 reference: v.value_reference,
                 begin,
                 len: count,
-                tunable: v.variability == Variability::Tunable,
+                tunable: v.variability == DescriptionVariability::Tunable,
             }),
-            Causality::Input => places.inputs.push(v.value_reference),
+            DescriptionCausality::Input => places.inputs.push(v.value_reference),
             _ => places.outputs.push(v.value_reference),
         }
     }

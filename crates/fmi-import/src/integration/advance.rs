@@ -1,11 +1,13 @@
-//! [`Group::advance`]: steps of the integrator, located events, time events.
+//! [`IntegratedGroup::advance`]: steps of the integrator, located events, time events.
 
-use trueup_numerics::Figure;
-use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, Stepper, System};
+use trueup_numerics::ShortNumber;
+use trueup_numerics::driver::{
+    DriveError, DriverOptions, DriverQuantity, DriverReached as Steps, ErrorControlledStepper, OdeSystem,
+};
 use trueup_numerics::event::Direction;
 
-use super::field::{Evaluation, Field, place};
-use super::{Cause, Failure, Fmus, Group, Integrator, Reached};
+use super::field::{IntegrationRates, RateEvaluation, place};
+use super::{Failure, Fmus, IntegratedGroup, IntegrationEvent, IntegrationReached, Integrator};
 use crate::interrupt;
 
 /// Events in a row within a nanosecond (at times around 1 s) after which they are held to be without end.
@@ -21,7 +23,7 @@ fn tiny(t: f64) -> f64 {
     4.0 * f64::EPSILON * t.abs()
 }
 
-impl Group {
+impl IntegratedGroup {
     /// Integrates to `to` (s), never beyond. Events on the way are handled; with `stop` it returns at each of them, with
     /// outputs as before the event, to be handled by [`Self::settle`]. So it does with one at `to` itself, which then
     /// sees the values that other FMUs have by then.
@@ -34,8 +36,8 @@ impl Group {
         fmus: &mut F,
         to: f64,
         stop: bool,
-    ) -> Result<Reached, Failure<F::Error>> {
-        let ended = Reached { event: false, terminated: true };
+    ) -> Result<IntegrationReached, Failure<F::Error>> {
+        let ended = IntegrationReached { event: false, terminated: true };
         let (from, mut events) = (self.time, 0);
         self.steps = Steps::default();
         loop {
@@ -52,7 +54,7 @@ impl Group {
                         self.time = next;
                         self.place(fmus)?;
                     }
-                    self.mode.pending = Some(Cause::Time);
+                    self.mode.pending = Some(IntegrationEvent::Time);
                 }
                 break;
             }
@@ -70,8 +72,10 @@ impl Group {
             if terminated {
                 return Ok(ended);
             }
-            let time = (timed && self.time == end).then_some(Cause::Time);
-            let Some(cause) = crossed.map(Cause::Indicator).or(time).or(asked.map(Cause::Step)) else {
+            let time = (timed && self.time == end).then_some(IntegrationEvent::Time);
+            let Some(cause) =
+                crossed.map(IntegrationEvent::Indicator).or(time).or(asked.map(IntegrationEvent::Step))
+            else {
                 continue;
             };
             self.guard(fmus, cause)?;
@@ -84,8 +88,8 @@ impl Group {
                 let reason = format!(
                     "more than {} events between t = {} s and {} s",
                     self.settings.most_events,
-                    Figure(from),
-                    Figure(to)
+                    ShortNumber(from),
+                    ShortNumber(to)
                 );
                 return Err(Failure::Stuck { time: self.time, reason, log: Vec::new() });
             }
@@ -93,7 +97,7 @@ impl Group {
         if self.settings.opens {
             self.open(fmus)?;
         }
-        Ok(Reached { event: self.mode.pending.is_some(), terminated: false })
+        Ok(IntegrationReached { event: self.mode.pending.is_some(), terminated: false })
     }
 
     /// One accepted step; the indicator at whose crossing it ended.
@@ -105,7 +109,7 @@ impl Group {
         let n = self.x.len();
         let detect = self.settings.integrator == Integrator::Automatic && !self.stiff;
         let nominal = self.stepper.nominal_mut().to_vec();
-        let mut field = Field {
+        let mut field = IntegrationRates {
             fmus,
             members: &self.members,
             along: self.along.as_ref(),
@@ -115,7 +119,7 @@ impl Group {
             value: None,
             failure: None,
             refused: None,
-            trace: detect.then(|| [Evaluation::new(n), Evaluation::new(n)]),
+            trace: detect.then(|| [RateEvaluation::new(n), RateEvaluation::new(n)]),
         };
         let directional = field.directional;
         if self.mode.fresh {
@@ -131,8 +135,11 @@ impl Group {
             self.mode.fresh = false;
         }
         let Self { settings, .. } = self;
-        let mut options =
-            Options { tolerance: settings.tolerance, max_steps: settings.most_steps, ..Options::default() };
+        let mut options = DriverOptions {
+            tolerance: settings.tolerance,
+            max_steps: settings.most_steps,
+            ..DriverOptions::default()
+        };
         if let Integrator::Euler(h) = self.settings.integrator {
             options.max_step = h;
         }
@@ -152,7 +159,7 @@ impl Group {
         self.statistics.accepted += accepted;
         self.statistics.rejected += rejected;
         let looks_stiff = field.stiffness(self.time - before).is_some_and(|hl| hl > STABLE);
-        let Field { fmus, value, failure, refused, directional: still, .. } = field;
+        let IntegrationRates { fmus, value, failure, refused, directional: still, .. } = field;
         if let Some(error) = failure {
             return Err(error);
         }
@@ -160,7 +167,7 @@ impl Group {
             self.distrusted = true;
             self.notes.push(format!(
                 "directional derivatives of the FMU contradict its derivatives at t = {} s; the Jacobian is made of differences",
-                Figure(before)
+                ShortNumber(before)
             ));
         }
         let crossed = result.map_err(|error| self.stuck(fmus, error, value, refused))?;
@@ -186,8 +193,9 @@ impl Group {
             self.stiff = true;
             self.mode.fresh = true;
             let nominal = self.stepper.nominal_mut().to_vec();
-            self.stepper = Stepper::new(self.settings.integrator.solver(true), nominal, self.indicators);
-            self.notes.push(format!("stiff from t = {} s on: integrated by RODAS4", Figure(self.time)));
+            self.stepper =
+                ErrorControlledStepper::new(self.settings.integrator.solver(true), nominal, self.indicators);
+            self.notes.push(format!("stiff from t = {} s on: integrated by RODAS4", ShortNumber(self.time)));
         }
     }
 
@@ -217,7 +225,11 @@ impl Group {
     }
 
     /// Counts events that follow each other at once.
-    fn guard<F: Fmus + ?Sized>(&mut self, fmus: &mut F, cause: Cause) -> Result<(), Failure<F::Error>> {
+    fn guard<F: Fmus + ?Sized>(
+        &mut self,
+        fmus: &mut F,
+        cause: IntegrationEvent,
+    ) -> Result<(), Failure<F::Error>> {
         let (t, m) = (self.time, &mut self.memory);
         let same = t - m.event_time <= 1e-9 * t.abs().max(1.0);
         m.chatter = if same { m.chatter + 1 } else { 0 };
@@ -228,12 +240,12 @@ impl Group {
         }
         let without_end = m.chatter > CHATTER;
         let (member, what) = match cause {
-            Cause::Indicator(i) => self.indicator(fmus, i),
-            Cause::Time => {
+            IntegrationEvent::Indicator(i) => self.indicator(fmus, i),
+            IntegrationEvent::Time => {
                 let at = self.members.iter().position(|m| m.next_event.is_some_and(|next| next <= t));
                 (at, "its time event, which is never later than the one before,".into())
             }
-            Cause::Step(member) => (Some(member), "completedIntegratorStep".into()),
+            IntegrationEvent::Step(member) => (Some(member), "completedIntegratorStep".into()),
         };
         let name = member.map(|at| fmus.instance(at).name().to_owned()).unwrap_or_default();
         if let Some(storm) = storm.filter(|_| !without_end) {
@@ -260,11 +272,13 @@ impl Group {
                 let reason = format!("{source}, however short the step");
                 Failure::Stuck { time: self.time, reason, log: Vec::new() }
             }
-            (DriveError::NotFinite { what: Quantity::Indicator(i), .. }, _) => self.bad_indicator(fmus, i),
-            (DriveError::NotFinite { what: Quantity::Rate(i), .. }, _) if value.is_some() => {
+            (DriveError::NotFinite { what: DriverQuantity::Indicator(i), .. }, _) => {
+                self.bad_indicator(fmus, i)
+            }
+            (DriveError::NotFinite { what: DriverQuantity::Rate(i), .. }, _) if value.is_some() => {
                 self.not_finite(fmus, i, true, value.unwrap_or(f64::NAN))
             }
-            (DriveError::NotFinite { what: Quantity::State(i), .. }, _) => {
+            (DriveError::NotFinite { what: DriverQuantity::State(i), .. }, _) => {
                 self.not_finite(fmus, i, false, f64::NAN)
             }
             (source, _) => Failure::Integrator { time: self.time, instances: self.instances(fmus), source },

@@ -1,11 +1,11 @@
-//! Why a [`Group`](super::Group) does not go on.
+//! Why a [`Group`](super::IntegratedGroup) does not go on.
 
 use std::fmt;
 
-use trueup_numerics::Figure;
+use trueup_numerics::ShortNumber;
 use trueup_numerics::driver::DriveError;
 
-use crate::Error;
+use crate::ImportError;
 
 /// Why a group of FMUs does not go on; `E`: why its inputs could not be set.
 #[derive(Debug)]
@@ -15,7 +15,7 @@ pub enum Failure<E> {
         /// s.
         time: f64,
         /// Function, instance, status and last messages.
-        source: Error,
+        source: ImportError,
     },
     /// Inputs could not be set.
     Exchange(E),
@@ -67,21 +67,25 @@ pub enum Failure<E> {
 impl<E: fmt::Display> fmt::Display for Failure<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Call { time, source } => write!(f, "at t = {} s: {source}", Figure(*time)),
+            Self::Call { time, source } => write!(f, "at t = {} s: {source}", ShortNumber(*time)),
             Self::Exchange(error) => error.fmt(f),
-            Self::Interrupted { time } => write!(f, "at t = {} s: interrupted", Figure(*time)),
+            Self::Interrupted { time } => write!(f, "at t = {} s: interrupted", ShortNumber(*time)),
             Self::NotFinite { time, instance, variable, value, log } => {
-                write!(f, "at t = {} s: {variable} of instance \"{instance}\" is {value}", Figure(*time))?;
+                write!(
+                    f,
+                    "at t = {} s: {variable} of instance \"{instance}\" is {value}",
+                    ShortNumber(*time)
+                )?;
                 tail(log, f)
             }
             Self::Integrator { time, instances, source } => {
-                write!(f, "at t = {} s: integration of {instances:?} fails: {source}", Figure(*time))
+                write!(f, "at t = {} s: integration of {instances:?} fails: {source}", ShortNumber(*time))
             }
             Self::Stuck { time, reason, log } => {
-                write!(f, "at t = {} s: {reason}", Figure(*time))?;
+                write!(f, "at t = {} s: {reason}", ShortNumber(*time))?;
                 tail(log, f)
             }
-            Self::NoDerivative { time, reason } => write!(f, "at t = {} s: {reason}", Figure(*time)),
+            Self::NoDerivative { time, reason } => write!(f, "at t = {} s: {reason}", ShortNumber(*time)),
         }
     }
 }

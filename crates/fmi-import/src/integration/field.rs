@@ -1,18 +1,18 @@
 //! The group as an ordinary differential equation between events.
 
-use trueup_numerics::driver::System;
+use trueup_numerics::driver::OdeSystem;
 use trueup_numerics::integrate::Ode;
 
-use super::lanes::Along;
+use super::lanes::CarriedSensitivity;
 use super::{Failure, Fmus, Member};
-use crate::Status;
+use crate::FmiStatus;
 
 /// The right-hand side. What an FMU refuses becomes NaN, at which the integrator tries a shorter step; what it fails
 /// at ends the run: no FMU is called any more.
-pub(super) struct Field<'a, F: Fmus + ?Sized> {
+pub(super) struct IntegrationRates<'a, F: Fmus + ?Sized> {
     pub(super) fmus: &'a mut F,
     pub(super) members: &'a [Member],
-    pub(super) along: Option<&'a Along>,
+    pub(super) along: Option<&'a CarriedSensitivity>,
     pub(super) nominal: &'a [f64],
     /// Interval that may be looked at, in s.
     pub(super) within: (f64, f64),
@@ -24,19 +24,19 @@ pub(super) struct Field<'a, F: Fmus + ?Sized> {
     pub(super) failure: Option<Failure<F::Error>>,
     /// The last Discard.
     pub(super) refused: Option<Failure<F::Error>>,
-    /// The last two evaluations, where the integrator is explicit: see [`Field::stiffness`].
-    pub(super) trace: Option<[Evaluation; 2]>,
+    /// The last two evaluations, where the integrator is explicit: see [`IntegrationRates::stiffness`].
+    pub(super) trace: Option<[RateEvaluation; 2]>,
 }
 
 /// x and dx/dt at a time in s.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Evaluation {
+pub(super) struct RateEvaluation {
     t: f64,
     x: Vec<f64>,
     dx: Vec<f64>,
 }
 
-impl Evaluation {
+impl RateEvaluation {
     pub(super) fn new(n: usize) -> Self {
         Self { t: f64::NAN, x: vec![0.0; n], dx: vec![0.0; n] }
     }
@@ -60,7 +60,7 @@ pub(super) fn place<F: Fmus + ?Sized>(
     fmus.exchange(time, false).map_err(Failure::Exchange)
 }
 
-impl<F: Fmus + ?Sized> Field<'_, F> {
+impl<F: Fmus + ?Sized> IntegrationRates<'_, F> {
     fn place(&mut self, time: f64, x: &[f64]) -> Result<(), Failure<F::Error>> {
         place(self.fmus, self.members, time, x)
     }
@@ -79,7 +79,7 @@ impl<F: Fmus + ?Sized> Field<'_, F> {
         let Err(error) = result else { return };
         values.fill(f64::NAN);
         let discard =
-            matches!(&error, Failure::Call { source, .. } if source.status() == Some(Status::Discard));
+            matches!(&error, Failure::Call { source, .. } if source.status() == Some(FmiStatus::Discard));
         *(if discard { &mut self.refused } else { &mut self.failure }) = Some(error);
     }
 
@@ -144,7 +144,7 @@ impl<F: Fmus + ?Sized> Field<'_, F> {
     }
 }
 
-impl<F: Fmus + ?Sized> Ode for Field<'_, F> {
+impl<F: Fmus + ?Sized> Ode for IntegrationRates<'_, F> {
     fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]) {
         if self.failure.is_some() {
             dx.fill(f64::NAN);
@@ -192,7 +192,7 @@ impl<F: Fmus + ?Sized> Ode for Field<'_, F> {
     }
 }
 
-impl<F: Fmus + ?Sized> System for Field<'_, F> {
+impl<F: Fmus + ?Sized> OdeSystem for IntegrationRates<'_, F> {
     fn indicators(&mut self, t: f64, x: &[f64], z: &mut [f64]) {
         if self.failure.is_some() {
             z.fill(f64::NAN);

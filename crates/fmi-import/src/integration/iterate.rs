@@ -1,33 +1,33 @@
 //! Events: all FMUs of a group iterate until none of them, and nothing that they exchange, changes any more.
 
-use super::{Failure, Fmus, Group, Settled};
+use super::{EventSettled, Failure, Fmus, IntegratedGroup};
 
 /// Passes of one event iteration after which it is held to be without end.
 const PASSES: u32 = 100;
 
-impl Group {
+impl IntegratedGroup {
     /// At the end of an interval, once inputs have been set from outside: an event iteration if an event waits or an
     /// input has another value than before.
     ///
     /// # Errors
     /// Whatever an FMU returns; an event iteration without end.
-    pub fn settle<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<Settled, Failure<F::Error>> {
+    pub fn settle<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<EventSettled, Failure<F::Error>> {
         let pending = self.mode.pending.is_some();
         if pending {
             self.open(fmus)?;
         }
         if !self.mode.open || !(self.changed(fmus)? || pending) {
-            return Ok(Settled::default());
+            return Ok(EventSettled::default());
         }
         let events = u64::from(pending);
         let terminated = self.iterate(fmus)?;
-        Ok(Settled { changed: true, events, terminated })
+        Ok(EventSettled { changed: true, events, terminated })
     }
 
     /// Enters continuous-time mode, after what waits in event mode. Returns whether an FMU ended the run.
     ///
     /// # Errors
-    /// As [`Group::settle`].
+    /// As [`IntegratedGroup::settle`].
     pub fn go_on<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
         if self.mode.pending.is_some() {
             self.open(fmus)?;
@@ -38,7 +38,7 @@ impl Group {
     /// Inputs jump here, which is an event: handles it, and one that waits. Returns whether an FMU ended the run.
     ///
     /// # Errors
-    /// As [`Group::settle`].
+    /// As [`IntegratedGroup::settle`].
     pub fn jump<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
         self.open(fmus)?;
         self.mode.fresh = true;

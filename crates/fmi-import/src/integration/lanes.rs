@@ -1,10 +1,10 @@
 //! Directions in which a run is differentiated, and the sensitivities in them.
 
-use crate::{AnyInstance, Error, StateColumns};
+use crate::{AnyInstance, ImportError, StateColumns};
 
 /// A direction in which parameters and inputs move.
 #[derive(Clone, Debug, Default)]
-pub struct Lane {
+pub struct SensitivityLane {
     /// Value references of the parameters that move.
     pub parameters: Vec<u32>,
     /// By how much, element by element.
@@ -17,7 +17,7 @@ pub struct Lane {
     pub du: Vec<f64>,
 }
 
-impl Lane {
+impl SensitivityLane {
     /// Parameters move, not the initial states and inputs alone.
     pub(super) fn tunes(&self) -> bool {
         !self.parameters.is_empty()
@@ -32,7 +32,7 @@ impl Lane {
 #[derive(Clone, Debug, Default)]
 pub struct Sensitivities {
     /// One direction each.
-    pub lanes: Vec<Lane>,
+    pub lanes: Vec<SensitivityLane>,
     /// Value references of the inputs.
     pub inputs: Vec<u32>,
     /// Time in s from which the inputs move as the lanes have it.
@@ -40,7 +40,7 @@ pub struct Sensitivities {
 }
 
 /// The sensitivities of a group under way.
-pub(super) struct Along {
+pub(super) struct CarriedSensitivity {
     pub(super) of: Sensitivities,
     pub(super) columns: StateColumns,
     /// Event indicators as variables (FMI 3.0).
@@ -65,7 +65,7 @@ pub(super) struct Late {
     pub(super) entered: bool,
 }
 
-impl Along {
+impl CarriedSensitivity {
     /// Knowns and seed of a directional derivative at `time`, the states moving by `s`.
     pub(super) fn knowns(&self, lane: usize, s: &[f64], time: f64) -> (Vec<u32>, Vec<f64>) {
         let lane = &self.of.lanes[lane];
@@ -87,7 +87,7 @@ impl Along {
         time: f64,
         x: &[f64],
         dx: &mut [f64],
-    ) -> Result<(), Error> {
+    ) -> Result<(), ImportError> {
         let n = self.columns.states.len();
         for lane in (0..self.of.lanes.len()).filter(|_| n > 0) {
             let at = n * (lane + 1)..n * (lane + 2);

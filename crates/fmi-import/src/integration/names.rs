@@ -3,7 +3,7 @@
 use trueup_fmi_description::description::Description;
 use trueup_plant::elements;
 
-use super::{Failure, Fmus, Group};
+use super::{Failure, Fmus, IntegratedGroup};
 use crate::array_lengths;
 
 /// Name of an element of a variable.
@@ -45,7 +45,7 @@ fn indicator_name(d: &Description, mut at: usize) -> String {
     format!("event indicator {}", at + 1)
 }
 
-impl Group {
+impl IntegratedGroup {
     /// The FMU and the name of an indicator.
     pub(super) fn indicator<F: Fmus + ?Sized>(&self, fmus: &F, i: usize) -> (Option<usize>, String) {
         let member = self.members.iter().position(|m| m.indicators.contains(&i));

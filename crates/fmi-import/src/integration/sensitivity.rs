@@ -10,16 +10,16 @@
 //! dt* = -dz/(dz/dt), and the sensitivities jump by (f- - f+) dt* in states that are continuous there.
 
 use super::field::place;
-use super::lanes::{Along, Departed, Lane, Late, Sensitivities};
-use super::{Cause, Failure, Fmus, Group, Integrator, Member};
-use trueup_numerics::driver::Stepper;
+use super::lanes::{CarriedSensitivity, Departed, Late, Sensitivities, SensitivityLane};
+use super::{Failure, Fmus, IntegratedGroup, IntegrationEvent, Integrator, Member};
+use trueup_numerics::driver::ErrorControlledStepper;
 
 /// Nominal value of a sensitivity: steps follow the states alone.
 const FREE: f64 = 1e100;
 /// Half the width of a difference of indicators by tunable parameters, as a share of their move.
 const WIDTH: f64 = 1e-4;
 
-impl Group {
+impl IntegratedGroup {
     /// Differentiates the run from here on, the states moving by `first` at present, lane after lane. The method is
     /// explicit from then on.
     ///
@@ -47,9 +47,10 @@ impl Group {
         self.x.resize(n * (1 + of.lanes.len()), 0.0);
         nominal.resize(self.x.len(), FREE);
         self.settings.integrator = Integrator::Explicit;
-        self.stepper = Stepper::new(self.settings.integrator.solver(false), nominal, self.indicators);
+        self.stepper =
+            ErrorControlledStepper::new(self.settings.integrator.solver(false), nominal, self.indicators);
         self.mode.fresh = true;
-        self.along = Some(Along { columns: columns.clone(), of, shown, departed: None });
+        self.along = Some(CarriedSensitivity { columns: columns.clone(), of, shown, departed: None });
         Ok(())
     }
 
@@ -86,12 +87,12 @@ impl Group {
     pub(super) fn depart<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
         let Some(along) = &self.along else { return Ok(false) };
         let late = match self.mode.pending {
-            Some(Cause::Indicator(i)) => Some(self.lateness(fmus, along, i)?),
+            Some(IntegrationEvent::Indicator(i)) => Some(self.lateness(fmus, along, i)?),
             _ => None,
         };
         let entered = late.as_ref().is_some_and(|late| late.entered);
         let departed = Some(Departed { x: self.states().to_vec(), late });
-        self.along = self.along.take().map(|along| Along { departed, ..along });
+        self.along = self.along.take().map(|along| CarriedSensitivity { departed, ..along });
         Ok(entered)
     }
 
@@ -133,7 +134,7 @@ impl Group {
     fn lateness<F: Fmus + ?Sized>(
         &self,
         fmus: &mut F,
-        along: &Along,
+        along: &CarriedSensitivity,
         i: usize,
     ) -> Result<Late, Failure<F::Error>> {
         let (n, t, call) = (self.state_count(), self.time, self.call());
@@ -175,7 +176,7 @@ impl Group {
             dz.push((at(fmus, t, &moved(by, s))? - at(fmus, t, &moved(-by, s))?) / (2.0 * by));
         }
         self.place(fmus)?;
-        let entered = shown.is_none() && lanes.iter().any(Lane::tunes);
+        let entered = shown.is_none() && lanes.iter().any(SensitivityLane::tunes);
         if entered {
             let instance = fmus.instance(0);
             instance.enter_event_mode().map_err(&call)?;

@@ -8,8 +8,8 @@
 
 use std::ffi::{c_int, c_void};
 
-use super::frame::{Arguments, Plain, Reader, Writer};
-use super::link::Link;
+use super::frame::{Arguments, FrameReader, FrameWriter, PlainValue};
+use super::link::ProcessLink;
 
 /// The type of an argument.
 macro_rules! type_of {
@@ -138,12 +138,12 @@ macro_rules! calls {
     ($version:ident, $abi:ident, $table:ident, $status:ident; $($mode:ident $function:ident($($name:ident: $kind:ident($($spec:tt)*)),*);)*) => {
         pub(crate) mod $version {
             use super::*;
-            use crate::table::$table::Functions;
+            use crate::table::$table::LibraryFunctions;
             use trueup_fmi::abi::$abi::*;
 
             #[derive(Clone, Copy)]
             #[allow(clippy::enum_variant_names)]
-            enum Number {
+            enum CallNumber {
                 $($function,)*
             }
 
@@ -151,17 +151,17 @@ macro_rules! calls {
             pub(in super::super) const NAMES: &[&str] = &[$(stringify!($function)),*];
 
             $(unsafe extern "C" fn $function(c: *mut c_void, $($name: type_of!($kind $($spec)*)),*) -> $status {
-                let link = c.cast::<Link>();
-                // SAFETY: `c` is the link of this instance, see `Remote`; the other arguments are as the C function's.
+                let link = c.cast::<ProcessLink>();
+                // SAFETY: `c` is the link of this instance, see `RemoteInstance`; the other arguments are as the C function's.
                 unsafe {
                     #[allow(unused_mut)]
-                    let mut w: Writer<'_> = (*link).entry(Number::$function as u32);
+                    let mut w: FrameWriter<'_> = (*link).entry(CallNumber::$function as u32);
                     $(put!(w $name $kind $($spec)*);)*
                     let (question, begin, end) = (w.question, w.begin, w.finish());
-                    let status = Link::$mode(link, begin, question, end);
+                    let status = ProcessLink::$mode(link, begin, question, end);
                     if let Some((at, _behind)) = status.at {
                         #[allow(unused_mut, unused_variables)]
-                        let mut r: Reader<'_> = (*link).reader(at);
+                        let mut r: FrameReader<'_> = (*link).reader(at);
                         $(take!(r $name $kind $($spec)*);)*
                         $(take_behind!(link _behind $name $kind $($spec)*);)*
                     }
@@ -170,16 +170,16 @@ macro_rules! calls {
             })*
 
             /// The functions that the library in the host has.
-            pub(in super::super) fn table(there: &[bool]) -> Functions {
-                let mut functions = Functions::none();
-                $(if there.get(Number::$function as usize) == Some(&true) {
+            pub(in super::super) fn table(there: &[bool]) -> LibraryFunctions {
+                let mut functions = LibraryFunctions::none();
+                $(if there.get(CallNumber::$function as usize) == Some(&true) {
                     functions.$function = Some($function);
                 })*
                 functions
             }
 
             /// Which of them a library has, by number.
-            pub(in super::super) fn there(functions: &Functions) -> Vec<bool> {
+            pub(in super::super) fn there(functions: &LibraryFunctions) -> Vec<bool> {
                 vec![$(functions.$function.is_some()),*]
             }
 
@@ -187,8 +187,8 @@ macro_rules! calls {
             ///
             /// # Safety
             /// The arguments are those of this function, the component is an instance of the library.
-            pub(in super::super) unsafe fn call(functions: &Functions, number: u32, component: *mut c_void, a: &mut Arguments) -> Option<c_int> {
-                $(if number == Number::$function as u32 {
+            pub(in super::super) unsafe fn call(functions: &LibraryFunctions, number: u32, component: *mut c_void, a: &mut Arguments) -> Option<c_int> {
+                $(if number == CallNumber::$function as u32 {
                     let function = functions.$function?;
                     // SAFETY: the caller's word.
                     unsafe {
@@ -204,7 +204,7 @@ macro_rules! calls {
     };
 }
 
-impl Plain for trueup_fmi::abi::fmi2::fmi2StatusKind {
+impl PlainValue for trueup_fmi::abi::fmi2::fmi2StatusKind {
     fn word(self) -> u64 {
         self.0.word()
     }
@@ -213,7 +213,7 @@ impl Plain for trueup_fmi::abi::fmi2::fmi2StatusKind {
     }
 }
 
-impl Plain for trueup_fmi::abi::fmi3::fmi3Boolean {
+impl PlainValue for trueup_fmi::abi::fmi3::fmi3Boolean {
     fn word(self) -> u64 {
         self.0.word()
     }

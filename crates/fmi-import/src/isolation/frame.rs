@@ -10,7 +10,7 @@
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::io::Error as IoError;
 
-use super::memory::Memory;
+use super::memory::SharedMemory;
 
 /// Kinds of notes.
 pub(super) mod note {
@@ -46,14 +46,14 @@ pub(super) fn aligned(at: usize) -> usize {
 }
 
 /// What can be in memory and be passed on as it is.
-pub(super) trait Plain: Copy {
+pub(super) trait PlainValue: Copy {
     fn word(self) -> u64;
     fn from_word(word: u64) -> Self;
 }
 
 macro_rules! plain {
     ($($type:ty)*) => {
-        $(impl Plain for $type {
+        $(impl PlainValue for $type {
             fn word(self) -> u64 {
                 self as u64
             }
@@ -65,7 +65,7 @@ macro_rules! plain {
 }
 plain! { u8 u32 i32 u64 usize *mut c_void }
 
-impl Plain for f64 {
+impl PlainValue for f64 {
     fn word(self) -> u64 {
         self.to_bits()
     }
@@ -75,8 +75,8 @@ impl Plain for f64 {
 }
 
 /// An entry that is being written.
-pub(super) struct Writer<'a> {
-    memory: &'a mut Memory,
+pub(super) struct FrameWriter<'a> {
+    memory: &'a mut SharedMemory,
     pub(super) begin: usize,
     at: usize,
     /// Behind what the FMU only reads, up to what it writes first.
@@ -84,8 +84,8 @@ pub(super) struct Writer<'a> {
     failed: Option<IoError>,
 }
 
-impl<'a> Writer<'a> {
-    pub(super) fn new(memory: &'a mut Memory, begin: usize, number: u64) -> Self {
+impl<'a> FrameWriter<'a> {
+    pub(super) fn new(memory: &'a mut SharedMemory, begin: usize, number: u64) -> Self {
         let mut this = Self { memory, begin, at: begin, question: 0, failed: None };
         this.word(number);
         this.word(0);
@@ -107,7 +107,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    pub(super) fn value<T: Plain>(&mut self, value: T) {
+    pub(super) fn value<T: PlainValue>(&mut self, value: T) {
         self.word(value.word());
     }
 
@@ -126,7 +126,7 @@ impl<'a> Writer<'a> {
     }
 
     /// # Safety
-    /// As [`Writer::array`].
+    /// As [`FrameWriter::array`].
     pub(super) unsafe fn written<T>(&mut self, elements: *mut T, count: usize) {
         if self.question == 0 {
             self.question = self.at + 8;
@@ -177,13 +177,13 @@ impl<'a> Writer<'a> {
 }
 
 /// What the master reads of an entry that was run.
-pub(super) struct Reader<'a> {
-    memory: &'a Memory,
+pub(super) struct FrameReader<'a> {
+    memory: &'a SharedMemory,
     at: usize,
 }
 
-impl<'a> Reader<'a> {
-    pub(super) fn new(memory: &'a Memory, at: usize) -> Self {
+impl<'a> FrameReader<'a> {
+    pub(super) fn new(memory: &'a SharedMemory, at: usize) -> Self {
         Self { memory, at }
     }
 
@@ -231,7 +231,7 @@ impl<'a> Reader<'a> {
 
 /// Arguments in the memory as the host hands them to the FMU. It trusts the master.
 pub(super) struct Arguments {
-    memory: *mut Memory,
+    memory: *mut SharedMemory,
     at: usize,
     /// Where texts and binaries go.
     pub(super) end: usize,
@@ -240,7 +240,7 @@ pub(super) struct Arguments {
 /// # Safety
 /// (of all) What is there was written by the master for this function; the memory lives and no one uses it elsewhere.
 impl Arguments {
-    pub(super) unsafe fn new(memory: *mut Memory, begin: usize, end: usize) -> Self {
+    pub(super) unsafe fn new(memory: *mut SharedMemory, begin: usize, end: usize) -> Self {
         Self { memory, at: begin + HEAD, end }
     }
 
@@ -250,7 +250,7 @@ impl Arguments {
         unsafe { (*self.memory).word(self.at - 8) }
     }
 
-    pub(super) unsafe fn value<T: Plain>(&mut self) -> T {
+    pub(super) unsafe fn value<T: PlainValue>(&mut self) -> T {
         // SAFETY: the caller's word.
         T::from_word(unsafe { self.word() })
     }

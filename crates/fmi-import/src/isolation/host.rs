@@ -15,11 +15,11 @@ use rustix::process::{Signal, getppid, kill_process};
 use trueup_fmi::abi::{fmi2, fmi3};
 
 use super::calls::{three, two};
-use super::frame::{Arguments, HEAD, Reader, aligned, note, status_word};
+use super::frame::{Arguments, FrameReader, HEAD, aligned, note, status_word};
 use super::link::{FREE, INSTANTIATE, said};
-use super::memory::{Memory, Note};
+use super::memory::{MessageNote, SharedMemory};
 use crate::library;
-use crate::log::{Live, Message, Update, fmi3_intermediate_update, fmi3_log, trueup_fmi2_logger};
+use crate::log::{Live, Message, UpdateArguments, fmi3_intermediate_update, fmi3_log, trueup_fmi2_logger};
 use crate::table::{table2, table3};
 
 /// How often the host looks whether its master is still there.
@@ -38,15 +38,15 @@ const SIGSEGV: c_int = 11;
 const DEFAULT: usize = 0;
 
 #[expect(clippy::large_enum_variant, reason = "a process has one")]
-enum Functions {
+enum HostFunctions {
     None,
-    Two(table2::Functions),
-    Three(table3::Functions),
+    Two(table2::LibraryFunctions),
+    Three(table3::LibraryFunctions),
 }
 
 struct Host {
-    memory: Memory,
-    functions: Functions,
+    memory: SharedMemory,
+    functions: HostFunctions,
     component: *mut c_void,
     live: Option<Arc<Live>>,
     /// Keeps them for the FMU, which keeps the pointer.
@@ -69,7 +69,7 @@ pub(super) fn serve() -> Result<ExitCode, String> {
         // What the FMU reads as its standard input is empty.
         let _ = rustix::stdio::dup2_stdin(&null);
     }
-    let memory = Memory::of_host(file).map_err(failed)?;
+    let memory = SharedMemory::of_host(file).map_err(failed)?;
     // A crash ends the process where it happens, however it came about.
     // SAFETY: the C library's, with signals of Linux.
     unsafe {
@@ -88,7 +88,7 @@ pub(super) fn serve() -> Result<ExitCode, String> {
     });
     let host = Host {
         memory,
-        functions: Functions::None,
+        functions: HostFunctions::None,
         component: std::ptr::null_mut(),
         live: None,
         callbacks: None,
@@ -107,7 +107,7 @@ pub(super) fn serve() -> Result<ExitCode, String> {
             }
         }
         // Unloads the library: what it does at its end belongs to this process.
-        (*host).functions = Functions::None;
+        (*host).functions = HostFunctions::None;
     }
     crate::keeper::end_children();
     Ok(ExitCode::SUCCESS)
@@ -115,7 +115,7 @@ pub(super) fn serve() -> Result<ExitCode, String> {
 
 /// # Safety
 /// (of all below) The host lives, on its thread, and no one holds a reference to it.
-unsafe fn next(host: *mut Host) -> Result<Note, String> {
+unsafe fn next(host: *mut Host) -> Result<MessageNote, String> {
     // SAFETY: the caller's word.
     unsafe {
         while !(*host).memory.wait(Duration::from_secs(3600)) {}
@@ -123,10 +123,10 @@ unsafe fn next(host: *mut Host) -> Result<Note, String> {
     }
 }
 
-unsafe fn open(host: *mut Host, note: Note) {
+unsafe fn open(host: *mut Host, note: MessageNote) {
     // SAFETY: the caller's word.
     unsafe {
-        let mut r = Reader::new(&(*host).memory, note.begin);
+        let mut r = FrameReader::new(&(*host).memory, note.begin);
         let is_three = r.word() as u32 != 0;
         let (_, _) = (r.word(), r.word());
         let path = OsString::from_vec(r.bytes());
@@ -135,14 +135,14 @@ unsafe fn open(host: *mut Host, note: Note) {
             Err(why) => (false, why.into_bytes()),
             Ok(library) => {
                 let there = if is_three {
-                    let functions = table3::Functions::of(library);
+                    let functions = table3::LibraryFunctions::of(library);
                     let there = three::there(&functions);
-                    (*host).functions = Functions::Three(functions);
+                    (*host).functions = HostFunctions::Three(functions);
                     there
                 } else {
-                    let functions = table2::Functions::of(library);
+                    let functions = table2::LibraryFunctions::of(library);
                     let there = two::there(&functions);
-                    (*host).functions = Functions::Two(functions);
+                    (*host).functions = HostFunctions::Two(functions);
                     there
                 };
                 (true, there.into_iter().map(u8::from).collect())
@@ -156,12 +156,12 @@ unsafe fn open(host: *mut Host, note: Note) {
             it.memory.copy_in(8, &(bytes.len() as u64).to_ne_bytes());
             it.memory.copy_in(16, &bytes);
         }
-        it.memory.send(Note { kind: note::REPLY, begin: 0, end });
+        it.memory.send(MessageNote { kind: note::REPLY, begin: 0, end });
     }
 }
 
 /// The entries of a frame, as far as they go well.
-unsafe fn run(host: *mut Host, frame: Note) {
+unsafe fn run(host: *mut Host, frame: MessageNote) {
     // SAFETY: the caller's word.
     unsafe {
         let outer = ((*host).top, (*host).memory.current());
@@ -186,7 +186,7 @@ unsafe fn run(host: *mut Host, frame: Note) {
         if outer.0 == 0 {
             *lock() = None;
         }
-        (*host).memory.send(Note { kind: note::REPLY, begin: frame.begin, end });
+        (*host).memory.send(MessageNote { kind: note::REPLY, begin: frame.begin, end });
     }
 }
 
@@ -199,27 +199,27 @@ unsafe fn call(host: *mut Host, number: u32, arguments: &mut Arguments) -> c_int
     unsafe {
         let (functions, component) = (&(*host).functions, (*host).component);
         match (number, functions) {
-            (INSTANTIATE, Functions::Two(f)) => {
+            (INSTANTIATE, HostFunctions::Two(f)) => {
                 let made = instantiate_two(host, f, arguments);
                 (*host).component = made;
                 if made.is_null() { ERROR } else { 0 }
             }
-            (INSTANTIATE, Functions::Three(f)) => {
+            (INSTANTIATE, HostFunctions::Three(f)) => {
                 let made = instantiate_three(host, f, arguments);
                 (*host).component = made;
                 if made.is_null() { ERROR } else { 0 }
             }
-            (FREE, Functions::Two(f)) => {
+            (FREE, HostFunctions::Two(f)) => {
                 f.fmi2FreeInstance.into_iter().for_each(|free| free(component));
                 0
             }
-            (FREE, Functions::Three(f)) => {
+            (FREE, HostFunctions::Three(f)) => {
                 f.fmi3FreeInstance.into_iter().for_each(|free| free(component));
                 0
             }
-            (_, Functions::Two(f)) => two::call(f, number, component, arguments).unwrap_or(ERROR),
-            (_, Functions::Three(f)) => three::call(f, number, component, arguments).unwrap_or(ERROR),
-            (_, Functions::None) => ERROR,
+            (_, HostFunctions::Two(f)) => two::call(f, number, component, arguments).unwrap_or(ERROR),
+            (_, HostFunctions::Three(f)) => three::call(f, number, component, arguments).unwrap_or(ERROR),
+            (_, HostFunctions::None) => ERROR,
         }
     }
 }
@@ -234,7 +234,7 @@ unsafe fn live(host: *mut Host, name: *const std::ffi::c_char) -> Arc<Live> {
     }
 }
 
-unsafe fn instantiate_two(host: *mut Host, f: &table2::Functions, a: &mut Arguments) -> *mut c_void {
+unsafe fn instantiate_two(host: *mut Host, f: &table2::LibraryFunctions, a: &mut Arguments) -> *mut c_void {
     // SAFETY: the caller's word; the arguments are those that `Isolated::instantiate_two` writes.
     unsafe {
         let (name, kind, guid, resources) = (a.text(), fmi2::fmi2Type(a.value()), a.text(), a.text());
@@ -252,7 +252,7 @@ unsafe fn instantiate_two(host: *mut Host, f: &table2::Functions, a: &mut Argume
     }
 }
 
-unsafe fn instantiate_three(host: *mut Host, f: &table3::Functions, a: &mut Arguments) -> *mut c_void {
+unsafe fn instantiate_three(host: *mut Host, f: &table3::LibraryFunctions, a: &mut Arguments) -> *mut c_void {
     // SAFETY: the caller's word; the arguments are those that `Isolated::instantiate_three` writes.
     unsafe {
         let co_simulation = a.word() != 0;
@@ -302,7 +302,7 @@ fn log(message: &Message) {
         }
         let mine = *ring == Some(thread::current().id());
         if mine {
-            (*host).memory.send(Note { kind: note::FULL, begin: 0, end: 0 });
+            (*host).memory.send(MessageNote { kind: note::FULL, begin: 0, end: 0 });
             let _ = next(host);
         }
         if !mine || !(*host).memory.say(&bytes) {
@@ -312,7 +312,7 @@ fn log(message: &Message) {
 }
 
 /// An intermediate update: the master's closure, which may call the FMU meanwhile.
-fn intermediate_update(update: Update) -> Option<f64> {
+fn intermediate_update(update: UpdateArguments) -> Option<f64> {
     let host = HOST.load(Ordering::Acquire);
     if *lock() != Some(thread::current().id()) {
         return None; // a thread of the FMU's own: it is not its turn
@@ -330,7 +330,7 @@ fn intermediate_update(update: Update) -> Option<f64> {
             (*host).memory.copy_in(begin + 8 * i, &word.to_ne_bytes());
         }
         (*host).top = end;
-        (*host).memory.send(Note { kind: note::CALLBACK, begin, end });
+        (*host).memory.send(MessageNote { kind: note::CALLBACK, begin, end });
         loop {
             match next(host) {
                 Ok(frame) if frame.kind == note::CALL => run(host, frame),

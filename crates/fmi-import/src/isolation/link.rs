@@ -17,19 +17,19 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use trueup_fmi::abi::fmi3::{fmi3Boolean, fmi3False};
-use trueup_fmi_description::Version;
+use trueup_fmi_description::FmiVersion;
 
-use self::ahead::Ahead;
-pub(crate) use self::fault::Fault;
+use self::ahead::PrefetchedQueries;
+pub(crate) use self::fault::HostFault;
 use self::fault::end;
 pub(crate) use self::fault::ended;
 use self::message::first;
 pub(super) use self::message::said;
-pub(crate) use self::remote::Remote;
+pub(crate) use self::remote::RemoteInstance;
 use super::Isolation;
-use super::frame::{BEFORE, HEAD, Reader, Writer, aligned, note, status_of};
-use super::memory::{Memory, Note};
-use crate::error::Status;
+use super::frame::{BEFORE, FrameReader, FrameWriter, HEAD, aligned, note, status_of};
+use super::memory::{MessageNote, SharedMemory};
+use crate::error::FmiStatus;
 use crate::interrupt;
 use crate::log::{Live, Message, fmi3_intermediate_update};
 
@@ -54,16 +54,16 @@ fn good(status: c_int) -> bool {
 }
 
 /// What a call came to, and where its results are: its entry, and behind it.
-pub(super) struct Outcome {
+pub(super) struct LinkOutcome {
     pub(super) status: c_int,
     pub(super) at: Option<(usize, usize)>,
 }
 
-const LOST: Outcome = Outcome { status: FATAL, at: None };
+const LOST: LinkOutcome = LinkOutcome { status: FATAL, at: None };
 
 /// An instance of an FMU in another process. The functions of [`calls`](super::calls) get its address as the component.
-pub(super) struct Link {
-    memory: Memory,
+pub(super) struct ProcessLink {
+    memory: SharedMemory,
     child: Child,
     deadline: Option<Duration>,
     live: Arc<Live>,
@@ -76,25 +76,25 @@ pub(super) struct Link {
     posted: Vec<usize>,
     /// Within an intermediate update.
     nested: bool,
-    ahead: Ahead,
-    fault: Option<Fault>,
+    ahead: PrefetchedQueries,
+    fault: Option<HostFault>,
     /// The function whose status the last call returned, if it was another one.
     blamed: Option<&'static str>,
     texts: Vec<CString>,
     binaries: Vec<Vec<u8>>,
 }
 
-impl Link {
+impl ProcessLink {
     /// Starts a host and loads the library.
     pub(super) fn start(
         library: &Path,
-        version: Version,
+        version: FmiVersion,
         names: &'static [&'static str],
         isolation: &Isolation,
         live: &Arc<Live>,
     ) -> Result<(Self, Vec<bool>), String> {
         let failed = |e: IoError| format!("no process of its own can be made for it: {e}");
-        let memory = Memory::new().map_err(failed)?;
+        let memory = SharedMemory::new().map_err(failed)?;
         let file = memory.file().try_clone_to_owned().map_err(failed)?;
         let mut command = Command::new(&isolation.program);
         command.args(&isolation.arguments).stdin(Stdio::from(file)).process_group(0);
@@ -109,21 +109,22 @@ impl Link {
             cursor: 0,
             posted: Vec::new(),
             nested: false,
-            ahead: Ahead::default(),
+            ahead: PrefetchedQueries::default(),
             fault: None,
             blamed: None,
             texts: Vec::new(),
             binaries: Vec::new(),
         };
-        let mut w = Writer::new(&mut this.memory, 0, u64::from(version == Version::V3));
+        let mut w = FrameWriter::new(&mut this.memory, 0, u64::from(version == FmiVersion::V3));
         w.bytes(std::os::unix::ffi::OsStrExt::as_bytes(library.as_os_str()));
         let end = w.finish().map_err(failed)?;
         // SAFETY: no call is under way.
-        let answer = unsafe { Self::exchange(&raw mut this, Note { kind: note::OPEN, begin: 0, end }) };
+        let answer =
+            unsafe { Self::exchange(&raw mut this, MessageNote { kind: note::OPEN, begin: 0, end }) };
         if answer.is_none() {
             return Err(this.fault.take().map_or_else(String::new, |fault| format!("it {}", fault.how)));
         }
-        let mut r = Reader::new(&this.memory, 0);
+        let mut r = FrameReader::new(&this.memory, 0);
         let (loaded, said) = (r.word() != 0, r.bytes());
         if !loaded {
             return Err(String::from_utf8_lossy(&said).into_owned());
@@ -132,7 +133,7 @@ impl Link {
         Ok((this, there))
     }
 
-    pub(super) fn fault(&self) -> Option<&Fault> {
+    pub(super) fn fault(&self) -> Option<&HostFault> {
         self.fault.as_ref()
     }
 
@@ -141,13 +142,13 @@ impl Link {
     }
 
     /// Begins an entry.
-    pub(super) fn entry(&mut self, number: u32) -> Writer<'_> {
-        Writer::new(&mut self.memory, self.cursor, number.into())
+    pub(super) fn entry(&mut self, number: u32) -> FrameWriter<'_> {
+        FrameWriter::new(&mut self.memory, self.cursor, number.into())
     }
 
     /// Of the arguments of an entry that was run.
-    pub(super) fn reader(&self, entry: usize) -> Reader<'_> {
-        Reader::new(&self.memory, entry + HEAD)
+    pub(super) fn reader(&self, entry: usize) -> FrameReader<'_> {
+        FrameReader::new(&self.memory, entry + HEAD)
     }
 
     /// Whether a call can be made, and where its entry ends.
@@ -180,7 +181,7 @@ impl Link {
         begin: usize,
         question: usize,
         end: Result<usize, IoError>,
-    ) -> Outcome {
+    ) -> LinkOutcome {
         // SAFETY: the caller's word.
         unsafe {
             let it = &mut *link;
@@ -192,7 +193,7 @@ impl Link {
             it.flag(begin, BEFORE);
             it.posted.push(begin);
             it.cursor = end;
-            Outcome { status: 0, at: None }
+            LinkOutcome { status: 0, at: None }
         }
     }
 
@@ -202,7 +203,7 @@ impl Link {
         begin: usize,
         _: usize,
         end: Result<usize, IoError>,
-    ) -> Outcome {
+    ) -> LinkOutcome {
         // SAFETY: the caller's word.
         unsafe {
             let Some(end) = (*link).ready(end) else { return LOST };
@@ -217,7 +218,7 @@ impl Link {
         begin: usize,
         question: usize,
         end: Result<usize, IoError>,
-    ) -> Outcome {
+    ) -> LinkOutcome {
         // SAFETY: the caller's word.
         unsafe {
             let it = &mut *link;
@@ -226,7 +227,7 @@ impl Link {
                 it.ahead.close();
             }
             if let Some(status) = it.ahead.answer(&it.memory, begin, question, end) {
-                return Outcome { status, at: Some((begin, end)) };
+                return LinkOutcome { status, at: Some((begin, end)) };
             }
             let done = Self::run(link, begin, end, end);
             if good(done.status) {
@@ -243,7 +244,7 @@ impl Link {
         begin: usize,
         _: usize,
         end: Result<usize, IoError>,
-    ) -> Outcome {
+    ) -> LinkOutcome {
         // SAFETY: the caller's word.
         unsafe {
             let it = &mut *link;
@@ -262,10 +263,10 @@ impl Link {
     }
 
     /// Hands the frame over: what was posted, the entry from `begin` to `end`, what follows it up to `last`.
-    unsafe fn run(link: *mut Self, begin: usize, end: usize, last: usize) -> Outcome {
+    unsafe fn run(link: *mut Self, begin: usize, end: usize, last: usize) -> LinkOutcome {
         // SAFETY: the caller's word.
         unsafe {
-            let frame = Note { kind: note::CALL, begin: (*link).base, end: last };
+            let frame = MessageNote { kind: note::CALL, begin: (*link).base, end: last };
             let answer = Self::exchange(link, frame);
             let it = &mut *link;
             it.cursor = it.base;
@@ -279,12 +280,12 @@ impl Link {
             });
             if let Some((at, status)) = bad {
                 it.blamed = it.names.get(it.memory.word(at) as u32 as usize).copied();
-                return Outcome { status, at: None };
+                return LinkOutcome { status, at: None };
             }
             it.posted = posted;
             it.posted.clear();
             match status_of(it.memory.word(begin + 16)) {
-                Some(status) => Outcome { status, at: Some((begin, end)) },
+                Some(status) => LinkOutcome { status, at: Some((begin, end)) },
                 None => {
                     it.fail("broke the memory that it shares with this program".into());
                     LOST
@@ -297,7 +298,7 @@ impl Link {
     ///
     /// # Safety
     /// The link lives and no one holds a reference into it.
-    unsafe fn exchange(link: *mut Self, note: Note) -> Option<Note> {
+    unsafe fn exchange(link: *mut Self, note: MessageNote) -> Option<MessageNote> {
         // SAFETY: the caller's word; no reference is held while a callback runs, which may call again.
         unsafe {
             (*link).memory.send(note);
@@ -305,7 +306,7 @@ impl Link {
                 let note = (*link).next()?;
                 match note.kind {
                     note::REPLY => return Some(note),
-                    note::FULL => (*link).memory.send(Note { kind: note::READ, ..note }),
+                    note::FULL => (*link).memory.send(MessageNote { kind: note::READ, ..note }),
                     note::CALLBACK if note.end - note.begin >= 7 * 8 => Self::call_back(link, note),
                     _ => {
                         (*link).fail("broke the memory that it shares with this program".into());
@@ -317,7 +318,7 @@ impl Link {
     }
 
     /// An intermediate update.
-    unsafe fn call_back(link: *mut Self, note: Note) {
+    unsafe fn call_back(link: *mut Self, note: MessageNote) {
         // SAFETY: as of `exchange`.
         unsafe {
             let environment = (*link).live.environment();
@@ -342,12 +343,12 @@ impl Link {
             it.posted = posted;
             it.memory.copy_in(note.begin + 40, &u64::from(bool::from(wanted)).to_ne_bytes());
             it.memory.copy_in(note.begin + 48, &time.to_bits().to_ne_bytes());
-            it.memory.send(Note { kind: note::ANSWER, ..note });
+            it.memory.send(MessageNote { kind: note::ANSWER, ..note });
         }
     }
 
     /// Waits for the host.
-    fn next(&mut self) -> Option<Note> {
+    fn next(&mut self) -> Option<MessageNote> {
         if self.fault.is_some() {
             return None; // of a call amid this one
         }
@@ -397,7 +398,7 @@ impl Link {
             FREE => "fmiFreeInstance",
             _ => self.names.get(at as usize).copied().unwrap_or("loading"),
         };
-        self.fault.get_or_insert(Fault { function, how });
+        self.fault.get_or_insert(HostFault { function, how });
     }
 
     fn kill(&mut self) {
@@ -416,7 +417,7 @@ impl Link {
         match self.memory.lost() {
             0 => {}
             lost => self.tell(Message {
-                status: Status::Warning,
+                status: FmiStatus::Warning,
                 category: String::new(),
                 text: format!("{lost} messages of other threads of the FMU were lost"),
             }),
@@ -431,7 +432,7 @@ impl Link {
     /// Ends the host at once: its instance may not be called any more.
     pub(super) fn abandon(&mut self) {
         self.kill();
-        self.fault.get_or_insert(Fault { function: "", how: "was stopped".into() });
+        self.fault.get_or_insert(HostFault { function: "", how: "was stopped".into() });
     }
 
     /// How long a call may take.
@@ -444,7 +445,7 @@ impl Link {
     /// # Safety
     /// There is room for `count` texts.
     pub(super) unsafe fn texts_at(&mut self, at: usize, texts: *mut *const c_char, count: usize) {
-        let mut r = Reader::new(&self.memory, at);
+        let mut r = FrameReader::new(&self.memory, at);
         self.texts.clear();
         for i in 0..count {
             let text = r.text();
@@ -455,7 +456,7 @@ impl Link {
         }
     }
 
-    /// Binaries that are at `at`, with their sizes; as [`Link::texts_at`].
+    /// Binaries that are at `at`, with their sizes; as [`ProcessLink::texts_at`].
     ///
     /// # Safety
     /// There is room for `count` of both.
@@ -466,7 +467,7 @@ impl Link {
         sizes: *mut usize,
         count: usize,
     ) {
-        let mut r = Reader::new(&self.memory, at);
+        let mut r = FrameReader::new(&self.memory, at);
         self.binaries = (0..count).map(|_| r.bytes()).collect();
         for (i, binary) in self.binaries.iter().enumerate() {
             // SAFETY: the caller's word.
@@ -478,10 +479,10 @@ impl Link {
     }
 }
 
-impl Drop for Link {
+impl Drop for ProcessLink {
     fn drop(&mut self) {
         if self.fault.is_none() {
-            self.memory.send(Note { kind: note::QUIT, begin: 0, end: 0 });
+            self.memory.send(MessageNote { kind: note::QUIT, begin: 0, end: 0 });
             let until = Instant::now() + self.deadline.unwrap_or(PATIENCE);
             let mut pause = Duration::from_micros(200);
             while Instant::now() < until {

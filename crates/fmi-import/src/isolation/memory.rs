@@ -41,7 +41,7 @@ const MOST: usize = 1 << 34;
 
 /// The beginning of the memory. `turn` and `sleeping` are the handover, all else belongs to whose turn it is, but for the ring.
 #[repr(C)]
-struct Control {
+struct ControlBlock {
     turn: AtomicU32,
     sleeping: [AtomicU32; 2],
     kind: AtomicU32,
@@ -62,7 +62,7 @@ struct Control {
 
 /// A message from one side to the other: its kind, and the part of the data that goes with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Note {
+pub(super) struct MessageNote {
     pub(super) kind: u32,
     pub(super) begin: usize,
     pub(super) end: usize,
@@ -91,7 +91,7 @@ impl Drop for Mapping {
 }
 
 /// One side's view of the memory.
-pub(super) struct Memory {
+pub(super) struct SharedMemory {
     file: OwnedFd,
     control: Mapping,
     data: Mapping,
@@ -102,9 +102,9 @@ pub(super) struct Memory {
 }
 
 // SAFETY: the addresses are valid on every thread; one thread at a time uses an instance.
-unsafe impl Send for Memory {}
+unsafe impl Send for SharedMemory {}
 
-impl Drop for Memory {
+impl Drop for SharedMemory {
     fn drop(&mut self) {
         if self.me == MASTER {
             HOSTS.fetch_sub(1, Ordering::Relaxed);
@@ -116,7 +116,7 @@ fn broken() -> IoError {
     IoError::other("the shared memory is in disorder")
 }
 
-impl Memory {
+impl SharedMemory {
     /// Of the master.
     pub(super) fn new() -> Result<Self, IoError> {
         let file = memfd_create("trueup-fmu", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
@@ -154,9 +154,9 @@ impl Memory {
     }
 
     #[inline]
-    fn control(&self) -> &Control {
+    fn control(&self) -> &ControlBlock {
         // SAFETY: mapped, aligned, and all of it atomic.
-        unsafe { &*self.control.address.cast::<Control>() }
+        unsafe { &*self.control.address.cast::<ControlBlock>() }
     }
 
     /// Process id of the master.
@@ -175,7 +175,7 @@ impl Memory {
 
     /// Hands over.
     #[inline]
-    pub(super) fn send(&self, note: Note) {
+    pub(super) fn send(&self, note: MessageNote) {
         let (control, other) = (self.control(), 1 - self.me);
         control.kind.store(note.kind, Ordering::Relaxed);
         control.begin.store(note.begin as u64, Ordering::Relaxed);
@@ -229,7 +229,7 @@ impl Memory {
     /// # Errors
     /// It makes no sense.
     #[inline]
-    pub(super) fn receive(&mut self) -> Result<Note, IoError> {
+    pub(super) fn receive(&mut self) -> Result<MessageNote, IoError> {
         let control = self.control();
         let number = |x: &AtomicU64| usize::try_from(x.load(Ordering::Relaxed)).unwrap_or(usize::MAX);
         let (size, begin, end) = (number(&control.size), number(&control.begin), number(&control.end));
@@ -240,7 +240,7 @@ impl Memory {
         if begin > end || end > size || begin % 8 != 0 {
             return Err(broken());
         }
-        Ok(Note { kind, begin, end })
+        Ok(MessageNote { kind, begin, end })
     }
 
     /// Makes room for `end` bytes of data, in my turn.

@@ -6,9 +6,9 @@ use std::ffi::{CStr, c_int, c_void};
 use std::path::Path;
 use std::sync::Arc;
 
-use trueup_fmi_description::Version;
+use trueup_fmi_description::FmiVersion;
 
-use super::link::{Link, Remote};
+use super::link::{ProcessLink, RemoteInstance};
 use super::{Isolation, calls};
 use crate::log::Live;
 use crate::table::{table2, table3};
@@ -18,10 +18,10 @@ pub(crate) fn two(
     library: &Path,
     isolation: &Isolation,
     live: &Arc<Live>,
-) -> Result<table2::Functions, String> {
-    let (link, there) = Link::start(library, Version::V2, calls::two::NAMES, isolation, live)?;
+) -> Result<table2::LibraryFunctions, String> {
+    let (link, there) = ProcessLink::start(library, FmiVersion::V2, calls::two::NAMES, isolation, live)?;
     let mut functions = calls::two::table(&there);
-    functions.remote = Some(Remote::new(link));
+    functions.remote = Some(RemoteInstance::new(link));
     Ok(functions)
 }
 
@@ -30,15 +30,15 @@ pub(crate) fn three(
     library: &Path,
     isolation: &Isolation,
     live: &Arc<Live>,
-) -> Result<table3::Functions, String> {
-    let (link, there) = Link::start(library, Version::V3, calls::three::NAMES, isolation, live)?;
+) -> Result<table3::LibraryFunctions, String> {
+    let (link, there) = ProcessLink::start(library, FmiVersion::V3, calls::three::NAMES, isolation, live)?;
     let mut functions = calls::three::table(&there);
-    functions.remote = Some(Remote::new(link));
+    functions.remote = Some(RemoteInstance::new(link));
     Ok(functions)
 }
 
 /// Arguments of an instantiation in FMI 3.0.
-pub(crate) struct Three<'a> {
+pub(crate) struct Fmi3Opening<'a> {
     pub(crate) co_simulation: bool,
     pub(crate) name: &'a CStr,
     pub(crate) token: &'a CStr,
@@ -48,13 +48,13 @@ pub(crate) struct Three<'a> {
     pub(crate) variables: &'a [u32],
 }
 
-impl Remote {
+impl RemoteInstance {
     /// Instantiates; NULL if it is refused.
     pub(crate) fn instantiate_two(&self, kind: c_int, texts: [&CStr; 3], flags: [c_int; 2]) -> *mut c_void {
         let [name, guid, resources] = texts.map(CStr::to_bytes_with_nul);
         // SAFETY: the link lives, and no call is under way.
         let made = unsafe {
-            Link::instantiate(self.link(), |w| {
+            ProcessLink::instantiate(self.link(), |w| {
                 w.bytes(name);
                 w.value(kind);
                 w.bytes(guid);
@@ -65,11 +65,11 @@ impl Remote {
         if made { self.component() } else { std::ptr::null_mut() }
     }
 
-    /// As [`Remote::instantiate_two`].
-    pub(crate) fn instantiate_three(&self, it: &Three<'_>) -> *mut c_void {
+    /// As [`RemoteInstance::instantiate_two`].
+    pub(crate) fn instantiate_three(&self, it: &Fmi3Opening<'_>) -> *mut c_void {
         // SAFETY: as above.
         let made = unsafe {
-            Link::instantiate(self.link(), |w| {
+            ProcessLink::instantiate(self.link(), |w| {
                 w.word(it.co_simulation.into());
                 w.bytes(it.name.to_bytes_with_nul());
                 w.bytes(it.token.to_bytes_with_nul());

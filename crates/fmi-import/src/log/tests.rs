@@ -100,7 +100,7 @@ fn a_dead_instance_hears_nothing() {
 fn the_log_keeps_the_last_messages() {
     let live = Live::register("many", "x.fmu".as_ref(), None);
     for i in 0..KEPT + 5 {
-        live.push(Message { status: Status::Ok, category: String::new(), text: i.to_string() });
+        live.push(Message { status: FmiStatus::Ok, category: String::new(), text: i.to_string() });
     }
     let messages = live.messages();
     assert_eq!((messages.len(), messages[0].text.as_str()), (KEPT, "5"));

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use trueup_fmi::abi::fmi2;
 
-use super::{Block, Bound, Call, Program, Stopped, do_step, good};
-use crate::core::{Prepared, lent};
+use super::{Bound, DoubleBlock, Program, ProgramCall, ProgramStop, do_step, good};
+use crate::core::{PreparedReferences, lent};
 use crate::exit;
 use crate::instance::AnyInstance;
 
@@ -22,17 +22,17 @@ pub enum Following {
 /// Where inputs that do not move are held: the step is one part then.
 const MIDDLE: &[f64] = &[0.5];
 
-/// What is done about the inputs of a step; ranges among [`Lines`].
+/// What is done about the inputs of a step; ranges among [`InputLines`].
 #[derive(Clone, Copy)]
-pub(super) enum Ahead {
+pub(super) enum RangeHandling {
     Held,
-    Parts(&'static [f64], Call, (usize, usize)),
-    Derivatives(fmi2::pointer::fmi2SetRealInputDerivatives, Block, (usize, usize)),
+    Parts(&'static [f64], ProgramCall, (usize, usize)),
+    Derivatives(fmi2::pointer::fmi2SetRealInputDerivatives, DoubleBlock, (usize, usize)),
 }
 
 /// All inputs on lines, in the order in which [`Program::follow`] took them: `value + slope (t - from)`.
 #[derive(Clone, Debug, Default)]
-pub struct Lines {
+pub struct InputLines {
     /// At the start of the step.
     pub value: Vec<f64>,
     /// In 1/s.
@@ -43,7 +43,7 @@ pub struct Lines {
     pub in_parts: Vec<u64>,
 }
 
-impl Lines {
+impl InputLines {
     /// For so many inputs, all 0, of so many steps.
     pub fn new(count: usize, steps: usize) -> Self {
         let zeros = || vec![0.0; count];
@@ -52,13 +52,13 @@ impl Lines {
 }
 
 impl Program {
-    /// The inputs of the step that was added last go on lines: `block` names them, `lines` is their place among [`Lines`].
+    /// The inputs of the step that was added last go on lines: `block` names them, `lines` is their place among [`InputLines`].
     /// `false`: there is no such function, or the block is not of this length.
     pub fn follow(
         &mut self,
         index: usize,
         instance: &mut AnyInstance,
-        block: &Prepared,
+        block: &PreparedReferences,
         how: Following,
         lines: Range<usize>,
     ) -> bool {
@@ -66,22 +66,26 @@ impl Program {
         let Some((block, references)) = Self::block(instance, block, &lines) else { return false };
         let range = (lines.start, lines.end);
         let ahead = match (how, &*instance) {
-            (Following::Parts(places), AnyInstance::V2(i)) => {
-                i.core.functions.fmi2SetReal.map(|f| Ahead::Parts(places, Call::Set2(f, block), range))
-            }
-            (Following::Parts(places), AnyInstance::V3(i)) => {
-                i.core.functions.fmi3SetFloat64.map(|f| Ahead::Parts(places, Call::Set3(f, block), range))
-            }
+            (Following::Parts(places), AnyInstance::V2(i)) => i
+                .core
+                .functions
+                .fmi2SetReal
+                .map(|f| RangeHandling::Parts(places, ProgramCall::Set2(f, block), range)),
+            (Following::Parts(places), AnyInstance::V3(i)) => i
+                .core
+                .functions
+                .fmi3SetFloat64
+                .map(|f| RangeHandling::Parts(places, ProgramCall::Set3(f, block), range)),
             (Following::Derivatives, AnyInstance::V2(i)) => {
                 let f = i.core.functions.fmi2SetRealInputDerivatives;
-                f.map(|f| Ahead::Derivatives(f, block, range))
+                f.map(|f| RangeHandling::Derivatives(f, block, range))
             }
             (Following::Derivatives, AnyInstance::V3(_)) => None,
         };
         let Some(ahead) = ahead else { return false };
         self.know(index, instance);
         self.references.push(references);
-        self.ahead.resize(at, Ahead::Held);
+        self.ahead.resize(at, RangeHandling::Held);
         self.ahead.push(ahead);
         true
     }
@@ -89,8 +93,8 @@ impl Program {
     /// The function that sets the inputs of a step that is on lines.
     pub(super) fn setter(&self, at: usize) -> &'static str {
         match self.ahead.get(at) {
-            Some(Ahead::Parts(_, Call::Set3(..), _)) => "fmi3SetFloat64",
-            Some(Ahead::Derivatives(..)) => "fmi2SetRealInputDerivatives",
+            Some(RangeHandling::Parts(_, ProgramCall::Set3(..), _)) => "fmi3SetFloat64",
+            Some(RangeHandling::Derivatives(..)) => "fmi2SetRealInputDerivatives",
             _ => "fmi2SetReal",
         }
     }
@@ -107,14 +111,14 @@ impl<I: ?Sized> Bound<'_, I> {
         [from, to, step]: [f64; 3],
         no_rollback: bool,
         values: &mut [f64],
-        lines: &mut Lines,
-    ) -> Result<(), Stopped> {
+        lines: &mut InputLines,
+    ) -> Result<(), ProgramStop> {
         let program = self.program;
         for (at, stepping) in program.steps.iter().enumerate() {
             let mut whole = MIDDLE;
-            match program.ahead.get(at).copied().unwrap_or(Ahead::Held) {
-                Ahead::Held => {}
-                Ahead::Derivatives(f, b, (first, end)) => {
+            match program.ahead.get(at).copied().unwrap_or(RangeHandling::Held) {
+                RangeHandling::Held => {}
+                RangeHandling::Derivatives(f, b, (first, end)) => {
                     exit::calls(b.id);
                     let slopes = &lines.slope[first..end];
                     let ones = &lines.ones[first..end];
@@ -124,10 +128,10 @@ impl<I: ?Sized> Bound<'_, I> {
                         b.lent(|r| lent(ones, |o| lent(slopes, |s| f(b.component, r, b.count, o, s).0)))
                     };
                     if !good(status) {
-                        return Err(Stopped::Ahead { at, status });
+                        return Err(ProgramStop::Ahead { at, status });
                     }
                 }
-                Ahead::Parts(places, set, (first, end)) => {
+                RangeHandling::Parts(places, set, (first, end)) => {
                     let (value, slope) = (&lines.value[first..end], &lines.slope[first..end]);
                     if slope.iter().any(|s| *s != 0.0) {
                         whole = places;
@@ -139,17 +143,17 @@ impl<I: ?Sized> Bound<'_, I> {
                         for ((held, value), slope) in held.iter_mut().zip(value).zip(slope) {
                             *held = value + slope * t;
                         }
-                        let (Call::Set2(_, b) | Call::Set3(_, b)) = set else { break };
+                        let (ProgramCall::Set2(_, b) | ProgramCall::Set3(_, b)) = set else { break };
                         exit::calls(b.id);
                         // SAFETY: the instance is live and exclusively ours, see `bind`; as many values as the block has, see
                         // `follow`.
                         let status = unsafe { set.set(held.as_ptr()) };
                         if !good(status) {
-                            return Err(Stopped::Ahead { at, status });
+                            return Err(ProgramStop::Ahead { at, status });
                         }
                         let begin = from + (to - from) * k as f64 / n;
                         if let Some(outcome) = do_step(*stepping, begin, step / n, no_rollback) {
-                            return Err(Stopped::Step { at, part: k, outcome });
+                            return Err(ProgramStop::Step { at, part: k, outcome });
                         }
                     }
                     lines.in_parts[at] += u64::from(whole.len() > 1);
@@ -157,7 +161,7 @@ impl<I: ?Sized> Bound<'_, I> {
                 }
             }
             if let Some(outcome) = do_step(*stepping, from, step, no_rollback) {
-                return Err(Stopped::Step { at, part: 0, outcome });
+                return Err(ProgramStop::Step { at, part: 0, outcome });
             }
         }
         self.exchange(values)

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::f64::consts::PI;
 
-use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intake::{IntakeRecording, RecordedInput};
 use trueup_estimation::innovations::numeric::{over_steps, quantile, sign};
@@ -202,7 +202,7 @@ impl<'a> JointAlong<'a> {
         r.within.get_or_init(|| within_steps(r, signs))
     }
     /// A force on the motor from values within the steps.
-    pub fn on_motor(&self, f: impl Fn(&WithinSteps, usize) -> f64) -> Column {
+    pub fn on_motor(&self, f: impl Fn(&WithinSteps, usize) -> f64) -> FilterColumn {
         let one = |k: usize| {
             let w = self.within(k);
             let mean = |t: usize| (PARTS * t..PARTS * (t + 1)).map(|i| f(w, i)).sum::<f64>() / PARTS as f64;
@@ -211,7 +211,7 @@ impl<'a> JointAlong<'a> {
         (0..self.runs.len()).map(one).collect()
     }
     /// What the torque of another input has more than that of the recorded one.
-    pub fn of_current(&self, means: impl Fn(&RecordedInput) -> Vec<f64>) -> Column {
+    pub fn of_current(&self, means: impl Fn(&RecordedInput) -> Vec<f64>) -> FilterColumn {
         let gain = self.parameter(parameter::TORQUE_CONSTANT);
         let one = |r: &IntakeRecording| {
             let other = current(r).map_or_else(Vec::new, &means);
@@ -221,15 +221,15 @@ impl<'a> JointAlong<'a> {
         self.frame.intake.recordings.iter().map(one).collect()
     }
     /// A torque between motor and load, by node: minus on the motor, plus on the load.
-    pub fn in_spring(&self, f: impl Fn(&JointSeries) -> Vec<f64>) -> Column {
+    pub fn in_spring(&self, f: impl Fn(&JointSeries) -> Vec<f64>) -> FilterColumn {
         self.runs.iter().map(|r| ColumnPart::forces(&[-1.0, 1.0], over_steps(&f(r)))).collect()
     }
     /// A torque on the load, by node.
-    pub fn on_load(&self, f: impl Fn(&JointSeries) -> Vec<f64>) -> Column {
+    pub fn on_load(&self, f: impl Fn(&JointSeries) -> Vec<f64>) -> FilterColumn {
         self.runs.iter().map(|r| ColumnPart::force(coordinate::LOAD, over_steps(&f(r)))).collect()
     }
     /// A reading error of a channel, by recording, node and time of the reading; `None`: the channel was not recorded.
-    pub fn of_reading(&self, channel: usize, f: impl Fn(usize, usize, f64) -> f64) -> Column {
+    pub fn of_reading(&self, channel: usize, f: impl Fn(usize, usize, f64) -> f64) -> FilterColumn {
         let channels = self.frame.channels();
         let one = |k: usize| {
             let (r, run) = (&self.runs[k], &self.frame.runs[k]);

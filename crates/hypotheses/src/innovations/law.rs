@@ -1,6 +1,6 @@
 //! What a law of an effect is to the search.
 
-use trueup_estimation::innovations::column::{AppliedLaw, Column};
+use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 
 use super::along::JointAlong;
 use super::shape::LawShape;
@@ -17,7 +17,7 @@ pub struct LawTerms {
 
 impl LawTerms {
     /// Columns with the prior means and standard deviations of their amplitudes.
-    pub fn new(terms: Vec<(Column, f64, f64)>, positive: bool) -> Self {
+    pub fn new(terms: Vec<(FilterColumn, f64, f64)>, positive: bool) -> Self {
         let mut applied = AppliedLaw::default();
         for (column, mean, deviation) in terms {
             applied.columns.push(column);
@@ -27,7 +27,7 @@ impl LawTerms {
         Self { applied, positive }
     }
     /// A law whose shape determines its size: one amplitude of 1 give or take `deviation`.
-    pub fn of_fixed_size(column: Column, deviation: f64) -> Self {
+    pub fn of_fixed_size(column: FilterColumn, deviation: f64) -> Self {
         Self::new(vec![(column, 1.0, deviation)], true)
     }
     /// The same, in the plant's first spring.

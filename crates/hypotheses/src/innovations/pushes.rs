@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use trueup_estimation::innovations::column::{AppliedLaw, Column};
+use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::kernel::SizeError;
 
@@ -38,7 +38,7 @@ pub fn pursue(
     standing: &[AppliedLaw],
 ) -> Result<Option<EffectCandidate>, SizeError> {
     let score = usize::from(place != "actuator");
-    let standing_columns: Vec<Column> = standing.iter().flat_map(|l| l.columns.clone()).collect();
+    let standing_columns: Vec<FilterColumn> = standing.iter().flat_map(|l| l.columns.clone()).collect();
     let standing_amplitudes: Vec<f64> = standing.iter().flat_map(|l| l.mean.clone()).collect();
     let mut best: Option<EffectCandidate> = None;
     let make = |frame: &InnovationsFrame, all: &[Vec<[f64; 2]>]| -> Vec<EffectCandidate> {
@@ -50,7 +50,7 @@ pub fn pursue(
         let got = best.as_ref().map_or_else(Vec::new, |b| b.shape.pulses.clone());
         let current = best.as_ref().map_or_else(|| q.to_vec(), |b| b.q.clone());
         if let Some(b) = &best {
-            let columns: Vec<&Column> = b.applied.columns.iter().chain(&standing_columns).collect();
+            let columns: Vec<&FilterColumn> = b.applied.columns.iter().chain(&standing_columns).collect();
             let amplitudes: Vec<f64> = b.amplitudes.iter().chain(&standing_amplitudes).copied().collect();
             let own = frame.own_forces(&columns, &amplitudes);
             frame.smooth(&current, Some(own))?;
@@ -82,7 +82,7 @@ pub fn pursue(
         }
         best = Some(found);
     }
-    let columns: Vec<&Column> = standing_columns.iter().collect();
+    let columns: Vec<&FilterColumn> = standing_columns.iter().collect();
     let own = (!columns.is_empty()).then(|| frame.own_forces(&columns, &standing_amplitudes));
     frame.smooth(q, own)?;
     if let Some(b) = &mut best {

@@ -1,6 +1,6 @@
 //! All shapes at once: the best evidence of each in addition to the base, over a few intensities.
 
-use trueup_estimation::innovations::column::{AppliedLaw, Column};
+use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::gram::{PackedColumns, PassedBase};
@@ -77,7 +77,7 @@ impl Screening {
         self.passed.extend(new.into_iter().zip(passed));
         for q in bank {
             let Some((_, base)) = self.passed.iter().find(|p| p.0 == *q) else { continue };
-            let groups: Vec<&[Column]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
+            let groups: Vec<&[FilterColumn]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
             let groups = frame.pass_groups(&self.packed, base, &groups, q)?;
             alone = alone.max(log_evidence(&base.gram, &self.priors).log);
             for (c, group) in candidates.iter_mut().zip(&groups) {

@@ -16,13 +16,13 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use synthetic::{Cell, Data, simulate};
 use trueup_identification::covariance::Information;
-use trueup_identification::estimate::{Settings, estimate};
-use trueup_identification::lsq::{Loss, Problem};
-use trueup_identification::model::Model;
+use trueup_identification::estimate::{EstimateSettings, estimate};
+use trueup_identification::lsq::{LeastSquares, Loss};
+use trueup_identification::model::SimulatedPlant;
 use trueup_identification::output_error::OutputError;
-use trueup_identification::regress::{Known, Regression, regress};
-use trueup_identification::run::Run;
-use trueup_identification::unknown::{Target, Unknown};
+use trueup_identification::regress::{KnownParameters, Regression, regress};
+use trueup_identification::run::IdentificationRun;
+use trueup_identification::unknown::{FitTarget, FitUnknown};
 use trueup_models::joint::{input, output, parameter as p};
 
 pub(crate) const FITTED: [(&str, usize); 4] = [
@@ -96,7 +96,7 @@ fn main() {
 fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
     let data = cell.data(seed);
     let q = &data.truth;
-    let known = Known {
+    let known = KnownParameters {
         motor_inertia: q[p::MOTOR_INERTIA],
         torque_constant: q[p::TORQUE_CONSTANT],
         gear_ratio: q[p::GEAR_RATIO],
@@ -129,7 +129,7 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
         let mut guess = *q;
         sane(found).iter().zip(FITTED).for_each(|(v, (_, i))| guess[i] = *v);
         guess[p::LOAD_INERTIA] *= 1.2;
-        let mut simulated: Vec<Run> = data.commanded.clone();
+        let mut simulated: Vec<IdentificationRun> = data.commanded.clone();
         if !simulated.iter_mut().all(|run| simulate(&model, run, &guess)) {
             break;
         }
@@ -142,7 +142,7 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
     let bound = problem.evaluate(&truth, true).ok().and_then(|e| e.jacobian).map(|j| Information::new(&j));
     let mut from_iv = problem.start();
     sane(found).iter().enumerate().for_each(|(k, v)| from_iv[k] = v.ln());
-    let settings = Settings {
+    let settings = EstimateSettings {
         starts: vec![problem.start(), from_iv],
         loss: Loss::Squares,
         profile: if profile { vec![0, 1, 2, 3] } else { Vec::new() },
@@ -163,35 +163,36 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
 
 /// The problem that output error solves, started `wrong` times off, and its true coordinates.
 fn output_error<'a>(
-    model: &'a Model,
+    model: &'a SimulatedPlant,
     cell: &Cell,
     data: &'a Data,
     wrong: f64,
 ) -> (OutputError<'a>, Vec<f64>) {
     let q = &data.truth;
-    let mut unknowns: Vec<Unknown> =
-        FITTED.iter().map(|(name, i)| Unknown::positive(name, *i, wrong * q[*i])).collect();
+    let mut unknowns: Vec<FitUnknown> =
+        FITTED.iter().map(|(name, i)| FitUnknown::positive(name, *i, wrong * q[*i])).collect();
     let mut truth: Vec<f64> = FITTED.iter().map(|(_, i)| q[*i].ln()).collect();
-    unknowns.push(Unknown::positive("loadInertia", p::LOAD_INERTIA, 1.2 * q[p::LOAD_INERTIA]));
+    unknowns.push(FitUnknown::positive("loadInertia", p::LOAD_INERTIA, 1.2 * q[p::LOAD_INERTIA]));
     truth.push(q[p::LOAD_INERTIA].ln());
-    unknowns.push(Unknown::free(
+    unknowns.push(FitUnknown::free(
         "loadAngle.offset",
-        Target::Offset(output::LOAD_ANGLE),
+        FitTarget::Offset(output::LOAD_ANGLE),
         None,
         synthetic::AMR,
     ));
     truth.push(data.load_offset / synthetic::AMR);
     let count = 2.0 * std::f64::consts::PI / cell.counts;
     for (run, shift) in data.motor_offsets.iter().enumerate() {
-        let mut u = Unknown::free("motorAngle.offset", Target::Offset(output::MOTOR_ANGLE), Some(run), count);
+        let mut u =
+            FitUnknown::free("motorAngle.offset", FitTarget::Offset(output::MOTOR_ANGLE), Some(run), count);
         // Anywhere within one count.
         u.prior = Some((0.0, 1.0 / 12f64.sqrt()));
         unknowns.push(u);
         truth.push(shift / count);
     }
     if cell.case == 'C' {
-        let gain = Unknown { start: 1.1, ..Unknown::positive("externalTorque.gain", 0, 1.0) };
-        unknowns.push(Unknown { target: Target::InputGain(input::EXTERNAL_TORQUE), ..gain });
+        let gain = FitUnknown { start: 1.1, ..FitUnknown::positive("externalTorque.gain", 0, 1.0) };
+        unknowns.push(FitUnknown { target: FitTarget::InputGain(input::EXTERNAL_TORQUE), ..gain });
         truth.push(0.0);
     }
     (OutputError::new(model, q, &data.commanded, unknowns), truth)

@@ -3,9 +3,9 @@
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, Normal};
-use trueup_identification::model::Model;
-use trueup_identification::predict::{InputMap, Plan};
-use trueup_identification::run::{Between, Channel, Drive, Run};
+use trueup_identification::model::SimulatedPlant;
+use trueup_identification::predict::{InputMap, PredictionPlan};
+use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
 use trueup_models::joint::{output, parameter as p};
 use trueup_models::plants::PlantStructure;
 use trueup_models::presets::delian;
@@ -36,9 +36,9 @@ pub(crate) struct Cell {
 pub(crate) struct Data {
     pub truth: [f64; p::COUNT],
     /// With the commanded current.
-    pub commanded: Vec<Run>,
+    pub commanded: Vec<IdentificationRun>,
     /// With the measured current.
-    pub measured: Vec<Run>,
+    pub measured: Vec<IdentificationRun>,
     /// Offset of the load sensor, rad, and of the motor encoder in each run.
     pub load_offset: f64,
     pub motor_offsets: Vec<f64>,
@@ -80,7 +80,7 @@ impl Cell {
             let quantise = |y: &mut f64, offset: f64, step: f64| *y = ((*y + offset) / step).round() * step;
             run.channels[0].y.iter_mut().for_each(|y| quantise(y, shift, count));
             run.channels[1].y.iter_mut().for_each(|y| quantise(y, load_offset, AMR));
-            run.channels.iter_mut().for_each(Channel::weigh_rests);
+            run.channels.iter_mut().for_each(OutputChannel::weigh_rests);
             let mut measured = run.clone();
             let noise = Normal::new(0.0, CURRENT_NOISE).expect("positive");
             measured.drives[0].u.iter_mut().for_each(|u| *u += noise.sample(&mut rng));
@@ -91,7 +91,15 @@ impl Cell {
     }
 
     /// Without noise: four current steps, each until the motor is fast, with coasting in between.
-    fn run(&self, model: &Model, q: &[f64; p::COUNT], i: usize, sign: f64, load: f64, first: usize) -> Run {
+    fn run(
+        &self,
+        model: &SimulatedPlant,
+        q: &[f64; p::COUNT],
+        i: usize,
+        sign: f64,
+        load: f64,
+        first: usize,
+    ) -> IdentificationRun {
         let inertia = q[p::MOTOR_INERTIA] + q[p::LOAD_INERTIA] / q[p::GEAR_RATIO].powi(2);
         let (d, c) = (q[p::VISCOUS_FRICTION], q[p::COULOMB_FRICTION]);
         // From one speed to another under a constant torque.
@@ -113,26 +121,32 @@ impl Cell {
         let current = |t: &f64| {
             hold + switches.iter().find(|(a, b, _)| a <= t && t < b).map_or(0.0, |(_, _, level)| *level)
         };
-        let channel = |name: &str, output, step: f64| Channel {
+        let channel = |name: &str, output, step: f64| OutputChannel {
             name: name.into(),
             output,
             t: t.clone(),
             y: vec![0.0; samples],
             sigma: step / 12f64.sqrt(),
             resolution: step,
-            ..Channel::default()
+            ..OutputChannel::default()
         };
-        let mut run = Run {
+        let mut run = IdentificationRun {
             name: format!("{i}"),
             drives: vec![
-                Drive {
+                InputDrive {
                     input: 0,
                     t: t.clone(),
                     u: t.iter().map(current).collect(),
-                    between: Between::Hold,
-                    ..Drive::default()
+                    between: InputInterpolation::Hold,
+                    ..InputDrive::default()
                 },
-                Drive { input: 1, t: vec![0.0], u: vec![load], between: Between::Hold, ..Drive::default() },
+                InputDrive {
+                    input: 1,
+                    t: vec![0.0],
+                    u: vec![load],
+                    between: InputInterpolation::Hold,
+                    ..InputDrive::default()
+                },
             ],
             channels: vec![
                 channel("motorAngle", output::MOTOR_ANGLE, 2.0 * std::f64::consts::PI / self.counts),
@@ -140,7 +154,7 @@ impl Cell {
             ],
             start: 0.0,
             at_rest: true,
-            ..Run::default()
+            ..IdentificationRun::default()
         };
         simulate(model, &mut run, q);
         run
@@ -148,7 +162,7 @@ impl Cell {
 }
 
 /// A flexible joint without effects.
-pub(crate) fn joint() -> Model {
+pub(crate) fn joint() -> SimulatedPlant {
     let structure = PlantStructure {
         model: "TwoMassJoint".into(),
         flexible: vec![true],
@@ -157,12 +171,12 @@ pub(crate) fn joint() -> Model {
         led: vec![],
         payload: None,
     };
-    Model::new(structure).expect("no effects")
+    SimulatedPlant::new(structure).expect("no effects")
 }
 
 /// Fills the readings of a run with what a model with these parameters shows.
-pub(crate) fn simulate(model: &Model, run: &mut Run, q: &[f64]) -> bool {
-    let plan = Plan::new(run, model.sizes().inputs);
+pub(crate) fn simulate(model: &SimulatedPlant, run: &mut IdentificationRun, q: &[f64]) -> bool {
+    let plan = PredictionPlan::new(run, model.sizes().inputs);
     let Ok(found) = model.predict(&plan, q, &InputMap::default(), run.at_rest) else {
         return false;
     };

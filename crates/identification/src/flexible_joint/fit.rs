@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use super::replay::{FlexibleJoint, Motor, RunError};
+use super::replay::{FlexibleJoint, MotorDrive, RunError};
 use crate::nelder_mead::nelder_mead;
 
 /// The unknowns in their order, with their units.
@@ -20,12 +20,12 @@ const UPPER: [f64; 4] = [100.0, 100.0, 10.0, 0.1];
 /// Where the search begins: I_m, k, b, lambda.
 const START: [f64; 4] = [1.0, 10.0, 1.0, 0.0];
 
-/// Further starts of k for [`Method::Gradient`].
+/// Further starts of k for [`JointSearchMethod::Gradient`].
 const STIFFNESSES: [f64; 3] = [3.0, 10.0, 30.0];
 
 /// How to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum JointSearchMethod {
     /// The downhill simplex over ln I_m, ln k, b, lambda.
     NelderMead,
     /// Gauss-Newton with Levenberg's damping over the same, derivatives from the variational equations.
@@ -34,7 +34,7 @@ pub enum Method {
 
 /// One unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct JointEstimate {
     /// Its value.
     pub value: f64,
     /// Standard error from the curvature and the residual; `None` where the data do not give it.
@@ -45,9 +45,9 @@ pub struct Estimate {
 
 /// What a fit found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct JointFit {
     /// I_m, k, b, lambda.
-    pub estimates: [Estimate; 4],
+    pub estimates: [JointEstimate; 4],
     /// Root mean square of the residual in rad.
     pub rms: f64,
     /// Simulations of the run.
@@ -85,24 +85,24 @@ fn cost(residuals: &[(f64, Vector4<f64>)]) -> f64 {
 ///
 /// # Errors
 /// [`RunError::Drive`] where even the start cannot be simulated.
-pub fn fit(run: &FlexibleJoint, method: Method) -> Result<Fit, RunError> {
+pub fn fit(run: &FlexibleJoint, method: JointSearchMethod) -> Result<JointFit, RunError> {
     let (lower, upper) = (coordinates([LOWER[0], LOWER[1], LOWER[2], LOWER[3]]), coordinates(UPPER));
     let start = coordinates(START);
     residuals(run, &start)?;
     let (z, evaluations, converged) = match method {
-        Method::NelderMead => {
+        JointSearchMethod::NelderMead => {
             let price = |z: &[f64]| residuals(run, z).map_or(f64::INFINITY, |r| cost(&r));
             let found = nelder_mead(price, &start, &[0.5, 0.5, 0.5, 0.02], &lower, &upper, 1e-5, 2000);
             ([found.x[0], found.x[1], found.x[2], found.x[3]], found.evaluations, found.converged)
         }
         // The period may be read off wrongly where the oscillation is small: softer and stiffer starts too.
-        Method::Gradient => {
+        JointSearchMethod::Gradient => {
             let offset = run.first_offset().clamp(LOWER[3], UPPER[3]);
             let mut best: Option<([f64; 4], usize, bool, f64)> = None;
             for stiffness in STIFFNESSES {
                 let begin = coordinates([START[0], stiffness, START[2], offset]);
                 // Where a torque moves the motor, first its inertia, which the slow motion shows.
-                let (z, first) = if matches!(run.run().motor, Motor::Torque(_)) {
+                let (z, first) = if matches!(run.run().motor, MotorDrive::Torque(_)) {
                     let (z, first, ..) = gauss_newton(run, begin, lower, upper, [false, true, true, true])?;
                     (z, first)
                 } else {
@@ -136,7 +136,7 @@ pub fn fit(run: &FlexibleJoint, method: Method) -> Result<Fit, RunError> {
     let inverse = normal.try_inverse();
     let v = unknowns(&z);
     let scale = [v[0], v[1], 1.0, 1.0];
-    let estimates = std::array::from_fn(|k| Estimate {
+    let estimates = std::array::from_fn(|k| JointEstimate {
         value: v[k],
         standard_error: inverse
             .filter(|_| !held(k))
@@ -144,7 +144,7 @@ pub fn fit(run: &FlexibleJoint, method: Method) -> Result<Fit, RunError> {
             .filter(|s| s.is_finite()),
         bound: on(k).map(|b| if k < 2 { b.exp() } else { b }),
     });
-    Ok(Fit {
+    Ok(JointFit {
         estimates,
         rms: (cost(&last) / last.len() as f64).sqrt(),
         evaluations: evaluations + 2,

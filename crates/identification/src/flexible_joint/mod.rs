@@ -2,12 +2,12 @@
 //! initial offset lambda = q(0) - q_m(0) of its spring, from the joint's angle as the vision system shows it (eq. 21).
 //!
 //! The other joints follow their encoders. The flexible joint's motor is driven by its torque, or follows its encoder
-//! too ([`Motor`]); then I_m acts on the satellite alone and is hardly identifiable.
+//! too ([`MotorDrive`]); then I_m acts on the satellite alone and is hardly identifiable.
 
 mod fit;
 mod replay;
 mod vision;
 
-pub use fit::{Estimate, Fit, Method, NAMES, fit};
-pub use replay::{FlexibleJoint, Motor, Run, RunError};
-pub use vision::{Sight, sight};
+pub use fit::{JointEstimate, JointFit, JointSearchMethod, NAMES, fit};
+pub use replay::{FlexibleJoint, MotorDrive, RunError, TestBedRun};
+pub use vision::{VisionReading, sight};

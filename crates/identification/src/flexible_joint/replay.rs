@@ -5,15 +5,17 @@ use std::sync::Arc;
 use trueup_models::arm::{PlanarManipulator, input, parameter};
 use trueup_models::plants;
 use trueup_numerics::Dual;
-use trueup_numerics::driver::{DriveError, Driver, Flow, Inputs, Memory, Options, State};
+use trueup_numerics::driver::{
+    DriveError, Driver, DriverMemory, DriverOptions, DriverState, Flow, StepInputs,
+};
 use trueup_plant::Plant;
 use trueup_signals::spline::Spline;
 
-use crate::tangent::Tangent;
+use crate::tangent::TangentModel;
 
 /// How the flexible joint's motor is moved.
 #[derive(Clone, Debug)]
-pub enum Motor {
+pub enum MotorDrive {
     /// By its torque in N.m at the samples, linear between them.
     Torque(Vec<f64>),
     /// Along its measured angle.
@@ -22,13 +24,13 @@ pub enum Motor {
 
 /// One run of the test-bed. Lengths of all series: that of `time`.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct TestBedRun {
     /// Samples in s, increasing.
     pub time: Vec<f64>,
     /// Angle of the flexible joint in rad, as seen.
     pub angle: Vec<f64>,
     /// The motor of the flexible joint.
-    pub motor: Motor,
+    pub motor: MotorDrive,
     /// Measured angles of the other joints in rad, in their order.
     pub others: Vec<Spline>,
 }
@@ -63,7 +65,7 @@ pub struct FlexibleJoint {
     links: usize,
     p: Vec<f64>,
     joint: usize,
-    run: Run,
+    run: TestBedRun,
     /// Inputs at the samples.
     inputs: Vec<Vec<f64>>,
     motor_angle: f64,
@@ -81,7 +83,7 @@ impl FlexibleJoint {
         p: &[f64],
         joint: usize,
         motor_angle: f64,
-        run: Run,
+        run: TestBedRun,
     ) -> Result<Self, RunError> {
         let n = arm.links();
         let shape = |why: String| Err(RunError::Shape(why));
@@ -106,7 +108,7 @@ impl FlexibleJoint {
             return shape("more than one joint is flexible; this identification has one".into());
         }
         let mut led: Vec<(usize, &Spline)> = (0..n).filter(|j| *j != joint).zip(&run.others).collect();
-        if let Motor::Motion(spline) = &run.motor {
+        if let MotorDrive::Motion(spline) = &run.motor {
             led.push((joint, spline));
         }
         let joints: Vec<usize> = led.iter().map(|(j, _)| *j).collect();
@@ -127,17 +129,17 @@ impl FlexibleJoint {
             }
         }
         let motor_angle = match &run.motor {
-            Motor::Motion(spline) => spline.at(first)[0],
-            Motor::Torque(torque) if torque.len() != run.time.len() => {
+            MotorDrive::Motion(spline) => spline.at(first)[0],
+            MotorDrive::Torque(torque) if torque.len() != run.time.len() => {
                 return shape(format!("{} torques at {} times", torque.len(), run.time.len()));
             }
-            Motor::Torque(_) => motor_angle,
+            MotorDrive::Torque(_) => motor_angle,
         };
         p[parameter::initial_motor_angle(n) + joint] = motor_angle;
         let inputs = (0..run.time.len())
             .map(|i| {
                 let mut u = vec![0.0; replay.sizes().inputs];
-                if let Motor::Torque(torque) = &run.motor {
+                if let MotorDrive::Torque(torque) = &run.motor {
                     u[input::joint_torque(n) + joint] = torque[i];
                 }
                 for (at, (_, spline)) in led.iter().enumerate() {
@@ -150,7 +152,7 @@ impl FlexibleJoint {
     }
 
     /// The run.
-    pub fn run(&self) -> &Run {
+    pub fn run(&self) -> &TestBedRun {
         &self.run
     }
 
@@ -177,24 +179,27 @@ impl FlexibleJoint {
             p[*at] = value;
         }
         let failed = |source| RunError::Drive { inertia, stiffness, damping, offset, source };
-        let model = Tangent::<4>::new(&*self.replay, &p, &unknowns);
-        let options = Options { tolerance: 1e-7, ..Options::default() };
+        let model = TangentModel::<4>::new(&*self.replay, &p, &unknowns);
+        let options = DriverOptions { tolerance: 1e-7, ..DriverOptions::default() };
         let sizes = model.counts();
         let mut driver = Driver::new(sizes, &vec![0.01; sizes.states], options);
-        let (mut t, mut memory) = (self.run.time[0], Memory::default());
+        let (mut t, mut memory) = (self.run.time[0], DriverMemory::default());
         let (mut x, mut u) = (vec![0.0; sizes.states], self.inputs[0].clone());
-        let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut [], memory: &mut memory };
+        let mut s =
+            DriverState { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut [], memory: &mut memory };
         driver.initialise(&model, &mut s).map_err(failed)?;
-        let mut angles = vec![Tangent::<4>::state(s.x, 3 + j)];
+        let mut angles = vec![TangentModel::<4>::state(s.x, 3 + j)];
         for i in 1..self.run.time.len() {
             let h = self.run.time[i] - self.run.time[i - 1];
             s.u.copy_from_slice(&self.inputs[i - 1]);
             let slopes: Vec<f64> =
                 self.inputs[i].iter().zip(&self.inputs[i - 1]).map(|(b, a)| (b - a) / h).collect();
             driver
-                .advance_to(&model, &mut s, self.run.time[i], Inputs::Ramp(&slopes), &mut |_| Flow::Continue)
+                .advance_to(&model, &mut s, self.run.time[i], StepInputs::Ramp(&slopes), &mut |_| {
+                    Flow::Continue
+                })
                 .map_err(failed)?;
-            angles.push(Tangent::<4>::state(s.x, 3 + j));
+            angles.push(TangentModel::<4>::state(s.x, 3 + j));
         }
         Ok(angles)
     }

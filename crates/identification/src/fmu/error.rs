@@ -1,6 +1,6 @@
 //! Why an FMU cannot be fitted.
 
-use trueup_fmi_import::Error;
+use trueup_fmi_import::ImportError;
 
 /// Elements of all variables together: each is kept by name.
 pub(super) const MAX_ELEMENTS: usize = 1 << 20;
@@ -10,7 +10,7 @@ pub(super) const MAX_ELEMENTS: usize = 1 << 20;
 pub enum FmuError {
     /// It cannot be read or loaded.
     #[error(transparent)]
-    Open(#[from] Box<Error>),
+    Open(#[from] Box<ImportError>),
     /// It has another interface.
     #[error(
         "{file} offers {offers}, not Model Exchange: identification integrates the model itself; export it for Model Exchange"

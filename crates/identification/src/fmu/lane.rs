@@ -1,27 +1,32 @@
 //! The directions in which a simulation is differentiated along the way, from duals.
 
-use trueup_fmi_import::integration::Lane;
+use trueup_fmi_import::integration::SensitivityLane;
 use trueup_plant::Lanes;
 
-use super::{FmuModel, Place};
+use super::{FmuSubject, VariablePlace};
 use crate::predict::InputMap;
 
 /// A direction of unknowns.
-pub(super) struct Direction {
+pub(super) struct LaneDirection {
     /// What moves along the way.
-    pub(super) lane: Lane,
+    pub(super) lane: SensitivityLane,
     /// Moves of all parameters, for the initial states.
     pub(super) moves: Vec<f64>,
     /// Moves of the inputs' gains and biases.
     pub(super) map: InputMap<f64>,
 }
 
-impl FmuModel {
+impl FmuSubject {
     /// The directions of these duals.
-    pub(super) fn directions(&self, p: &[Lanes], map: &InputMap<Lanes>, acting: &[usize]) -> Vec<Direction> {
+    pub(super) fn directions(
+        &self,
+        p: &[Lanes],
+        map: &InputMap<Lanes>,
+        acting: &[usize],
+    ) -> Vec<LaneDirection> {
         let moves = |v: &[Lanes], k: usize| -> Vec<f64> { v.iter().map(|v| v.eps[k]).collect() };
         let one = |&k: &usize| {
-            let (mut lane, moves_of_all) = (Lane::default(), moves(p, k));
+            let (mut lane, moves_of_all) = (SensitivityLane::default(), moves(p, k));
             // Without an entry of its own an input would count with gain 1.
             let zero = |v: Vec<f64>| if v.is_empty() { vec![0.0; self.inputs.len()] } else { v };
             let map = InputMap { gain: zero(moves(&map.gain, k)), bias: zero(moves(&map.bias, k)) };
@@ -30,7 +35,7 @@ impl FmuModel {
                 lane.du = lane.u.clone();
             }
             // What sets the beginning acts through it alone.
-            let acts = |place: &&Place| {
+            let acts = |place: &&VariablePlace| {
                 (place.begin..place.begin + place.len)
                     .any(|i| moves_of_all[i] != 0.0 && !self.initial.contains(&i))
             };
@@ -40,7 +45,7 @@ impl FmuModel {
                 lane.by.extend(&moves_of_all[elements.clone()]);
                 lane.at.extend(p[elements].iter().map(|v| v.re));
             }
-            Direction { lane, moves: moves_of_all, map }
+            LaneDirection { lane, moves: moves_of_all, map }
         };
         acting.iter().map(one).collect()
     }

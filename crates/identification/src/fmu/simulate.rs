@@ -1,35 +1,39 @@
 //! A recording through the FMU: the integration of `trueup-fmi-import` from reading to reading.
 
-use trueup_fmi_description::description::{Description, Interface};
-use trueup_fmi_import::integration::{Failure, Fmus, Group, Integrator, Sensitivities, Settings};
-use trueup_fmi_import::{AnyInstance, Error, Experiment, Fmu, Options, StateColumns};
+use trueup_fmi_description::description::{Description, InterfaceCapabilities};
+use trueup_fmi_import::integration::{
+    Failure, Fmus, IntegratedGroup, IntegrationSettings, Integrator, Sensitivities,
+};
+use trueup_fmi_import::{
+    AnyInstance, ExperimentSetup, ImportError, InstanceOptions, StateColumns, UnpackedFmu,
+};
 use trueup_numerics::driver::DriveError;
 use trueup_plant::Lanes;
 
-use super::lane::Direction;
-use super::{FmuModel, WIDTH};
-use crate::predict::{InputMap, Plan, PredictError};
+use super::lane::LaneDirection;
+use super::{FmuSubject, WIDTH};
+use crate::predict::{InputMap, PredictError, PredictionPlan};
 
 /// Why a run ended.
-enum Stopped {
-    Fmu(Box<Error>),
-    Integration(Box<Failure<Error>>),
+enum FmuRunEnd {
+    Fmu(Box<ImportError>),
+    Integration(Box<Failure<ImportError>>),
     NoOutput(usize),
 }
 
-impl From<Error> for Stopped {
-    fn from(e: Error) -> Self {
+impl From<ImportError> for FmuRunEnd {
+    fn from(e: ImportError) -> Self {
         Self::Fmu(Box::new(e))
     }
 }
 
-impl From<Failure<Error>> for Stopped {
-    fn from(e: Failure<Error>) -> Self {
+impl From<Failure<ImportError>> for FmuRunEnd {
+    fn from(e: Failure<ImportError>) -> Self {
         Self::Integration(Box::new(e))
     }
 }
 
-impl Stopped {
+impl FmuRunEnd {
     /// Steps are too short for the explicit method.
     fn looks_stiff(&self) -> bool {
         let Self::Integration(failure) = self else { return false };
@@ -52,7 +56,7 @@ const STEPS: usize = 5000;
 
 /// The FMU with its inputs on their lines.
 struct Driven<'a> {
-    fmu: &'a Fmu,
+    fmu: &'a UnpackedFmu,
     instance: AnyInstance,
     references: Vec<u32>,
     /// Time of the last node in s; inputs then, and their slopes.
@@ -63,7 +67,7 @@ struct Driven<'a> {
 }
 
 impl Fmus for Driven<'_> {
-    type Error = Error;
+    type Error = ImportError;
 
     fn count(&self) -> usize {
         1
@@ -74,7 +78,7 @@ impl Fmus for Driven<'_> {
     fn description(&self, _: usize) -> &Description {
         self.fmu.description()
     }
-    fn exchange(&mut self, time: f64, _: bool) -> Result<(), Error> {
+    fn exchange(&mut self, time: f64, _: bool) -> Result<(), ImportError> {
         if self.references.is_empty() {
             return Ok(());
         }
@@ -88,23 +92,23 @@ impl Fmus for Driven<'_> {
 /// A run under way.
 struct Under<'a> {
     driven: Driven<'a>,
-    group: Group,
+    group: IntegratedGroup,
     /// The FMU has ended the run: its outputs stay.
     ended: bool,
 }
 
 /// What is done at each reading: its place among all, its output.
-type EachReading<'a> = &'a mut dyn FnMut(&mut Under, usize, usize) -> Result<(), Stopped>;
+type EachReading<'a> = &'a mut dyn FnMut(&mut Under, usize, usize) -> Result<(), FmuRunEnd>;
 
-impl FmuModel {
-    fn offered(&self) -> Option<&Interface> {
+impl FmuSubject {
+    fn offered(&self) -> Option<&InterfaceCapabilities> {
         self.fmu.description().model_exchange.as_ref()
     }
 
     /// What the sensors would show, with parameters `p`.
     pub(super) fn simulate(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
     ) -> Result<Vec<f64>, PredictError> {
@@ -125,13 +129,13 @@ impl FmuModel {
 
     fn attempt(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
         integrator: Integrator,
-        directions: &[Direction],
+        directions: &[LaneDirection],
         each: EachReading,
-    ) -> Result<(), Stopped> {
+    ) -> Result<(), FmuRunEnd> {
         let once = self.offered().is_some_and(|i| i.can_be_instantiated_only_once_per_process);
         // One that may exist only once is kept under the lock for as long as it runs.
         let mut idle = self.idle.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -139,7 +143,7 @@ impl FmuModel {
         let mut held = once.then_some(idle);
         let instance = match kept {
             Some(instance) => instance,
-            None => AnyInstance::model_exchange(&self.fmu, Options::default())?,
+            None => AnyInstance::model_exchange(&self.fmu, InstanceOptions::default())?,
         };
         let mut run = self.start(instance, plan, p, map, integrator, directions)?;
         for i in 0..plan.nodes() {
@@ -168,7 +172,7 @@ impl FmuModel {
     /// Readings with their derivatives, integrated along with the states; `None` where the FMU does not give them.
     pub(super) fn sensitivities(
         &self,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[Lanes],
         map: &InputMap<Lanes>,
         acting: &[usize],
@@ -198,9 +202,9 @@ impl FmuModel {
         done.ok().map(|()| y)
     }
 
-    fn output_of(&self, run: &mut Under, output: usize) -> Result<f64, Stopped> {
+    fn output_of(&self, run: &mut Under, output: usize) -> Result<f64, FmuRunEnd> {
         let place = self.output_places.iter().rfind(|p| p.begin <= output);
-        let Some(place) = place else { return Err(Stopped::NoOutput(output)) };
+        let Some(place) = place else { return Err(FmuRunEnd::NoOutput(output)) };
         let mut values = vec![0.0; place.len];
         run.driven.instance.get_float64(&[place.reference], &mut values)?;
         Ok(values[output - place.begin])
@@ -209,12 +213,12 @@ impl FmuModel {
     fn start(
         &self,
         mut instance: AnyInstance,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
         integrator: Integrator,
-        directions: &[Direction],
-    ) -> Result<Under<'_>, Stopped> {
+        directions: &[LaneDirection],
+    ) -> Result<Under<'_>, FmuRunEnd> {
         // How the first states move: they follow from the parameters, however the FMU does that.
         let mut first = Vec::new();
         for direction in directions {
@@ -243,14 +247,14 @@ impl FmuModel {
     fn begin(
         &self,
         mut instance: AnyInstance,
-        plan: &Plan,
+        plan: &PredictionPlan,
         p: &[f64],
         map: &InputMap<f64>,
         integrator: Integrator,
-    ) -> Result<Under<'_>, Stopped> {
+    ) -> Result<Under<'_>, FmuRunEnd> {
         let start = plan.time(0);
         // What is not given stays as the FMU has it.
-        let changed = |place: &&super::Place| {
+        let changed = |place: &&super::VariablePlace| {
             (place.begin..place.begin + place.len).any(|i| p[i].to_bits() != self.starts[i].to_bits())
         };
         for (reference, kind, value) in &self.chosen {
@@ -259,7 +263,7 @@ impl FmuModel {
         for place in self.parameter_places.iter().filter(changed) {
             instance.set_float64(&[place.reference], &p[place.begin..place.begin + place.len])?;
         }
-        instance.enter_initialization_mode(Experiment { start, ..Experiment::default() })?;
+        instance.enter_initialization_mode(ExperimentSetup { start, ..ExperimentSetup::default() })?;
         let references: Vec<u32> = self.input_places.iter().map(|p| p.reference).collect();
         let zeros = || vec![0.0; self.inputs.len()];
         let (fmu, u, du, now) = (&*self.fmu, zeros(), zeros(), zeros());
@@ -267,15 +271,15 @@ impl FmuModel {
         plan.inputs_at(0, map, &mut driven.u, &mut driven.du);
         driven.exchange(start, true)?;
         driven.instance.exit_initialization_mode()?;
-        let settings = Settings {
+        let settings = IntegrationSettings {
             integrator,
             tolerance: self.tolerance,
             span: plan.time(plan.nodes().saturating_sub(1)) - start,
             most_steps: STEPS,
             most_events: EVENTS,
-            ..Settings::default()
+            ..IntegrationSettings::default()
         };
-        let (mut group, settled) = Group::start(&mut driven, start, settings)?;
+        let (mut group, settled) = IntegratedGroup::start(&mut driven, start, settings)?;
         let ended = settled.terminated || group.go_on(&mut driven)?;
         Ok(Under { driven, group, ended })
     }
@@ -286,10 +290,10 @@ impl Under<'_> {
     fn node(
         &mut self,
         i: usize,
-        plan: &Plan,
+        plan: &PredictionPlan,
         map: &InputMap<f64>,
-        directions: &[Direction],
-    ) -> Result<(), Stopped> {
+        directions: &[LaneDirection],
+    ) -> Result<(), FmuRunEnd> {
         let Self { driven, group, ended } = self;
         plan.inputs_at(i, map, &mut driven.u, &mut driven.du);
         driven.since = plan.time(i);

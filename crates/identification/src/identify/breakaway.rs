@@ -4,17 +4,17 @@ use nalgebra::DMatrix;
 use trueup_models::joint::{input, output, parameter as p};
 
 use super::error::IdentifyError;
-use super::found::Found;
+use super::found::FoundParameter;
 use super::identified::Identified;
 use super::leverage::Leverage;
-use super::method::Method;
-use crate::estimate::Estimated;
-use crate::model::Model;
+use super::method::IdentifyMethod;
+use crate::estimate::ParameterEstimate;
+use crate::model::SimulatedPlant;
 use crate::quasi_static::{Breakaway, StaticError, breakaway, static_friction};
-use crate::run::{Drive, Run};
+use crate::run::{IdentificationRun, InputDrive};
 
 /// Value of a measured input, on a line between its samples.
-fn at(drive: &Drive, t: f64) -> f64 {
+fn at(drive: &InputDrive, t: f64) -> f64 {
     let k = drive.t.partition_point(|s| *s <= t).clamp(1, drive.t.len().max(1));
     let (before, after) = (k - 1, k.min(drive.t.len() - 1));
     let span = drive.t[after] - drive.t[before];
@@ -22,7 +22,7 @@ fn at(drive: &Drive, t: f64) -> f64 {
     drive.u[before] + share * (drive.u[after] - drive.u[before])
 }
 
-fn of_run(nominal: &[f64], run: &Run) -> Result<Breakaway, IdentifyError> {
+fn of_run(nominal: &[f64], run: &IdentificationRun) -> Result<Breakaway, IdentifyError> {
     let wrong = |what| IdentifyError::Static { run: run.name.clone(), what };
     let current = run.drives.iter().find(|d| d.input == input::MOTOR_CURRENT && !d.t.is_empty());
     let angle = run.channels.iter().find(|c| c.output == output::MOTOR_ANGLE);
@@ -40,13 +40,17 @@ fn of_run(nominal: &[f64], run: &Run) -> Result<Breakaway, IdentifyError> {
     breakaway(&t, &u, &angle.y, nominal[p::TORQUE_CONSTANT], external, threshold).map_err(wrong)
 }
 
-pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Identified, IdentifyError> {
+pub(super) fn found(
+    model: &SimulatedPlant,
+    nominal: &[f64],
+    runs: &[IdentificationRun],
+) -> Result<Identified, IdentifyError> {
     if model.joint().is_none() {
-        return Err(IdentifyError::Method { method: Method::BreakAway });
+        return Err(IdentifyError::Method { method: IdentifyMethod::BreakAway });
     }
     let all: Vec<Breakaway> = runs.iter().map(|r| of_run(nominal, r)).collect::<Result<_, _>>()?;
     let (value, standard_error) = static_friction(&all);
-    let one = |name: &str, run: Option<usize>, value: f64, error: Option<f64>| Estimated {
+    let one = |name: &str, run: Option<usize>, value: f64, error: Option<f64>| ParameterEstimate {
         name: name.into(),
         run,
         value,
@@ -55,10 +59,15 @@ pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Iden
         ci95: error.map_or([None, None], |e| [Some(value - 1.96 * e), Some(value + 1.96 * e)]),
         reason: None,
     };
-    let shown = |estimate: Estimated, unit, nominal: f64| Found { estimate, unit, nominal, doubt: None };
+    let shown = |estimate: ParameterEstimate, unit, nominal: f64| FoundParameter {
+        estimate,
+        unit,
+        nominal,
+        doubt: None,
+    };
     let reason =
         standard_error.is_none().then(|| "one ramp does not show its spread; record several".to_owned());
-    let estimate = Estimated { reason, ..one("staticFriction", None, value, standard_error) };
+    let estimate = ParameterEstimate { reason, ..one("staticFriction", None, value, standard_error) };
     let nuisance = (runs.iter().zip(&all).enumerate())
         .map(|(r, (run, b))| {
             let own = vec![
@@ -75,7 +84,7 @@ pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Iden
         model: model.structure().model.clone(),
         fmu: None,
         outputs: model.outputs().to_vec(),
-        method: Method::BreakAway,
+        method: IdentifyMethod::BreakAway,
         parameters: vec![shown(estimate, "N.m", nominal[p::STATIC_FRICTION])],
         uncertain: Vec::new(),
         nuisance,

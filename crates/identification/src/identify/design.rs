@@ -5,19 +5,19 @@
 //! noise, sampling, inputs and priors are the case's. It holds if the model is right and readings err independently.
 
 use super::error::IdentifyError;
-use super::found::Found;
-use super::searched::Searched;
+use super::found::FoundParameter;
+use super::searched::SearchableModel;
 use crate::covariance::Information;
-use crate::lsq::Problem;
+use crate::lsq::LeastSquares;
 use crate::output_error::OutputError;
-use crate::run::Run;
-use crate::subject::Subject;
-use crate::unknown::{Target, Unknown};
+use crate::run::IdentificationRun;
+use crate::subject::IdentificationSubject;
+use crate::unknown::{FitTarget, FitUnknown};
 
 /// What is varied: a parameter that is not fitted, as initial states are, or `initialSpringOffset`: where the load begins
 /// less where its motor does, rad on the side of the load; of an arm `initialSpringOffset[j]`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Design {
+pub struct ExperimentDesign {
     /// Its name.
     pub name: String,
     /// Values to look at, in its SI unit, at least one.
@@ -76,9 +76,9 @@ impl Varied {
     /// # Errors
     /// [`IdentifyError::NoDesign`], [`IdentifyError::Unknowns`].
     pub(super) fn of(
-        model: &dyn Searched,
-        design: &Design,
-        fitted: &[Unknown],
+        model: &dyn SearchableModel,
+        design: &ExperimentDesign,
+        fitted: &[FitUnknown],
     ) -> Result<Self, IdentifyError> {
         let name = &design.name;
         let none = || IdentifyError::NoDesign { name: name.clone(), known: names(model, fitted) };
@@ -86,7 +86,7 @@ impl Varied {
             Some(element) => offset(model, element).ok_or_else(none)?,
             None => Self { index: model.parameter(name).ok_or_else(none)?, from: None },
         };
-        if fitted.iter().any(|u| u.target == Target::Parameter(varied.index)) {
+        if fitted.iter().any(|u| u.target == FitTarget::Parameter(varied.index)) {
             return Err(IdentifyError::Unknowns(format!(
                 "--design {name}: it is an unknown of the fit; vary how a run begins, as in initialSpringOffset=-0.05..0.05, or take it out of [fit] parameters"
             )));
@@ -107,11 +107,11 @@ impl Varied {
     /// [`IdentifyError::Refused`] with the value at which the model cannot be simulated.
     pub(super) fn designed(
         &self,
-        model: &dyn Searched,
-        design: &Design,
+        model: &dyn SearchableModel,
+        design: &ExperimentDesign,
         problem: &OutputError,
         theta: &[f64],
-        shared: &[Found],
+        shared: &[FoundParameter],
     ) -> Result<Designed, IdentifyError> {
         let errors = |value: Option<f64>| {
             let refused = |source| IdentifyError::Refused {
@@ -150,10 +150,10 @@ impl Varied {
         shared: usize,
     ) -> Result<Vec<Option<f64>>, crate::predict::PredictError> {
         let mut theta = theta.to_vec();
-        let mut runs: Vec<Run> = problem.runs().to_vec();
+        let mut runs: Vec<IdentificationRun> = problem.runs().to_vec();
         for (r, run) in runs.iter_mut().enumerate().filter(|_| value.is_some()) {
             let at = self.zero(&problem.parameters(r, &theta)) + value.unwrap_or_default();
-            let own = |u: &Unknown| u.run == Some(r) && u.target == Target::Parameter(self.index);
+            let own = |u: &FitUnknown| u.run == Some(r) && u.target == FitTarget::Parameter(self.index);
             match problem.unknowns().iter().position(own) {
                 Some(k) => theta[k] = problem.unknowns()[k].scale.coordinate(at),
                 None => {
@@ -179,7 +179,7 @@ impl Varied {
 /// Where the load begins less where its motor does.
 const OFFSET: &str = "initialSpringOffset";
 
-fn offset(model: &dyn Subject, element: &str) -> Option<Varied> {
+fn offset(model: &dyn IdentificationSubject, element: &str) -> Option<Varied> {
     let at = |name: &str| model.parameter(&format!("{name}{element}"));
     let motor = at("initialMotorAngle")?;
     let (index, ratio) = match at("initialLoadAngle") {
@@ -193,8 +193,8 @@ fn offset(model: &dyn Subject, element: &str) -> Option<Varied> {
 }
 
 /// What may be varied.
-fn names(model: &dyn Subject, fitted: &[Unknown]) -> Vec<String> {
-    let free = |q: &&crate::model::Quantity| !fitted.iter().any(|u| u.name == q.name);
+fn names(model: &dyn IdentificationSubject, fitted: &[FitUnknown]) -> Vec<String> {
+    let free = |q: &&crate::model::PlantQuantity| !fitted.iter().any(|u| u.name == q.name);
     let offsets = (1..=model.begins().len()).map(|j| format!("[{j}]")).chain([String::new()]);
     let offsets = offsets.filter(|e| offset(model, e).is_some()).map(|e| format!("{OFFSET}{e}"));
     model.parameters().iter().filter(free).map(|q| q.name.clone()).chain(offsets).collect()

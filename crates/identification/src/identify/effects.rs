@@ -1,15 +1,17 @@
 //! Effects that are fitted together with the model's parameters: where their parameters are, how large they are likely to be, and
 //! where a search for them begins.
 
-use trueup_models::effect::{Choice, Measure, Neutral, ParameterSpec, Placed, Plant, Role, Scope};
+use trueup_models::effect::{
+    EffectChoice, Measure, Neutral, ParameterRole, ParameterSpec, PlacedEffect, PlantKind, Scope,
+};
 use trueup_signals::{Case, base_name};
 
-use super::unknowns::Fitted;
-use super::{IdentifyError, Start};
-use crate::model::Model;
-use crate::run::Run;
-use crate::sizes::{Rig, Sizes};
-use crate::unknown::{Scale, Target, Unknown};
+use super::unknowns::CommonUnknown;
+use super::{IdentifyError, SearchStart};
+use crate::model::SimulatedPlant;
+use crate::run::IdentificationRun;
+use crate::sizes::{Rig, TypicalSizes};
+use crate::unknown::{FitTarget, FitUnknown, Scale};
 
 /// Deviation of the logarithm of an unknown shape, and of an angle in rad.
 const SHAPELESS: f64 = 2.0;
@@ -22,7 +24,7 @@ const LARGER: [f64; 2] = [5.0, 25.0];
 /// What is fitted of them.
 pub(super) struct Effects {
     /// Their unknowns, all requested.
-    pub(super) fitted: Vec<Fitted>,
+    pub(super) fitted: Vec<CommonUnknown>,
     /// Parameter and value of each further start, with its meaning.
     looks: Vec<(String, usize, f64)>,
     /// Parameters that grow with the effect's size, and from where.
@@ -31,13 +33,13 @@ pub(super) struct Effects {
 
 /// The effects that a case names to be fitted, in a model that has them; units of measure go into `nominal`.
 pub(super) fn of(
-    model: &Model,
+    model: &SimulatedPlant,
     case: &Case,
     nominal: &mut [f64],
-    runs: &[Run],
+    runs: &[IdentificationRun],
 ) -> Result<Effects, IdentifyError> {
     let mut all = Effects { fitted: Vec::new(), looks: Vec::new(), sized: Vec::new() };
-    let list: Vec<&Run> = runs.iter().collect();
+    let list: Vec<&IdentificationRun> = runs.iter().collect();
     let plain = nominal.to_vec();
     let rig = Rig {
         plant: model.effect_plant(),
@@ -45,9 +47,9 @@ pub(super) fn of(
         values: &plain,
         runs: &list,
     };
-    let sizes = Sizes::of(&rig);
+    let sizes = TypicalSizes::of(&rig);
     for id in &case.with {
-        let choice = Choice::parse(id, model.effect_plant()).map_err(crate::model::ModelError::from)?;
+        let choice = EffectChoice::parse(id, model.effect_plant()).map_err(crate::model::ModelError::from)?;
         let spec = choice.spec();
         let refuse = |what: &str| Err(IdentifyError::Unknowns(format!("{id} {what}")));
         if case.known_effects().contains(&id.as_str()) {
@@ -82,7 +84,7 @@ pub(super) fn of(
 impl Effects {
     fn one(
         &mut self,
-        model: &Model,
+        model: &SimulatedPlant,
         case: &Case,
         nominal: &mut [f64],
         at: usize,
@@ -94,82 +96,85 @@ impl Effects {
         let search = s.search_in(model.effect_plant());
         let looks = |usual: &'static [f64]| if search.looks.is_empty() { usual } else { search.looks };
         let (lower, upper) = (s.min, s.max.min(search.most));
-        let by_log = |start: f64, prior: Option<(f64, f64)>| Unknown {
+        let by_log = |start: f64, prior: Option<(f64, f64)>| FitUnknown {
             lower: lower.max(1e-5 * start),
             upper: upper.min(1e5 * start),
             prior,
-            ..Unknown::positive(&q.name, at, start)
+            ..FitUnknown::positive(&q.name, at, start)
         };
-        let linear = |start: f64, scale: f64| Unknown {
+        let linear = |start: f64, scale: f64| FitUnknown {
             start,
             lower,
             upper,
             scale: Scale::Linear(scale),
-            ..Unknown::free(&q.name, Target::Parameter(at), None, scale)
+            ..FitUnknown::free(&q.name, FitTarget::Parameter(at), None, scale)
         };
         let first = |looks: &[f64]| looks.get(looks.len() / 2).copied().unwrap_or(1.0);
-        let angle = s.role == Role::Shape && !s.log && s.unit == "rad";
+        let angle = s.role == ParameterRole::Shape && !s.log && s.unit == "rad";
         let (unknown, factors) = match s.role {
-            Role::Reference => {
+            ParameterRole::Reference => {
                 nominal[at] = given.unwrap_or(size);
                 return;
             }
             // Every recording begins again, or as in the case.
-            Role::Initial => {
+            ParameterRole::Initial => {
                 nominal[at] = given.unwrap_or(0.0);
                 return;
             }
-            Role::Amplitude if s.neutral.is_infinite() || s.log => {
+            ParameterRole::Amplitude if s.neutral.is_infinite() || s.log => {
                 let looks = looks(&[0.6, 1.0, 1.6]);
                 (by_log(given.unwrap_or(first(looks) * size), None), looks)
             }
-            Role::Amplitude => {
+            ParameterRole::Amplitude => {
                 let looks = looks(&[1.0]);
                 (linear(given.unwrap_or(s.neutral + first(looks) * size), size), looks)
             }
-            Role::Shape if s.log => {
+            ParameterRole::Shape if s.log => {
                 let start = given.unwrap_or(size);
                 (by_log(start, Some((start.ln(), SHAPELESS))), looks(SHAPES))
             }
-            Role::Shape if angle => {
+            ParameterRole::Shape if angle => {
                 let start = given.unwrap_or(0.0);
-                let u = Unknown { prior: given.map(|g| (g, SHAPELESS)), ..linear(start, 1.0) };
+                let u = FitUnknown { prior: given.map(|g| (g, SHAPELESS)), ..linear(start, 1.0) };
                 (u, &[-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2, std::f64::consts::PI][..])
             }
-            Role::Shape => {
+            ParameterRole::Shape => {
                 let start = given.unwrap_or(0.0);
                 (
-                    Unknown { prior: Some((start / size, SHAPELESS)), ..linear(start, size) },
+                    FitUnknown { prior: Some((start / size, SHAPELESS)), ..linear(start, size) },
                     looks(&[-1.0, 1.0]),
                 )
             }
         };
         match s.role {
-            Role::Amplitude if s.neutral.is_finite() && given.is_none() => self.sized.push((at, s.neutral)),
-            Role::Shape if s.log && given.is_none() => self.sized.push((at, 0.0)),
+            ParameterRole::Amplitude if s.neutral.is_finite() && given.is_none() => {
+                self.sized.push((at, s.neutral))
+            }
+            ParameterRole::Shape if s.log && given.is_none() => self.sized.push((at, 0.0)),
             _ => {}
         }
         let size = if angle { 1.0 } else { size };
         for f in factors.iter().filter(|_| given.is_none()) {
             let value =
-                if s.role == Role::Amplitude && s.neutral.is_finite() { s.neutral } else { 0.0 } + f * size;
+                if s.role == ParameterRole::Amplitude && s.neutral.is_finite() { s.neutral } else { 0.0 }
+                    + f * size;
             if value != unknown.start && value >= unknown.lower && value <= unknown.upper {
                 self.looks.push((format!("{} at {value:.2e}", q.name), at, value));
             }
         }
-        self.fitted.push(Fitted { unknown, asked_for: true, doubt: None });
+        self.fitted.push(CommonUnknown { unknown, asked_for: true, doubt: None });
     }
 
     /// What a plant has along with the effect: friction of an arm.
     fn borrowed(
         &mut self,
-        model: &Model,
+        model: &SimulatedPlant,
         case: &Case,
-        e: &Placed,
+        e: &PlacedEffect,
         site: usize,
         size: &impl Fn(Measure) -> f64,
     ) {
-        if model.effect_plant() == Plant::Joint {
+        if model.effect_plant() == PlantKind::Joint {
             return;
         }
         for b in e.spec().borrows {
@@ -179,26 +184,26 @@ impl Effects {
             let Neutral::Value(neutral) = b.neutral else { continue };
             let scale = b.scale.value(size);
             let start = case.number(&name).unwrap_or(neutral + scale);
-            let free = Unknown::free(&name, Target::Parameter(at), None, scale);
-            let unknown = Unknown { start, lower: neutral, scale: Scale::Linear(scale), ..free };
-            self.fitted.push(Fitted { unknown, asked_for: true, doubt: None });
+            let free = FitUnknown::free(&name, FitTarget::Parameter(at), None, scale);
+            let unknown = FitUnknown { start, lower: neutral, scale: Scale::Linear(scale), ..free };
+            self.fitted.push(CommonUnknown { unknown, asked_for: true, doubt: None });
         }
     }
 
     /// Names of the plant's own parameters that the effects depend on, and without which they do nothing.
-    pub(super) fn stands_on(model: &Model, case: &Case) -> Vec<&'static str> {
-        if model.effect_plant() == Plant::Arm {
+    pub(super) fn stands_on(model: &SimulatedPlant, case: &Case) -> Vec<&'static str> {
+        if model.effect_plant() == PlantKind::Arm {
             return Vec::new();
         }
-        let all = case.with.iter().filter_map(|id| Choice::parse(id, Plant::Joint).ok());
+        let all = case.with.iter().filter_map(|id| EffectChoice::parse(id, PlantKind::Joint).ok());
         all.flat_map(|c| c.spec().borrows.iter().map(|b| b.joint_name))
             .filter(|n| base_name(n) == *n)
             .collect()
     }
 
     /// The case's own start with one of their parameters elsewhere, or all of them larger.
-    pub(super) fn starts(&self, first: &Start) -> Vec<Start> {
-        let start = |from: String, move_to: &dyn Fn(usize, f64) -> f64| Start {
+    pub(super) fn starts(&self, first: &SearchStart) -> Vec<SearchStart> {
+        let start = |from: String, move_to: &dyn Fn(usize, f64) -> f64| SearchStart {
             from,
             values: first.values.iter().map(|v| (v.0, move_to(v.0, v.1))).collect(),
             cost: None,

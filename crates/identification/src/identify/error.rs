@@ -1,6 +1,6 @@
 //! Why a case cannot be identified.
 
-use super::method::Method;
+use super::method::IdentifyMethod;
 use crate::model::ModelError;
 use crate::predict::PredictError;
 use crate::quasi_static::StaticError;
@@ -31,7 +31,7 @@ pub enum IdentifyError {
     )]
     FmuMethod {
         /// Which.
-        method: Method,
+        method: IdentifyMethod,
     },
     /// A ramp without information.
     #[error("{run}: {what}")]
@@ -65,13 +65,13 @@ pub enum IdentifyError {
     )]
     DesignMethod {
         /// Which.
-        method: Method,
+        method: IdentifyMethod,
     },
     /// Effects together with parameters.
     #[error("method {method} does not fit effects; use output-error or nelder-mead, or leave out --with")]
     Effects {
         /// Which.
-        method: Method,
+        method: IdentifyMethod,
     },
     /// The method does not do that.
     #[error(
@@ -79,6 +79,6 @@ pub enum IdentifyError {
     )]
     Method {
         /// Which.
-        method: Method,
+        method: IdentifyMethod,
     },
 }

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use crate::lsq::Problem;
+use crate::lsq::LeastSquares;
 use crate::output_error::OutputError;
-use crate::run::Run;
+use crate::run::IdentificationRun;
 
 /// Readings from which on it is made.
 const LONG: usize = 200_000;
@@ -13,7 +13,7 @@ const SHORT: f64 = 0.5;
 
 /// Times one simulation with derivatives. Nothing is reported where recordings are short, or cannot be simulated (which the fit reports).
 pub(super) fn tell(problem: &OutputError, progress: &dyn Fn(&str)) {
-    let readings: usize = problem.runs().iter().map(Run::len).sum();
+    let readings: usize = problem.runs().iter().map(IdentificationRun::len).sum();
     if readings < LONG {
         return;
     }

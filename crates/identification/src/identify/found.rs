@@ -1,14 +1,14 @@
 //! What a parameter was found to be.
 
-use crate::estimate::Estimated;
-use crate::subject::Subject;
-use crate::unknown::{Target, Unknown};
+use crate::estimate::ParameterEstimate;
+use crate::subject::IdentificationSubject;
+use crate::unknown::{FitTarget, FitUnknown};
 
 /// What a parameter was found to be.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct FoundParameter {
     /// Estimate with its uncertainty.
-    pub estimate: Estimated,
+    pub estimate: ParameterEstimate,
     /// Unit.
     pub unit: &'static str,
     /// The nominal value of the case.
@@ -17,13 +17,18 @@ pub struct Found {
     pub doubt: Option<f64>,
 }
 
-pub(super) fn found(model: &dyn Subject, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
+pub(super) fn found(
+    model: &dyn IdentificationSubject,
+    nominal: &[f64],
+    e: &ParameterEstimate,
+    u: &FitUnknown,
+) -> FoundParameter {
     let (unit, nominal) = match u.target {
-        Target::Parameter(i) => (model.parameters()[i].unit, nominal[i]),
-        Target::Offset(i) => (model.outputs()[i].unit, u.start),
-        Target::Gain(_) | Target::InputGain(_) => ("1", u.start),
-        Target::InputBias(i) | Target::InputOffset(i) => (model.inputs()[i].unit, u.start),
-        Target::Delay(_) | Target::InputDelay(_) => ("s", u.start),
+        FitTarget::Parameter(i) => (model.parameters()[i].unit, nominal[i]),
+        FitTarget::Offset(i) => (model.outputs()[i].unit, u.start),
+        FitTarget::Gain(_) | FitTarget::InputGain(_) => ("1", u.start),
+        FitTarget::InputBias(i) | FitTarget::InputOffset(i) => (model.inputs()[i].unit, u.start),
+        FitTarget::SensorDelay(_) | FitTarget::InputSensorDelay(_) => ("s", u.start),
     };
-    Found { estimate: e.clone(), unit, nominal, doubt: None }
+    FoundParameter { estimate: e.clone(), unit, nominal, doubt: None }
 }

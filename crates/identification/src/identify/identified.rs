@@ -2,19 +2,19 @@
 
 use nalgebra::DMatrix;
 
-use super::design::{Design, Designed};
-use super::found::Found;
+use super::design::{Designed, ExperimentDesign};
+use super::found::FoundParameter;
 use super::leverage::Leverage;
-use super::method::Method;
-use super::starts::Start;
+use super::method::IdentifyMethod;
+use super::starts::SearchStart;
 use crate::estimate::ChannelFit;
-use crate::fit::Comparison;
-use crate::model::Quantity;
-use crate::unknown::Target;
+use crate::fit::ChannelComparison;
+use crate::model::PlantQuantity;
+use crate::unknown::FitTarget;
 
 /// How well a channel is reproduced, over all recordings that were compared.
 #[derive(Clone, Debug)]
-pub struct Figure {
+pub struct FitFigure {
     /// FMU variable.
     pub channel: String,
     /// RMS(simulated - measured) / RMS(measured - its mean); `None` for a channel without variation.
@@ -33,30 +33,30 @@ pub struct Identified {
     /// The FMU's file, if it was fitted through one.
     pub fmu: Option<String>,
     /// Outputs of the model.
-    pub outputs: Vec<Quantity>,
+    pub outputs: Vec<PlantQuantity>,
     /// How.
-    pub method: Method,
+    pub method: IdentifyMethod,
     /// What was requested.
-    pub parameters: Vec<Found>,
+    pub parameters: Vec<FoundParameter>,
     /// What is uncertain and was estimated along with it.
-    pub uncertain: Vec<Found>,
+    pub uncertain: Vec<FoundParameter>,
     /// Recording by recording, in the order of training.
-    pub nuisance: Vec<(String, Vec<Found>)>,
+    pub nuisance: Vec<(String, Vec<FoundParameter>)>,
     /// On held-out recordings, or on those of the training where there are none.
-    pub fit: Vec<Figure>,
+    pub fit: Vec<FitFigure>,
     /// Whether `fit` is on held-out recordings.
     pub held_out: bool,
     /// The same with the nominal parameters.
-    pub before: Vec<Figure>,
+    pub before: Vec<FitFigure>,
     /// The same with the model's own parameters fitted, without the effects that are fitted with them; empty: there are
     /// none.
-    pub without: Vec<Figure>,
+    pub without: Vec<FitFigure>,
     /// Residuals of the training.
     pub channels: Vec<ChannelFit>,
     /// Training recordings against their simulation.
-    pub training: Vec<Comparison>,
+    pub training: Vec<ChannelComparison>,
     /// What `fit` was made from.
-    pub compared: Vec<Comparison>,
+    pub compared: Vec<ChannelComparison>,
     /// Names of the recordings of `training` and of `compared`.
     pub names: [Vec<String>; 2],
     /// Correlation of parameters and uncertain ones, in their order.
@@ -68,7 +68,7 @@ pub struct Identified {
     /// By how much of itself each estimate moves with what is assumed known.
     pub leverage: Leverage,
     /// Where the search began and what came of it; the first is where the solution came from.
-    pub starts: Vec<Start>,
+    pub starts: Vec<SearchStart>,
     /// Why the search ended.
     pub stop: &'static str,
     /// Iterations, simulations of the simplex, or samples of the regression.
@@ -78,19 +78,19 @@ pub struct Identified {
     /// All parameters of the model, with the estimates in place.
     pub values: Vec<f64>,
     /// What was found of sensors, the same in all recordings.
-    pub sensors: Vec<(Target, f64)>,
+    pub sensors: Vec<(FitTarget, f64)>,
     /// What runs from other starts would identify, if that was requested.
     pub design: Option<Designed>,
 }
 
 /// What to do.
-pub struct Settings<'a> {
+pub struct IdentifySettings<'a> {
     /// How.
-    pub method: Method,
+    pub method: IdentifyMethod,
     /// Intervals by profile likelihood; else from standard errors.
     pub profile: bool,
     /// Also requests what runs from other starts would identify.
-    pub design: Option<&'a Design>,
+    pub design: Option<&'a ExperimentDesign>,
     /// Called with what is being done.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }

@@ -1,6 +1,6 @@
 //! The machine-readable result.
 
-use super::{Figure, Found, Identified};
+use super::{FitFigure, FoundParameter, Identified};
 use serde_json::{Map, Value, json};
 
 /// A finite number, or null.
@@ -8,7 +8,7 @@ fn number(x: f64) -> Value {
     if x.is_finite() { json!(x) } else { Value::Null }
 }
 
-fn one(f: &Found) -> Value {
+fn one(f: &FoundParameter) -> Value {
     let e = &f.estimate;
     let end = |v: Option<f64>| v.map_or(Value::Null, number);
     let mut all = json!({
@@ -28,12 +28,12 @@ fn one(f: &Found) -> Value {
     all
 }
 
-fn named(list: &[Found]) -> Value {
+fn named(list: &[FoundParameter]) -> Value {
     Value::Object(list.iter().map(|f| (f.estimate.name.clone(), one(f))).collect())
 }
 
-fn figures(list: &[Figure]) -> Value {
-    let one = |f: &Figure| {
+fn figures(list: &[FitFigure]) -> Value {
+    let one = |f: &FitFigure| {
         let value =
             json!({"nrmse": f.nrmse.map_or(Value::Null, number), "rms": number(f.rms), "unit": f.unit});
         (f.channel.clone(), value)

@@ -5,27 +5,27 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::estimate::{Estimated, Held, Settings, assess};
-use crate::fit::{Fit, misfit, of_solution};
-use crate::lsq::{Loss, Options, Problem, Solution, solve};
+use crate::estimate::{EstimateSettings, ParameterEstimate, ProfileProblem, assess};
+use crate::fit::{OutputErrorFit, misfit, of_solution};
+use crate::lsq::{LeastSquares, Loss, Solution, SolverOptions, solve};
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
-use crate::unknown::{Target, Unknown};
+use crate::unknown::{FitTarget, FitUnknown};
 
 /// Probability with which chance alone lifts the cost by less than what still counts as chance.
 const LEVEL: f64 = 0.95;
 
 /// An unknown that keeps its value.
-pub(super) struct Kept {
+pub(super) struct KeptUnknown {
     /// Its index.
     pub(super) unknown: usize,
     /// Why the recordings do not give it.
     reason: String,
 }
 
-impl Kept {
+impl KeptUnknown {
     /// Puts it into an estimate, whatever the derivatives at that value say.
-    pub(super) fn said(&self, e: &mut Estimated) {
+    pub(super) fn said(&self, e: &mut ParameterEstimate) {
         (e.standard_error, e.cramer_rao) = (None, None);
         e.reason = Some(format!("{}; the case's value is kept", self.reason));
     }
@@ -37,18 +37,18 @@ impl Kept {
 /// See [`PredictError`].
 pub(super) fn of(
     problem: &OutputError,
-    fit: Fit,
+    fit: OutputErrorFit,
     nominal: &[f64],
-    shared: &[Unknown],
+    shared: &[FitUnknown],
     loss: Loss,
-) -> Result<(Fit, Vec<Kept>), PredictError> {
-    let how = Settings { starts: Vec::new(), loss, profile: Vec::new(), first_iterations: 0 };
+) -> Result<(OutputErrorFit, Vec<KeptUnknown>), PredictError> {
+    let how = EstimateSettings { starts: Vec::new(), loss, profile: Vec::new(), first_iterations: 0 };
     let first = assess(problem, &fit.solution, &how);
     let (lower, upper) = problem.bounds();
     let candidates: Vec<(usize, f64)> = (shared.iter().enumerate())
         .filter(|(k, _)| first.unknowns[*k].standard_error.is_none())
         .filter_map(|(k, u)| match u.target {
-            Target::Parameter(i) => Some((k, u.scale.coordinate(nominal[i]))),
+            FitTarget::Parameter(i) => Some((k, u.scale.coordinate(nominal[i]))),
             _ => None,
         })
         .filter(|(k, at)| at.is_finite() && (lower[*k]..=upper[*k]).contains(at))
@@ -73,7 +73,7 @@ pub(super) fn of(
             0 => first.unknowns[*k].reason.clone().unwrap_or_default(),
             _ => "no other value of it fits better beyond chance".to_owned(),
         };
-        Kept { unknown: *k, reason }
+        KeptUnknown { unknown: *k, reason }
     });
     let kept = kept.collect();
     Ok((of_solution(problem, solution, loss, fit.origins)?, kept))
@@ -86,8 +86,8 @@ fn as_good(problem: &OutputError, free: &Solution, at: &[(usize, f64)], loss: Lo
     }
     let mut start = free.x.clone();
     at.iter().for_each(|(k, at)| start[*k] = *at);
-    let options = Options { loss, ..Options::default() };
-    let found = solve(&Held { problem, at }, &start, options).ok()?;
+    let options = SolverOptions { loss, ..SolverOptions::default() };
+    let found = solve(&ProfileProblem { problem, at }, &start, options).ok()?;
     // Residuals above the noise make chance larger.
     let level = ChiSquared::new(at.len() as f64).ok()?.inverse_cdf(LEVEL);
     let chance = 0.5 * level * misfit(problem, free).powi(2);

@@ -2,12 +2,12 @@
 
 use nalgebra::DMatrix;
 
-use super::searched::Searched;
+use super::searched::SearchableModel;
 use crate::estimate;
-use crate::fit::Fit;
-use crate::lsq::Problem;
+use crate::fit::OutputErrorFit;
+use crate::lsq::LeastSquares;
 use crate::output_error::OutputError;
-use crate::unknown::{Target, Unknown};
+use crate::unknown::{FitTarget, FitUnknown};
 
 /// d(estimate)/estimate over d(known)/known; of a sensor's zero, over one step of its reading.
 #[derive(Clone, Debug, Default)]
@@ -24,28 +24,28 @@ const ARM: [&str; 7] =
     ["baseMass", "baseInertia", "linkMass", "linkInertia", "linkLength", "motorInertia", "jointStiffness"];
 
 pub(super) fn of(
-    model: &dyn Searched,
+    model: &dyn SearchableModel,
     nominal: &[f64],
     problem: &OutputError,
-    fit: &Fit,
+    fit: &OutputErrorFit,
     order: &[usize],
 ) -> Leverage {
-    let mut extra: Vec<Unknown> = Vec::new();
-    let fitted = |t: Target| problem.unknowns().iter().any(|u| u.target == t);
+    let mut extra: Vec<FitUnknown> = Vec::new();
+    let fitted = |t: FitTarget| problem.unknowns().iter().any(|u| u.target == t);
     let names: &[&str] = if model.parameter("loadInertia").is_some() { &JOINT } else { &ARM };
     for q in names.iter().flat_map(|n| model.named(n)) {
         let Some(i) = model.parameter(&q.name) else { continue };
-        if nominal[i] > 0.0 && !fitted(Target::Parameter(i)) {
-            extra.push(Unknown::positive(&q.name, i, nominal[i]));
+        if nominal[i] > 0.0 && !fitted(FitTarget::Parameter(i)) {
+            extra.push(FitUnknown::positive(&q.name, i, nominal[i]));
         }
     }
     let mut seen = Vec::new();
     for c in problem.runs().iter().flat_map(|r| &r.channels) {
-        let target = Target::Offset(c.output);
+        let target = FitTarget::Offset(c.output);
         if c.name.ends_with("Angle") && !fitted(target) && !seen.contains(&c.output) {
             seen.push(c.output);
             let step = if c.resolution > 0.0 { c.resolution } else { c.sigma };
-            extra.push(Unknown::free(&format!("{} zero, one step", c.name), target, None, step));
+            extra.push(FitUnknown::free(&format!("{} zero, one step", c.name), target, None, step));
         }
     }
     let known: Vec<String> = extra.iter().map(|u| u.name.clone()).collect();

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// How to estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
+pub enum IdentifyMethod {
     /// S3 eq. (8) as printed; a warning.
     LsLiteral,
     /// Least squares: aligned, sign column, moving samples.
@@ -24,17 +24,17 @@ pub enum Method {
 }
 
 /// Names as on the command line.
-pub const METHODS: [(&str, Method); 7] = [
-    ("ls-literal", Method::LsLiteral),
-    ("ls", Method::Ls),
-    ("filtered", Method::Filtered),
-    ("iv", Method::Iv),
-    ("output-error", Method::OutputError),
-    ("nelder-mead", Method::NelderMead),
-    ("break-away", Method::BreakAway),
+pub const METHODS: [(&str, IdentifyMethod); 7] = [
+    ("ls-literal", IdentifyMethod::LsLiteral),
+    ("ls", IdentifyMethod::Ls),
+    ("filtered", IdentifyMethod::Filtered),
+    ("iv", IdentifyMethod::Iv),
+    ("output-error", IdentifyMethod::OutputError),
+    ("nelder-mead", IdentifyMethod::NelderMead),
+    ("break-away", IdentifyMethod::BreakAway),
 ];
 
-impl FromStr for Method {
+impl FromStr for IdentifyMethod {
     type Err = String;
     fn from_str(s: &str) -> Result<Self, String> {
         let names: Vec<&str> = METHODS.iter().map(|m| m.0).collect();
@@ -43,7 +43,7 @@ impl FromStr for Method {
     }
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for IdentifyMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(METHODS.iter().find(|m| m.1 == *self).map_or("", |m| m.0))
     }

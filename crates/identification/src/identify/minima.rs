@@ -4,8 +4,8 @@
 //! The first stage of a search compares starts by a loss that forgives, before they have converged; a minimum that it
 //! passes over may be the better one, or as good.
 
-use crate::fit::{Fit, Origins, misfit, of_solution};
-use crate::lsq::{Loss, Options, Solution, solve};
+use crate::fit::{Origins, OutputErrorFit, misfit, of_solution};
+use crate::lsq::{Loss, Solution, SolverOptions, solve};
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use trueup_numerics::order::ascending;
@@ -24,11 +24,11 @@ const FOLLOWED: usize = 4;
 /// See [`PredictError`].
 pub(super) fn lowest(
     problem: &OutputError,
-    fit: Fit,
+    fit: OutputErrorFit,
     shared: usize,
     loss: Loss,
     notes: &mut Vec<String>,
-) -> Result<Fit, PredictError> {
+) -> Result<OutputErrorFit, PredictError> {
     let errors: Vec<f64> = (0..shared).map(|k| fit.information.covariance[(k, k)].max(0.0).sqrt()).collect();
     let determined: Vec<usize> = (0..shared).filter(|k| fit.information.determines(*k)).collect();
     // Residuals above the noise make errors and chance larger.
@@ -42,7 +42,7 @@ pub(super) fn lowest(
         .filter(|start| of(start).is_finite() && !differ(&fit.origins.ends[*start], &fit.theta).is_empty())
         .collect();
     ascending(&mut starts, |item| of(item));
-    let options = Options { loss, ..Options::default() };
+    let options = SolverOptions { loss, ..SolverOptions::default() };
     let mut found: Vec<(usize, Solution)> = Vec::new();
     for start in starts.into_iter().take(FOLLOWED) {
         let Ok(solution) = solve(problem, &fit.origins.ends[start], options) else { continue };

@@ -5,25 +5,27 @@ use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
 use super::error::IdentifyError;
-use super::found::{Found, found};
-use super::identified::{Identified, Settings};
-use super::method::Method;
-use super::searched::Searched;
-use super::starts::Start;
+use super::found::{FoundParameter, found};
+use super::identified::{Identified, IdentifySettings};
+use super::method::IdentifyMethod;
+use super::searched::SearchableModel;
+use super::starts::SearchStart;
 use super::{design, forecast, kept, leverage, minima, starts, unknowns};
-use crate::estimate::{Settings as EstimateSettings, assess};
-use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
-use crate::lsq::{Loss, Problem, Stop, solve};
+use crate::estimate::{EstimateSettings, assess};
+use crate::fit::{
+    ChannelComparison, FitOptions, OutputErrorFit, compare, fit, fit_carried, of_solution, refine,
+};
+use crate::lsq::{LeastSquares, Loss, Stop, solve};
 use crate::nelder_mead::nelder_mead;
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use crate::recorded::nuisance;
-use crate::run::Run;
-use crate::unknown::{Target, Unknown};
+use crate::run::IdentificationRun;
+use crate::unknown::{FitTarget, FitUnknown};
 
 /// Readings that differ from their neighbours by more than any noise: the residual less the median of the seven
 /// about it, against 8 times the larger of noise and usual size of that.
-fn outliers(c: &Comparison) -> Vec<usize> {
+fn outliers(c: &ChannelComparison) -> Vec<usize> {
     let n = c.whitened.len();
     if n < 20 {
         return Vec::new();
@@ -45,7 +47,7 @@ fn outliers(c: &Comparison) -> Vec<usize> {
 }
 
 /// Channels whose noise is not declared weigh by what the fit leaves.
-fn undeclared(loaded: &Loaded, runs: &[Run]) -> Vec<String> {
+fn undeclared(loaded: &Loaded, runs: &[IdentificationRun]) -> Vec<String> {
     let mut names: Vec<String> =
         runs.iter().flat_map(|r| r.channels.iter().map(|c| c.name.clone())).collect();
     names.sort();
@@ -56,22 +58,22 @@ fn undeclared(loaded: &Loaded, runs: &[Run]) -> Vec<String> {
 
 /// Fits by simulation; `also` gives further starts, from the first one.
 pub(super) fn by_simulation(
-    model: &dyn Searched,
+    model: &dyn SearchableModel,
     loaded: &Loaded,
     nominal: &[f64],
-    mut train: Vec<Run>,
-    fitted: Vec<unknowns::Fitted>,
-    also: &dyn Fn(&Start) -> Vec<Start>,
-    settings: &Settings,
+    mut train: Vec<IdentificationRun>,
+    fitted: Vec<unknowns::CommonUnknown>,
+    also: &dyn Fn(&SearchStart) -> Vec<SearchStart>,
+    settings: &IdentifySettings,
 ) -> Result<Identified, IdentifyError> {
     let mut notes = Vec::new();
     let loss = Loss::Huber(4.0);
     let free = undeclared(loaded, &train);
-    let shared: Vec<Unknown> = fitted.iter().map(|f| f.unknown.clone()).collect();
+    let shared: Vec<FitUnknown> = fitted.iter().map(|f| f.unknown.clone()).collect();
     // Before anything is fitted: what is requested may not be there.
     let varied =
         settings.design.map(|d| design::Varied::of(model, d, &shared).map(|v| (d, v))).transpose()?;
-    let with_nuisance = |train: &[Run]| {
+    let with_nuisance = |train: &[IdentificationRun]| {
         let mut all = shared.clone();
         all.extend(nuisance(model, nominal, train));
         all
@@ -116,7 +118,7 @@ pub(super) fn by_simulation(
             let options = FitOptions { starts: again, loss, ..FitOptions::default() };
             let lifted = fit(&problem, &options)?;
             if lifted.cost < rough.cost {
-                rough = Fit { origins: rough.origins, ..lifted };
+                rough = OutputErrorFit { origins: rough.origins, ..lifted };
             }
         }
         // Where the model is as wrong as that, the outliers are not the readings.
@@ -142,7 +144,7 @@ pub(super) fn by_simulation(
         }
     }
     let mut problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
-    let (fit, iterations) = if settings.method == Method::NelderMead {
+    let (fit, iterations) = if settings.method == IdentifyMethod::NelderMead {
         (settings.progress)("downhill simplex");
         let begins = coordinates(&problem);
         let (theta, evaluations, shrunk) = simplex(&problem, &begins, shared.len(), loss, settings)?;
@@ -165,9 +167,9 @@ pub(super) fn by_simulation(
         let options = FitOptions { starts: vec![rough.theta.clone()], loss, ..FitOptions::default() };
         let fit = fit_carried(&mut problem, &options)?;
         let iterations = fit.iterations + rough.iterations;
-        (Fit { origins: rough.origins, ..fit }, iterations)
+        (OutputErrorFit { origins: rough.origins, ..fit }, iterations)
     };
-    let refined = if wrong.is_some() || settings.method == Method::NelderMead {
+    let refined = if wrong.is_some() || settings.method == IdentifyMethod::NelderMead {
         None
     } else {
         refine(&problem, &fit.solution, loss)
@@ -182,7 +184,7 @@ pub(super) fn by_simulation(
         }
         None => fit,
     };
-    let searched = wrong.is_none() && settings.method != Method::NelderMead;
+    let searched = wrong.is_none() && settings.method != IdentifyMethod::NelderMead;
     let fit = if searched { minima::lowest(&problem, fit, shared.len(), loss, &mut notes)? } else { fit };
     let (fit, kept) = kept::of(&problem, fit, nominal, &shared, loss)?;
     (settings.progress)("uncertainty");
@@ -191,7 +193,7 @@ pub(super) fn by_simulation(
     let mut e = assess(&problem, &fit.solution, &how);
     kept.iter().for_each(|k| k.said(&mut e.unknowns[k.unknown]));
     let noisy = problem.runs().iter().flat_map(|r| &r.drives).any(|d| d.sigma > 0.0);
-    let uncarried = noisy && settings.method == Method::NelderMead && wrong.is_none();
+    let uncarried = noisy && settings.method == IdentifyMethod::NelderMead && wrong.is_none();
     if uncarried {
         notes.push(
             "nelder-mead does not carry the noise of the inputs along: what it does to the motion is in no error, and lifts residuals above the noise floor; use output-error"
@@ -207,10 +209,10 @@ pub(super) fn by_simulation(
             ));
         }
     }
-    if !fit.stop.converged() && settings.method != Method::NelderMead && wrong.is_none() {
+    if !fit.stop.converged() && settings.method != IdentifyMethod::NelderMead && wrong.is_none() {
         notes.push("the search ran out of iterations: the estimate may not be the best one".into());
     }
-    let mut all: Vec<Found> =
+    let mut all: Vec<FoundParameter> =
         e.unknowns.iter().zip(problem.unknowns()).map(|(e, u)| found(model, nominal, e, u)).collect();
     for (f, fitted) in all.iter_mut().zip(&fitted) {
         f.doubt = fitted.doubt;
@@ -259,14 +261,14 @@ pub(super) fn by_simulation(
             Stop::Cost => "the cost no longer falls",
             Stop::Step => "the parameters no longer move",
             Stop::Gradient => "the gradient is 0",
-            Stop::Iterations if settings.method == Method::NelderMead => "the simplex stopped",
+            Stop::Iterations if settings.method == IdentifyMethod::NelderMead => "the simplex stopped",
             Stop::Iterations => "out of iterations",
         },
         iterations,
         notes,
         values: problem.shared(&fit.theta),
         sensors: (problem.unknowns().iter().zip(problem.values(&fit.theta)))
-            .filter(|(u, _)| u.run.is_none() && !matches!(u.target, Target::Parameter(_)))
+            .filter(|(u, _)| u.run.is_none() && !matches!(u.target, FitTarget::Parameter(_)))
             .map(|(u, value)| (u.target, value))
             .collect(),
         design: designed,
@@ -278,7 +280,7 @@ const HOPELESS: f64 = 50.0;
 
 /// By how much residuals usually exceed the noise, that of the inputs included, whatever a few outliers do; `None` if
 /// not by so much, or if it is not known.
-fn hopeless(problem: &OutputError, fit: &Fit) -> Option<f64> {
+fn hopeless(problem: &OutputError, fit: &OutputErrorFit) -> Option<f64> {
     let usual = |residuals: &[f64]| {
         let mut all: Vec<f64> = residuals[..problem.readings()].iter().map(|r| r.abs()).collect();
         let middle = all.len() / 2;
@@ -307,7 +309,7 @@ fn simplex(
     starts: &[Vec<f64>],
     shared: usize,
     loss: Loss,
-    settings: &Settings,
+    settings: &IdentifySettings,
 ) -> Result<(Vec<f64>, usize, bool), PredictError> {
     let (lower, upper) = problem.bounds_of();
     let own = problem.unknowns()[shared..].to_vec();
@@ -315,7 +317,8 @@ fn simplex(
         let nominal = problem.shared(z);
         OutputError::new(problem.model(), &nominal, problem.runs(), own.clone())
     };
-    let options = crate::lsq::Options { max_iterations: 3, cost_tolerance: 1e-4, loss, ..Default::default() };
+    let options =
+        crate::lsq::SolverOptions { max_iterations: 3, cost_tolerance: 1e-4, loss, ..Default::default() };
     solve(&inner(&starts[0][..shared]), &starts[0][shared..], options)?;
     let (mut best, mut at, mut done) = (f64::INFINITY, starts[0][shared..].to_vec(), 0usize);
     let mut price = |z: &[f64]| {
@@ -334,6 +337,6 @@ fn simplex(
     let first = (0..prices.len()).min_by(|a, b| prices[*a].total_cmp(&prices[*b])).unwrap_or(0);
     let z = &starts[first][..shared];
     let s = nelder_mead(&mut price, z, &vec![0.3; shared], &lower[..shared], &upper[..shared], 1e-4, most);
-    let last = solve(&inner(&s.x), &at, crate::lsq::Options { loss, ..Default::default() })?;
+    let last = solve(&inner(&s.x), &at, crate::lsq::SolverOptions { loss, ..Default::default() })?;
     Ok(([s.x, last.x].concat(), s.evaluations, s.converged))
 }

@@ -1,14 +1,14 @@
 //! Where a search begins: the case's values, staged guesses by regression, and values to either side.
 
 use super::error::IdentifyError;
-use super::method::Method;
-use super::unknowns::Fitted;
-use crate::fit::Fit;
-use crate::model::Model;
-use crate::predict::{InputMap, Plan, predict};
-use crate::regress::{Known, RegressError, Regressed, Regression, regress};
-use crate::run::Run;
-use crate::unknown::{Scale, Target, Unknown};
+use super::method::IdentifyMethod;
+use super::unknowns::CommonUnknown;
+use crate::fit::OutputErrorFit;
+use crate::model::SimulatedPlant;
+use crate::predict::{InputMap, PredictionPlan, predict};
+use crate::regress::{KnownParameters, RegressError, Regressed, Regression, regress};
+use crate::run::IdentificationRun;
+use crate::unknown::{FitTarget, FitUnknown, Scale};
 use trueup_models::joint::parameter as p;
 
 /// What the regressions estimate, in their order.
@@ -19,7 +19,7 @@ const CUTOFF: f64 = 8.0;
 
 /// A start.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Start {
+pub struct SearchStart {
     /// Where its values come from.
     pub from: String,
     /// Parameter index and value; what is not named starts as the case has it.
@@ -30,11 +30,11 @@ pub struct Start {
     pub chosen: bool,
 }
 
-impl Start {
+impl SearchStart {
     /// As coordinates of these unknowns.
-    pub(super) fn coordinates(&self, unknowns: &[Unknown]) -> Vec<f64> {
-        let value = |u: &Unknown| match u.target {
-            Target::Parameter(i) if u.run.is_none() => {
+    pub(super) fn coordinates(&self, unknowns: &[FitUnknown]) -> Vec<f64> {
+        let value = |u: &FitUnknown| match u.target {
+            FitTarget::Parameter(i) if u.run.is_none() => {
                 self.values.iter().find(|v| v.0 == i).map_or(u.start, |v| v.1.clamp(u.lower, u.upper))
             }
             _ => u.start,
@@ -45,31 +45,31 @@ impl Start {
 
 /// K_eq, D_eq, tau_c, D_m of a joint by least squares.
 pub(super) fn regression(
-    model: &Model,
+    model: &SimulatedPlant,
     nominal: &[f64],
-    runs: &[Run],
-    method: Method,
+    runs: &[IdentificationRun],
+    method: IdentifyMethod,
 ) -> Result<Regressed, IdentifyError> {
-    let known = Known {
+    let known = KnownParameters {
         motor_inertia: nominal[p::MOTOR_INERTIA],
         torque_constant: nominal[p::TORQUE_CONSTANT],
         gear_ratio: nominal[p::GEAR_RATIO],
     };
     let plain = |kind| regress(runs, None, &known, kind);
     match method {
-        Method::LsLiteral => Ok(plain(Regression::Literal)?),
-        Method::Ls => Ok(plain(Regression::Aligned)?),
-        Method::Filtered => Ok(plain(Regression::Filtered(CUTOFF))?),
+        IdentifyMethod::LsLiteral => Ok(plain(Regression::Literal)?),
+        IdentifyMethod::Ls => Ok(plain(Regression::Aligned)?),
+        IdentifyMethod::Filtered => Ok(plain(Regression::Filtered(CUTOFF))?),
         _ => Ok(instruments(model, nominal, runs, &known)?),
     }
 }
 
 /// Instrumental variables: columns of the model simulated with the last estimate, three times over.
 fn instruments(
-    model: &Model,
+    model: &SimulatedPlant,
     nominal: &[f64],
-    runs: &[Run],
-    known: &Known,
+    runs: &[IdentificationRun],
+    known: &KnownParameters,
 ) -> Result<Regressed, RegressError> {
     let mut found = regress(runs, None, known, Regression::Filtered(CUTOFF))?;
     for _ in 0..3 {
@@ -85,7 +85,7 @@ fn instruments(
             let (Some(motor), Some(load)) = (first("motorAngle"), first("loadAngle")) else { continue };
             q[p::INITIAL_MOTOR_ANGLE] = motor;
             q[p::INITIAL_LOAD_ANGLE] = load;
-            let plan = Plan::new(run, model.sizes().inputs);
+            let plan = PredictionPlan::new(run, model.sizes().inputs);
             let Ok(shown) = predict(model.plant(), &plan, &q, &InputMap::default(), false) else {
                 return Ok(found);
             };
@@ -99,15 +99,20 @@ fn instruments(
 }
 
 /// Distinct starts, the case's own first.
-pub(super) fn find(model: &Model, nominal: &[f64], runs: &[Run], fitted: &[Fitted]) -> Vec<Start> {
-    let start = |from: &str, values: Vec<(usize, f64)>| Start {
+pub(super) fn find(
+    model: &SimulatedPlant,
+    nominal: &[f64],
+    runs: &[IdentificationRun],
+    fitted: &[CommonUnknown],
+) -> Vec<SearchStart> {
+    let start = |from: &str, values: Vec<(usize, f64)>| SearchStart {
         from: from.into(),
         values,
         cost: None,
         chosen: false,
     };
-    let own = |f: &Fitted| match f.unknown.target {
-        Target::Parameter(i) => Some((i, f.unknown.start)),
+    let own = |f: &CommonUnknown| match f.unknown.target {
+        FitTarget::Parameter(i) => Some((i, f.unknown.start)),
         _ => None,
     };
     let base: Vec<(usize, f64)> = fitted.iter().filter_map(own).collect();
@@ -137,7 +142,7 @@ pub(super) fn find(model: &Model, nominal: &[f64], runs: &[Run], fitted: &[Fitte
             all.push(start("the case, static friction above Coulomb", changed(&[])));
         }
         if model.joint().is_some_and(|j| j.flexible()) {
-            for method in [Method::Filtered, Method::Iv] {
+            for method in [IdentifyMethod::Filtered, IdentifyMethod::Iv] {
                 let Ok(r) = regression(model, nominal, runs, method) else { continue };
                 let mut values = base.clone();
                 let mut used = false;
@@ -183,14 +188,14 @@ pub(super) fn find(model: &Model, nominal: &[f64], runs: &[Run], fitted: &[Fitte
 }
 
 /// The case's values, and twice and half of what is searched by its logarithm: for a model of which no more is known.
-pub(super) fn around(fitted: &[Fitted]) -> Vec<Start> {
+pub(super) fn around(fitted: &[CommonUnknown]) -> Vec<SearchStart> {
     let at = |from: &str, factor: f64| {
-        let value = |f: &Fitted| match f.unknown.target {
-            Target::Parameter(i) if f.unknown.scale == Scale::Log => Some((i, f.unknown.start * factor)),
-            Target::Parameter(i) => Some((i, f.unknown.start)),
+        let value = |f: &CommonUnknown| match f.unknown.target {
+            FitTarget::Parameter(i) if f.unknown.scale == Scale::Log => Some((i, f.unknown.start * factor)),
+            FitTarget::Parameter(i) => Some((i, f.unknown.start)),
             _ => None,
         };
-        Start {
+        SearchStart {
             from: from.into(),
             values: fitted.iter().filter_map(value).collect(),
             cost: None,
@@ -207,9 +212,13 @@ pub(super) fn around(fitted: &[Fitted]) -> Vec<Start> {
 
 /// Below the Coulomb level the static one does nothing and no slope leads out of there: from a solution that ended so,
 /// further starts with it above.
-pub(super) fn above_coulomb(model: &Model, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>> {
+pub(super) fn above_coulomb(
+    model: &SimulatedPlant,
+    unknowns: &[FitUnknown],
+    fit: &OutputErrorFit,
+) -> Vec<Vec<f64>> {
     let at =
-        unknowns.iter().position(|u| u.run.is_none() && u.target == Target::Parameter(p::STATIC_FRICTION));
+        unknowns.iter().position(|u| u.run.is_none() && u.target == FitTarget::Parameter(p::STATIC_FRICTION));
     let (Some(k), Some(_)) = (at, model.joint()) else { return Vec::new() };
     let coulomb = fit.parameters[p::COULOMB_FRICTION];
     if fit.values[k] > coulomb {
@@ -224,7 +233,7 @@ pub(super) fn above_coulomb(model: &Model, unknowns: &[Unknown], fit: &Fit) -> V
 }
 
 /// What became of each, the chosen one first.
-pub(super) fn outcome(mut starts: Vec<Start>, fit: &Fit) -> Vec<Start> {
+pub(super) fn outcome(mut starts: Vec<SearchStart>, fit: &OutputErrorFit) -> Vec<SearchStart> {
     for (k, start) in starts.iter_mut().enumerate() {
         start.cost = fit.origins.costs.get(k).copied().filter(|c| c.is_finite());
         start.chosen = k == fit.origins.start;

@@ -1,18 +1,18 @@
 //! What a case requests to be fitted, and what it declares uncertain.
 
 use trueup_models::arm::PayloadParameter;
-use trueup_signals::{Case, Guess, base_name};
+use trueup_signals::{Case, PriorGuess, base_name};
 
 use super::error::IdentifyError;
-use crate::run::Run;
-use crate::sensor_unknowns::{Figure, Of, Sought, sought};
-use crate::subject::Subject;
-use crate::unknown::{Scale, Target, Unknown};
+use crate::run::IdentificationRun;
+use crate::sensor_unknowns::{SensorFigure, SensorOf, SensorUnknown, sought};
+use crate::subject::IdentificationSubject;
+use crate::unknown::{FitTarget, FitUnknown, Scale};
 
 /// An unknown of all recordings.
 #[derive(Clone, Debug)]
-pub(super) struct Fitted {
-    pub unknown: Unknown,
+pub(super) struct CommonUnknown {
+    pub unknown: FitUnknown,
     /// The case requests it; else it is only uncertain.
     pub asked_for: bool,
     /// Relative, from the case.
@@ -21,12 +21,12 @@ pub(super) struct Fitted {
 
 /// Requested (by the case, and `besides`), then uncertain ones that are not.
 pub(super) fn of(
-    model: &dyn Subject,
+    model: &dyn IdentificationSubject,
     case: &Case,
     nominal: &[f64],
-    runs: &[Run],
+    runs: &[IdentificationRun],
     besides: &[&str],
-) -> Result<Vec<Fitted>, IdentifyError> {
+) -> Result<Vec<CommonUnknown>, IdentifyError> {
     let asked: Vec<String> = match &case.fit {
         None => model.fits(),
         Some(list) => list.iter().flat_map(|name| model.named(name)).map(|q| q.name.clone()).collect(),
@@ -42,7 +42,7 @@ pub(super) fn of(
                 "`{name}` cannot be fitted: initial states are estimated in every recording anyway, a choice is no number; take it out of [fit] parameters"
             )));
         }
-        if !all.iter().any(|f: &Fitted| &f.unknown.name == name) {
+        if !all.iter().any(|f: &CommonUnknown| &f.unknown.name == name) {
             all.push(one(model, case, nominal, runs, name, true));
         }
     }
@@ -62,53 +62,53 @@ pub(super) fn of(
 }
 
 /// Gains and delays of sensors, the same in all recordings; offsets are estimated in each recording.
-fn sensors(model: &dyn Subject, runs: &[Run]) -> Vec<Fitted> {
-    let one = |s: &Sought| {
+fn sensors(model: &dyn IdentificationSubject, runs: &[IdentificationRun]) -> Vec<CommonUnknown> {
+    let one = |s: &SensorUnknown| {
         let (channel, target) = match (s.of, s.figure) {
-            (_, Figure::Offset) => return None,
-            (Of::Output(i), Figure::Gain) => (&model.outputs()[i], Target::Gain(i)),
-            (Of::Output(i), Figure::Delay) => (&model.outputs()[i], Target::Delay(i)),
-            (Of::Input(i), Figure::Gain) => (&model.inputs()[i], Target::InputGain(i)),
-            (Of::Input(i), Figure::Delay) => (&model.inputs()[i], Target::InputDelay(i)),
+            (_, SensorFigure::Offset) => return None,
+            (SensorOf::Output(i), SensorFigure::Gain) => (&model.outputs()[i], FitTarget::Gain(i)),
+            (SensorOf::Output(i), SensorFigure::Delay) => (&model.outputs()[i], FitTarget::SensorDelay(i)),
+            (SensorOf::Input(i), SensorFigure::Gain) => (&model.inputs()[i], FitTarget::InputGain(i)),
+            (SensorOf::Input(i), SensorFigure::Delay) => (&model.inputs()[i], FitTarget::InputSensorDelay(i)),
         };
         let name = format!("{}.{}", channel.name, s.figure.name());
-        let Guess { value, doubt } = s.guess;
-        let mut unknown = Unknown { start: value, ..Unknown::free(&name, target, None, s.size) };
+        let PriorGuess { value, doubt } = s.guess;
+        let mut unknown = FitUnknown { start: value, ..FitUnknown::free(&name, target, None, s.size) };
         if let Some((lower, upper)) = s.bounds() {
             (unknown.lower, unknown.upper) = (lower, upper);
             unknown.prior = doubt.map(|_| (value / s.size, 1.0));
         } else if let Some(d) = doubt {
             unknown = unknown.believed(d);
         }
-        Some(Fitted { unknown, asked_for: true, doubt: doubt.filter(|_| !target.shifts()) })
+        Some(CommonUnknown { unknown, asked_for: true, doubt: doubt.filter(|_| !target.shifts()) })
     };
     sought(runs).iter().filter_map(one).collect()
 }
 
 fn one(
-    model: &dyn Subject,
+    model: &dyn IdentificationSubject,
     case: &Case,
     nominal: &[f64],
-    runs: &[Run],
+    runs: &[IdentificationRun],
     name: &str,
     asked_for: bool,
-) -> Fitted {
+) -> CommonUnknown {
     let index = model.parameter(name).unwrap_or(0);
     let (value, q) = (nominal[index], &model.parameters()[index]);
     let doubt = case.doubt(name).filter(|d| *d > 0.0);
     if model.absolute_doubt(index) {
         let size = if PayloadParameter::named(name).is_some() { doubt.unwrap_or(0.1) } else { 1.0 };
-        let free = Unknown::free(name, Target::Parameter(index), None, size);
+        let free = FitUnknown::free(name, FitTarget::Parameter(index), None, size);
         let prior = doubt.map(|d| (value / size, d / size));
-        let unknown = Unknown { start: value, prior, lower: q.min, upper: q.max, ..free };
-        return Fitted { unknown, asked_for, doubt };
+        let unknown = FitUnknown { start: value, prior, lower: q.min, upper: q.max, ..free };
+        return CommonUnknown { unknown, asked_for, doubt };
     }
-    let mut unknown = Unknown::positive(name, index, value);
+    let mut unknown = FitUnknown::positive(name, index, value);
     if !(value > 0.0 && q.min >= 0.0) {
         let size = if value == 0.0 { typical(model, nominal, runs, name) } else { value.abs() };
         let start = if value == 0.0 && q.min >= 0.0 { 0.1 * size } else { value };
-        let free = Unknown::free(name, Target::Parameter(index), None, size);
-        unknown = Unknown { start, lower: q.min, scale: Scale::Linear(size), ..free };
+        let free = FitUnknown::free(name, FitTarget::Parameter(index), None, size);
+        unknown = FitUnknown { start, lower: q.min, scale: Scale::Linear(size), ..free };
     }
     if unknown.scale == Scale::Log {
         // A case that is off by more is a case of another drive; far out simulations only cost time.
@@ -119,11 +119,16 @@ fn one(
     if let Some(d) = doubt {
         unknown = unknown.believed(d);
     }
-    Fitted { unknown, asked_for, doubt }
+    CommonUnknown { unknown, asked_for, doubt }
 }
 
 /// How large a value is likely to be that is 0 in the case.
-fn typical(model: &dyn Subject, nominal: &[f64], runs: &[Run], name: &str) -> f64 {
+fn typical(
+    model: &dyn IdentificationSubject,
+    nominal: &[f64],
+    runs: &[IdentificationRun],
+    name: &str,
+) -> f64 {
     let value = |n: &str| model.parameter(n).map_or(1.0, |i| nominal[i]);
     let largest = |i: usize| {
         let all = runs.iter().flat_map(|r| &r.drives).filter(|d| d.input == i).flat_map(|d| &d.u);

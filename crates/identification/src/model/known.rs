@@ -1,12 +1,12 @@
 //! Effects that a case declares.
 
-use trueup_models::effect::{Choice, Neutral, Plant, Role, Scope};
+use trueup_models::effect::{EffectChoice, Neutral, ParameterRole, PlantKind, Scope};
 use trueup_signals::{Case, base_name, element_name};
 
-use super::{Model, ModelError};
+use super::{ModelError, SimulatedPlant};
 
 /// Whether every known effect can be one and has a size, and whether gravity has a base that holds against it.
-pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
+pub(super) fn check(model: &SimulatedPlant, case: &Case) -> Result<(), ModelError> {
     let plant = model.effect_plant();
     let falls = case.parameters.iter().find(|(name, value)| {
         let named = model.parameter(name).is_some() && base_name(name) == "gravity";
@@ -21,7 +21,7 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
         });
     }
     for known in &case.effects {
-        let choice = Choice::parse(&known.id, plant)?;
+        let choice = EffectChoice::parse(&known.id, plant)?;
         let spec = choice.spec();
         let refuse =
             |what: String| Err(ModelError::Parameter { name: format!("effects.{}", known.id), what });
@@ -30,9 +30,9 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
                 "that a joint is flexible is its structure; write jointFlexible in [parameters]".into(),
             );
         }
-        let indexed = plant == Plant::Arm && choice.scope() == Scope::Joint;
+        let indexed = plant == PlantKind::Arm && choice.scope() == Scope::Joint;
         match known.joint {
-            Some(j) if !indexed && (plant == Plant::Arm || j > 1) => {
+            Some(j) if !indexed && (plant == PlantKind::Arm || j > 1) => {
                 return refuse(format!("it occurs once in {}; remove joint = {j}", case.model));
             }
             Some(j) if j > model.structure().flexible.len() => {
@@ -59,11 +59,11 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
             None => base.to_owned(),
         };
         let has = |name: &str| case.parameters.keys().any(|p| p == name || base_name(p) == name);
-        let sizes = choice.parameters().iter().filter(|s| s.role == Role::Amplitude);
+        let sizes = choice.parameters().iter().filter(|s| s.role == ParameterRole::Amplitude);
         let sizes: Vec<String> = sizes.map(|s| choice.variable(s.name)).collect();
         let borrowed = spec.borrows.iter().filter(|b| b.neutral != Neutral::Structure);
         let borrowed =
-            borrowed.map(|b| if plant == Plant::Joint { b.joint_name } else { b.arm_name }.to_owned());
+            borrowed.map(|b| if plant == PlantKind::Joint { b.joint_name } else { b.arm_name }.to_owned());
         let all: Vec<String> = sizes.into_iter().chain(borrowed).map(|name| element(&name)).collect();
         if !all.is_empty() && !all.iter().any(|name| has(name)) {
             let joint = if indexed && known.joint.is_none() { ", and `joint`" } else { "" };

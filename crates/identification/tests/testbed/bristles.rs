@@ -5,11 +5,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use trueup_identification::flexible_joint::sight;
-use trueup_identification::identify::{Design, Found, Identified, Method, Settings, identify};
-use trueup_identification::model::Model;
+use trueup_identification::identify::{
+    ExperimentDesign, FoundParameter, Identified, IdentifyMethod, IdentifySettings, identify,
+};
+use trueup_identification::model::SimulatedPlant;
 use trueup_models::arm::{Replay, output};
 use trueup_models::plants::PlantStructure;
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_signals::Case;
 
 use super::{Noise, reference, times, torque};
@@ -31,7 +33,7 @@ pub(crate) const OFFSETS: [f64; 5] = [0.5, 2.8, -0.2, 1.5, 1.0];
 pub(crate) const SEEN: f64 = 2.7e-3;
 
 /// One recording: time, torque of joint 1, its angle as seen, encoders of joints 2 and 3.
-fn csv(model: &Model, truth: &[(&str, f64)], offset: f64, noise: &mut Noise) -> String {
+fn csv(model: &SimulatedPlant, truth: &[(&str, f64)], offset: f64, noise: &mut Noise) -> String {
     let mut p = model.defaults();
     let mut set = |name: &str, value: f64| p[model.parameter(name).unwrap()] = value;
     truth.iter().for_each(|(name, value)| set(name, *value));
@@ -48,7 +50,7 @@ fn csv(model: &Model, truth: &[(&str, f64)], offset: f64, noise: &mut Noise) -> 
         u[led[0]] = -0.6f64.to_radians();
         u[led[1]] = -0.75f64.to_radians();
     };
-    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-10, ..DriverOptions::default() };
     let replay = Replay::new(model.arm().unwrap().clone(), &model.structure().led).unwrap();
     let sim = simulate(&replay, &p, &vec![0.01; model.sizes().states], options, &inputs, &times()).unwrap();
     let (mm, deg) = (1e-3, 0.1f64.to_radians());
@@ -78,7 +80,7 @@ pub(crate) fn record(folder: &Path, truth: &[(&str, f64)], offsets: &[f64], seed
         led: vec![1, 2],
         payload: None,
     };
-    let model = Model::new(structure).unwrap();
+    let model = SimulatedPlant::new(structure).unwrap();
     let mut noise = Noise(seed);
     let known = format!(
         "[parameters]\n\"initialMotorAngle[1]\" = {}\n\"initialMotorVelocity[1]\" = 0.0\n\"initialJointVelocity[1]\" = 0.0\n\
@@ -104,7 +106,7 @@ pub(crate) fn designed(
     train: &[usize],
     holdout: &[usize],
     bristles: bool,
-    design: Option<&Design>,
+    design: Option<&ExperimentDesign>,
 ) -> Identified {
     let names =
         |list: &[usize]| list.iter().map(|k| format!("\"test-{k}.csv\"")).collect::<Vec<_>>().join(", ");
@@ -122,14 +124,15 @@ pub(crate) fn designed(
     let with = if bristles { vec![EFFECT.to_owned()] } else { Vec::new() };
     let effects: Vec<&str> = with.iter().map(String::as_str).collect();
     let (mut loaded, _) =
-        Case::load(&file, |c| Ok(Model::of_case(c, &effects).unwrap().variables())).unwrap();
+        Case::load(&file, |c| Ok(SimulatedPlant::of_case(c, &effects).unwrap().variables())).unwrap();
     loaded.case.with = with.clone();
-    let settings = Settings { method: Method::OutputError, profile: false, design, progress: &|_| () };
+    let settings =
+        IdentifySettings { method: IdentifyMethod::OutputError, profile: false, design, progress: &|_| () };
     identify(&loaded, &settings).unwrap()
 }
 
 /// What was found of a parameter.
-pub(crate) fn found<'a>(r: &'a Identified, name: &str) -> &'a Found {
+pub(crate) fn found<'a>(r: &'a Identified, name: &str) -> &'a FoundParameter {
     r.parameters.iter().find(|f| f.estimate.name == name).unwrap()
 }
 

@@ -3,10 +3,10 @@
 
 pub(crate) mod bristles;
 
-use trueup_identification::flexible_joint::{FlexibleJoint, Motor, Run, sight};
+use trueup_identification::flexible_joint::{FlexibleJoint, MotorDrive, TestBedRun, sight};
 use trueup_models::arm::{PlanarManipulator, Replay, input, output, parameter};
 use trueup_models::presets;
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::spline::Spline;
 
@@ -58,7 +58,7 @@ pub(crate) fn run(truth: [f64; 4], by_torque: bool, noise: f64, seed: u64) -> Fl
         u[replay.acceleration(0)] = -0.6f64.to_radians();
         u[replay.acceleration(1)] = -0.75f64.to_radians();
     };
-    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-10, ..DriverOptions::default() };
     let sim = simulate(&replay, &p, &vec![0.01; replay.sizes().states], options, &inputs, &times()).unwrap();
     let mut random = Noise(seed);
     let (mm, deg) = (1e-3 * noise, 0.1f64.to_radians() * noise);
@@ -81,10 +81,10 @@ pub(crate) fn run(truth: [f64; 4], by_torque: bool, noise: f64, seed: u64) -> Fl
         Spline::new(&times(), &angles, 0.0).unwrap()
     };
     let motor = if by_torque {
-        Motor::Torque(times().into_iter().map(torque).collect())
+        MotorDrive::Torque(times().into_iter().map(torque).collect())
     } else {
-        Motor::Motion(encoder(0))
+        MotorDrive::Motion(encoder(0))
     };
-    let run = Run { time: times(), angle: seen.angle, motor, others: vec![encoder(1), encoder(2)] };
+    let run = TestBedRun { time: times(), angle: seen.angle, motor, others: vec![encoder(1), encoder(2)] };
     FlexibleJoint::new(&arm, &p, 0, reference(0, 0.0), run).unwrap()
 }

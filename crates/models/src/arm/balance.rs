@@ -3,17 +3,17 @@
 use super::chain::{dot, quarter};
 use super::layout::{input, parameter};
 use super::model::PlanarManipulator;
-use super::motion::Motion;
+use super::motion::ArmMotion;
 use super::rotor;
 use super::solve::Symmetric;
 use super::{MAX_BODIES, MAX_DOFS, MAX_LINKS};
-use crate::drive::{Base, Drive, Spring};
+use crate::drive::{BaseMotion, DriveTrain, Spring};
 use crate::friction::{self, Levels, SMOOTH, STUCK};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 /// All torques and accelerations.
-pub(super) struct Balance<T> {
+pub(super) struct ArmForces<T> {
     pub(super) acceleration: [T; MAX_DOFS],
     pub(super) springs: [Spring<T>; MAX_LINKS],
     /// Friction torque of each motor, against positive motion.
@@ -23,19 +23,24 @@ pub(super) struct Balance<T> {
 }
 
 impl PlanarManipulator {
-    pub(super) fn motion<'a, T: Scalar>(&self, at: &At<'a, T>) -> Motion<'a, T> {
+    pub(super) fn motion<'a, T: Scalar>(&self, at: &At<'a, T>) -> ArmMotion<'a, T> {
         let n = self.links();
         let (q, rest) = at.x.split_at(self.dofs());
         let v = &rest[..self.dofs()];
         let chain = self.chain(at.p);
         let turned = chain.turned(q, v);
-        let base =
-            Base { t: at.t, position: [q[0], q[1]], attitude: q[2], velocity: [v[0], v[1]], rate: v[2] };
-        let mut drives = [Drive::default(); MAX_LINKS];
+        let base = BaseMotion {
+            t: at.t,
+            position: [q[0], q[1]],
+            attitude: q[2],
+            velocity: [v[0], v[1]],
+            rate: v[2],
+        };
+        let mut drives = [DriveTrain::default(); MAX_LINKS];
         for j in 0..n {
             let (motor, joint) = (self.motor(j), 3 + j);
             let command = at.u[input::joint_torque(n) + j];
-            drives[j] = Drive {
+            drives[j] = DriveTrain {
                 t: at.t,
                 command,
                 torque: command,
@@ -49,7 +54,7 @@ impl PlanarManipulator {
                 epsilon_dot: v[motor] - v[joint],
                 link_angle: turned.angle[j + 1],
                 link_rate: turned.rate[j + 1],
-                ..Drive::default()
+                ..DriveTrain::default()
             };
             let d = &mut drives[j];
             self.effects().gear(at, j, d);
@@ -62,11 +67,11 @@ impl PlanarManipulator {
                 d.levels = self.levels(at, j, d, friction::direction(SMOOTH, d.omega));
             }
         }
-        Motion { q, v, chain, turned, drives }
+        ArmMotion { q, v, chain, turned, drives }
     }
 
     /// M* + J* (ARM-2, ARM-5, ARM-6).
-    pub(super) fn mass<T: Scalar>(&self, p: &[T], motion: &Motion<T>) -> Symmetric<T> {
+    pub(super) fn mass<T: Scalar>(&self, p: &[T], motion: &ArmMotion<T>) -> Symmetric<T> {
         let n = self.links();
         let mut m = Symmetric::zero();
         motion.chain.add_mass(&motion.turned, &mut m);
@@ -77,7 +82,7 @@ impl PlanarManipulator {
         m
     }
 
-    pub(super) fn spring<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> Spring<T> {
+    pub(super) fn spring<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>) -> Spring<T> {
         let n = self.links();
         let (k, b) = (at.p[parameter::joint_stiffness(n) + joint], at.p[parameter::joint_damping(n) + joint]);
         self.effects().spring(at, joint, d, Spring::linear(k, b, d))
@@ -87,12 +92,12 @@ impl PlanarManipulator {
     pub(super) fn forces<T: Scalar>(
         &self,
         at: &At<T>,
-        motion: &Motion<T>,
+        motion: &ArmMotion<T>,
         mass: &Symmetric<T>,
         springs: &mut [Spring<T>; MAX_LINKS],
     ) -> [T; MAX_DOFS] {
         let (n, u, effects) = (self.links(), at.u, self.effects());
-        let Motion { turned, drives, .. } = motion;
+        let ArmMotion { turned, drives, .. } = motion;
         let mut f = [T::zero(); MAX_DOFS];
         turned.bias(&mut f);
         f.iter_mut().for_each(|f| *f = -*f);
@@ -149,7 +154,13 @@ impl PlanarManipulator {
     }
 
     /// Friction levels of a motor in direction +1 or -1.
-    pub(super) fn levels<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, way: f64) -> Levels<T> {
+    pub(super) fn levels<T: Scalar>(
+        &self,
+        at: &At<T>,
+        joint: usize,
+        d: &DriveTrain<T>,
+        way: f64,
+    ) -> Levels<T> {
         let n = self.links();
         let own = friction::paper(
             at.p[parameter::coulomb_friction(n) + joint],
@@ -161,7 +172,7 @@ impl PlanarManipulator {
     }
 
     /// Solves for the accelerations; a sticking motor has none, its friction is the reaction (ARM-9).
-    pub(super) fn balance<T: Scalar>(&self, at: &At<T>, motion: &Motion<T>) -> Balance<T> {
+    pub(super) fn balance<T: Scalar>(&self, at: &At<T>, motion: &ArmMotion<T>) -> ArmForces<T> {
         self.balance_led(at, motion, &[], &[])
     }
 
@@ -170,10 +181,10 @@ impl PlanarManipulator {
     pub(super) fn balance_led<T: Scalar>(
         &self,
         at: &At<T>,
-        motion: &Motion<T>,
+        motion: &ArmMotion<T>,
         led: &[(usize, T)],
         force: &[T],
-    ) -> Balance<T> {
+    ) -> ArmForces<T> {
         let n = self.links();
         let mass = self.mass(at.p, motion);
         let mut springs = [Spring::default(); MAX_LINKS];
@@ -222,6 +233,6 @@ impl PlanarManipulator {
                 friction_torque[j] = applied[j];
             }
         }
-        Balance { acceleration, springs, friction: friction_torque, applied }
+        ArmForces { acceleration, springs, friction: friction_torque, applied }
     }
 }

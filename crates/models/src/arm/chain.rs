@@ -9,23 +9,23 @@ use super::{MAX_BODIES, MAX_LINKS};
 use trueup_numerics::Scalar;
 
 /// A vector in the plane.
-pub type Vector<T> = [T; 2];
+pub type PlanarVector<T> = [T; 2];
 
-pub(super) fn add<T: Scalar>(a: Vector<T>, b: Vector<T>) -> Vector<T> {
+pub(super) fn add<T: Scalar>(a: PlanarVector<T>, b: PlanarVector<T>) -> PlanarVector<T> {
     [a[0] + b[0], a[1] + b[1]]
 }
-pub(super) fn times<T: Scalar>(a: Vector<T>, s: T) -> Vector<T> {
+pub(super) fn times<T: Scalar>(a: PlanarVector<T>, s: T) -> PlanarVector<T> {
     [a[0] * s, a[1] * s]
 }
-pub(super) fn dot<T: Scalar>(a: Vector<T>, b: Vector<T>) -> T {
+pub(super) fn dot<T: Scalar>(a: PlanarVector<T>, b: PlanarVector<T>) -> T {
     a[0] * b[0] + a[1] * b[1]
 }
 /// S a: turned by a quarter.
-pub(super) fn quarter<T: Scalar>(a: Vector<T>) -> Vector<T> {
+pub(super) fn quarter<T: Scalar>(a: PlanarVector<T>) -> PlanarVector<T> {
     [-a[1], a[0]]
 }
 /// R a for the angle with that sine and cosine (eq. 22).
-pub(super) fn rotate<T: Scalar>((s, c): (T, T), a: Vector<T>) -> Vector<T> {
+pub(super) fn rotate<T: Scalar>((s, c): (T, T), a: PlanarVector<T>) -> PlanarVector<T> {
     [c * a[0] - s * a[1], s * a[0] + c * a[1]]
 }
 
@@ -37,16 +37,16 @@ pub struct Chain<T> {
     /// Total mass, kg.
     pub mass: T,
     /// a_k: from joint to joint of body k (a_0: from the satellite's centre of mass to joint 1), m.
-    pub arm: [Vector<T>; MAX_BODIES],
+    pub arm: [PlanarVector<T>; MAX_BODIES],
     /// gamma_k: sum of mass times lever of all that body k carries, kg.m (ARM-1).
-    pub gamma: [Vector<T>; MAX_BODIES],
+    pub gamma: [PlanarVector<T>; MAX_BODIES],
     /// alpha_kk + I_k: inertia of body k with what it carries taken as point mass, kg.m2 (ARM-1).
     pub inertia: [T; MAX_BODIES],
 }
 
 /// The chain in one position and motion; inertial frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Turned<T> {
+pub struct LinkDirections<T> {
     /// Number of links, n.
     pub links: usize,
     /// phi_k, rad.
@@ -54,9 +54,9 @@ pub struct Turned<T> {
     /// Its rate, rad/s.
     pub rate: [T; MAX_BODIES],
     /// A_k = R(phi_k) a_k, m.
-    pub arm: [Vector<T>; MAX_BODIES],
+    pub arm: [PlanarVector<T>; MAX_BODIES],
     /// G_k = R(phi_k) gamma_k, kg.m.
-    pub gamma: [Vector<T>; MAX_BODIES],
+    pub gamma: [PlanarVector<T>; MAX_BODIES],
 }
 
 impl<T: Scalar> Chain<T> {
@@ -86,7 +86,7 @@ impl<T: Scalar> Chain<T> {
 
     /// A body more, fixed to link `link` (from 1): its mass, where its centre is in the link's axes, its inertia about that
     /// (ARM-16).
-    pub fn carry(&mut self, link: usize, mass: T, center: Vector<T>, inertia: T) {
+    pub fn carry(&mut self, link: usize, mass: T, center: PlanarVector<T>, inertia: T) {
         self.gamma[link] = add(self.gamma[link], times(center, mass));
         self.inertia[link] += inertia + mass * dot(center, center);
         for k in 0..link {
@@ -97,9 +97,9 @@ impl<T: Scalar> Chain<T> {
     }
 
     /// At coordinates q and velocities v (x_0, y_0, q_0, q_1 .. q_n).
-    pub fn turned(&self, q: &[T], v: &[T]) -> Turned<T> {
+    pub fn turned(&self, q: &[T], v: &[T]) -> LinkDirections<T> {
         let none = [T::zero(); 2];
-        let mut t = Turned {
+        let mut t = LinkDirections {
             links: self.links,
             angle: [T::zero(); MAX_BODIES],
             rate: [T::zero(); MAX_BODIES],
@@ -119,7 +119,7 @@ impl<T: Scalar> Chain<T> {
     }
 
     /// Adds M(q) to `m`, rows x_0, y_0, q_0, q_1 .. q_n (ARM-2, ARM-3).
-    pub fn add_mass(&self, t: &Turned<T>, m: &mut Symmetric<T>) {
+    pub fn add_mass(&self, t: &LinkDirections<T>, m: &mut Symmetric<T>) {
         let n = self.links;
         m.add(0, 0, self.mass);
         m.add(1, 1, self.mass);
@@ -146,7 +146,7 @@ impl<T: Scalar> Chain<T> {
     }
 }
 
-impl<T: Scalar> Turned<T> {
+impl<T: Scalar> LinkDirections<T> {
     /// C(q, v) v, rows x_0, y_0, q_0, q_1 .. q_n: Coriolis and centrifugal terms (ARM-4).
     pub fn bias(&self, out: &mut [T]) {
         let n = self.links;

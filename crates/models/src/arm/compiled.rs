@@ -5,12 +5,12 @@ use super::model::BASE_ROWS;
 use super::payload::PAYLOAD;
 use super::{PlanarManipulator, Replay};
 use crate::compiled::{self, PlantModel};
-use crate::effect::{EffectSet, Plant as EffectPlant};
+use crate::effect::{EffectSet, PlantKind as EffectPlant};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 use trueup_plant::{
-    ChosenAs, Coordinate, CoordinateKind, Follows, Lanes, PlantError, PlantScalar, Quantity, StructureChoice,
-    VariableTable, elements,
+    ChosenAs, Coordinate, CoordinateKind, Follows, Lanes, PlantError, PlantQuantity, PlantScalar,
+    StructureChoice, VariableTable, elements,
 };
 
 impl PlanarManipulator {
@@ -89,10 +89,10 @@ impl PlantModel for PlanarManipulator {
         }
         compiled::add_effects(self.effects(), EffectPlant::Arm, &mut t);
         if self.payload().is_some() {
-            let carried = |p: &super::PayloadParameter| Quantity {
+            let carried = |p: &super::PayloadParameter| PlantQuantity {
                 neutral: Some(0.0),
                 absolute_deviation: p.absolute_doubt,
-                ..Quantity::new(p.name, p.unit).at_least(p.min)
+                ..PlantQuantity::new(p.name, p.unit).at_least(p.min)
             };
             t.parameters.extend(PAYLOAD.iter().map(carried));
         }
@@ -173,9 +173,9 @@ impl PlantModel for Replay {
     fn table(&self) -> VariableTable {
         let mut t = self.arm.table();
         let names = elements("motorAcceleration", &[self.arm.links()]);
-        t.inputs.extend(self.led.iter().map(|j| Quantity {
+        t.inputs.extend(self.led.iter().map(|j| PlantQuantity {
             description: "Measured; the torque for it is not computed".into(),
-            ..Quantity::new(names[*j].clone(), "rad/s2")
+            ..PlantQuantity::new(names[*j].clone(), "rad/s2")
         }));
         t
     }

@@ -1,32 +1,32 @@
 //! Where the tip and the links are (S0 eq. 21-23), and a joint's angle from the tip's position.
 
-use super::chain::{Turned, Vector, add, dot, quarter, rotate, times};
+use super::chain::{LinkDirections, PlanarVector, add, dot, quarter, rotate, times};
 use super::layout::parameter;
 use trueup_numerics::Scalar;
 
 /// Position, attitude and velocity of a point; inertial frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Tip<T> {
+pub struct TipMotion<T> {
     /// m.
-    pub position: Vector<T>,
+    pub position: PlanarVector<T>,
     /// rad.
     pub attitude: T,
     /// m/s.
-    pub velocity: Vector<T>,
+    pub velocity: PlanarVector<T>,
 }
 
 /// The end-effector (eq. 21, ARM-10); `q`, `v`: x_0, y_0 and their rates first.
-pub fn tip<T: Scalar>(t: &Turned<T>, q: &[T], v: &[T]) -> Tip<T> {
+pub fn tip<T: Scalar>(t: &LinkDirections<T>, q: &[T], v: &[T]) -> TipMotion<T> {
     let (mut position, mut velocity) = ([q[0], q[1]], [v[0], v[1]]);
     for k in 0..=t.links {
         position = add(position, t.arm[k]);
         velocity = add(velocity, times(quarter(t.arm[k]), t.rate[k]));
     }
-    Tip { position, attitude: t.angle[t.links], velocity }
+    TipMotion { position, attitude: t.angle[t.links], velocity }
 }
 
 /// Centre of mass of link `link` (from 1), inertial frame, m.
-pub fn center_of_mass<T: Scalar>(t: &Turned<T>, q: &[T], p: &[T], link: usize) -> Vector<T> {
+pub fn center_of_mass<T: Scalar>(t: &LinkDirections<T>, q: &[T], p: &[T], link: usize) -> PlanarVector<T> {
     let begin = parameter::link_center_of_mass(t.links) + 2 * (link - 1);
     let own = rotate(t.angle[link].sin_cos(), [p[begin], p[begin + 1]]);
     (0..link).fold(add([q[0], q[1]], own), |sum, k| add(sum, t.arm[k]))
@@ -34,7 +34,7 @@ pub fn center_of_mass<T: Scalar>(t: &Turned<T>, q: &[T], p: &[T], link: usize) -
 
 /// A joint's angle as the tip shows it.
 #[derive(Clone, Copy, Debug)]
-pub struct Sighted<T> {
+pub struct SightedPoint<T> {
     /// The joint's angle, rad, within (-pi, pi].
     pub angle: T,
     /// Measured less known distance from the joint to the tip, m: 0 but for errors of measurement or model.
@@ -43,7 +43,7 @@ pub struct Sighted<T> {
 
 /// The angle of joint `joint` (from 1) from the tip's position, the base's pose and the other joints' angles
 /// (eq. 21 solved for it, ARM-11). `q` is x_0, y_0, q_0, q_1 .. q_n; its entry for that joint is not read.
-pub fn joint_angle<T: Scalar>(p: &[T], q: &[T], tip: Vector<T>, joint: usize) -> Sighted<T> {
+pub fn joint_angle<T: Scalar>(p: &[T], q: &[T], tip: PlanarVector<T>, joint: usize) -> SightedPoint<T> {
     let n = q.len() - 3;
     let arm = |k: usize| match k {
         0 => [p[parameter::mount_position(n)], p[parameter::mount_position(n) + 1]],
@@ -66,7 +66,7 @@ pub fn joint_angle<T: Scalar>(p: &[T], q: &[T], tip: Vector<T>, joint: usize) ->
     }
     // atan2(seen) - atan2(known) as one angle, so that it does not leave (-pi, pi].
     let across = known[0] * seen[1] - known[1] * seen[0];
-    Sighted {
+    SightedPoint {
         angle: across.atan2(dot(known, seen)),
         mismatch: dot(seen, seen).sqrt() - dot(known, known).sqrt(),
     }

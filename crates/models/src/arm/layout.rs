@@ -1,7 +1,7 @@
 //! The variables of a manipulator with `n` links: what each is, where its values are in the vectors, and what may be chosen
 //! of its base.
 
-use crate::layout::{Entry, Items, Shows, State};
+use crate::layout::{Items, LayoutEntry, LayoutState, Shows};
 
 /// Name of the choice of [`BASE`], in an FMU and among the parameters of a case.
 pub const BASE_CHOICE: &str = "base";
@@ -50,14 +50,14 @@ macro_rules! layout {
         layout! { @next $n (0) count $($text $name = layout!(@length $($d),*);)* }
         layout! { @next $n (count($n)) count_with_friction $($dry_text $dry = $n;)* }
         /// The variables of such a manipulator in order, those of effects not among them.
-        pub fn list($s: &ArmLayout) -> Vec<Entry<$kind>> {
+        pub fn list($s: &ArmLayout) -> Vec<LayoutEntry<$kind>> {
             let $n = $s.links;
-            let mut all: Vec<Entry<$kind>> = vec![
-                $(Entry { name: $text, dimensions: vec![$($d),*], unit: $unit, kind: $more, text: $what }),*
+            let mut all: Vec<LayoutEntry<$kind>> = vec![
+                $(LayoutEntry { name: $text, dimensions: vec![$($d),*], unit: $unit, kind: $more, text: $what }),*
             ];
             if $s.friction {
                 all.extend([
-                    $(Entry { name: $dry_text, dimensions: vec![$n], unit: $dry_unit, kind: $dry_more, text: $dry_what }),*
+                    $(LayoutEntry { name: $dry_text, dimensions: vec![$n], unit: $dry_unit, kind: $dry_more, text: $dry_what }),*
                 ]);
             }
             all
@@ -84,11 +84,11 @@ macro_rules! layout {
 
 /// Indices of the parameters.
 pub mod parameter {
-    use super::{ArmLayout, COUPLING, Entry};
-    use crate::layout::Allowed::{Any, Item, NotNegative, OneUp, Positive};
+    use super::{ArmLayout, COUPLING, LayoutEntry};
+    use crate::layout::AllowedValues::{Any, Item, NotNegative, OneUp, Positive};
     use crate::layout::Parameter;
 
-    const fn tunable(allowed: crate::layout::Allowed) -> Parameter {
+    const fn tunable(allowed: crate::layout::AllowedValues) -> Parameter {
         Parameter::tunable(allowed)
     }
     const FIXED: Parameter = Parameter::fixed(Any);
@@ -132,10 +132,10 @@ pub mod parameter {
 
 /// Indices of the inputs.
 pub mod input {
-    use super::{ArmLayout, Entry};
-    use crate::layout::Start;
+    use super::{ArmLayout, LayoutEntry};
+    use crate::layout::InputStart;
 
-    layout! { Start, n, s: {
+    layout! { InputStart, n, s: {
         joint_torque "jointTorque" [n] "N.m", &[], "Motor torques, tau (eq. 2), joint side; positive turns the joint forward";
         base_force "baseForce" [2] "N", &[], "Force on the satellite at its centre of mass, inertial frame";
         base_torque "baseTorque" [] "N.m", &[], "Torque on the satellite";
@@ -152,7 +152,7 @@ fn of_motors(s: &ArmLayout, state: &'static str) -> Shows {
 
 /// Indices of the outputs.
 pub mod output {
-    use super::{ArmLayout, Entry, of_motors};
+    use super::{ArmLayout, LayoutEntry, of_motors};
     use crate::layout::Shows;
 
     layout! { Shows, n, s: {
@@ -182,14 +182,15 @@ pub mod output {
 }
 
 /// The states in order, those of effects not among them.
-pub fn states(s: &ArmLayout) -> Vec<Entry<State>> {
-    let state = |name, dimensions: &[usize], [unit, rate]: [&'static str; 2], nominal, depends, text| Entry {
-        name,
-        dimensions: dimensions.to_vec(),
-        unit,
-        kind: State::new(rate, nominal, depends),
-        text,
-    };
+pub fn states(s: &ArmLayout) -> Vec<LayoutEntry<LayoutState>> {
+    let state =
+        |name, dimensions: &[usize], [unit, rate]: [&'static str; 2], nominal, depends, text| LayoutEntry {
+            name,
+            dimensions: dimensions.to_vec(),
+            unit,
+            kind: LayoutState::new(rate, nominal, depends),
+            text,
+        };
     let (joints, motors) = ([s.links], [s.motors]);
     let (shift, turn) = (["m", "m/s"], ["rad", "rad/s"]);
     let (speed, spin) = (["m/s", "m/s2"], ["rad/s", "rad/s2"]);

@@ -2,16 +2,16 @@
 
 use super::chain::Chain;
 use super::layout::{input, output, parameter};
-use super::motion::Motion;
+use super::motion::ArmMotion;
 use super::payload::PAYLOAD;
 use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
 use crate::drive::Spring;
-use crate::effect::{Choice, EffectError, EffectSet, Plant};
+use crate::effect::{EffectChoice, EffectError, EffectSet, PlantKind};
 use crate::friction::STUCK;
 use crate::presets;
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// The structure of a manipulator: its links, which joints are flexible, its effects.
 ///
@@ -30,7 +30,7 @@ pub struct PlanarManipulator {
     /// Which link carries a body more, from 0.
     payload: Option<usize>,
     effects: EffectSet,
-    sizes: Sizes,
+    sizes: ModelSizes,
 }
 
 /// Rows of the base: x_0, y_0, q_0.
@@ -63,9 +63,10 @@ impl PlanarManipulator {
             motor[j] = if *flexible { dofs } else { 3 + j };
             dofs += usize::from(*flexible);
         }
-        let friction =
-            effects.iter().any(|id| Choice::parse(id.as_ref(), Plant::Arm).is_ok_and(|c| c.spec().friction));
-        let mut sizes = Sizes {
+        let friction = effects
+            .iter()
+            .any(|id| EffectChoice::parse(id.as_ref(), PlantKind::Arm).is_ok_and(|c| c.spec().friction));
+        let mut sizes = ModelSizes {
             states: 2 * dofs,
             inputs: input::count(n),
             parameters: if friction { parameter::count_with_friction(n) } else { parameter::count(n) },
@@ -73,8 +74,8 @@ impl PlanarManipulator {
             modes: if friction { n } else { 0 },
             indicators: if friction { 2 * n } else { 0 },
         };
-        let effects = EffectSet::place(effects, Plant::Arm, n, &mut sizes)?;
-        if let Some(e) = effects.iter().find(|e| !e.spec().acts_in(Plant::Arm, fixed)) {
+        let effects = EffectSet::place(effects, PlantKind::Arm, n, &mut sizes)?;
+        if let Some(e) = effects.iter().find(|e| !e.spec().acts_in(PlantKind::Arm, fixed)) {
             return Err(EffectError::Floats(e.spec().id).into());
         }
         if sizes.modes > MAX_MODES {
@@ -259,7 +260,7 @@ impl PlanarManipulator {
     }
 
     /// The tip at states `x` (ARM-10), and the rate of the last link in rad/s.
-    pub fn tip<T: Scalar>(&self, x: &[T], p: &[T]) -> (kinematics::Tip<T>, T) {
+    pub fn tip<T: Scalar>(&self, x: &[T], p: &[T]) -> (kinematics::TipMotion<T>, T) {
         let (q, v) = x.split_at(self.dofs);
         let turned = self.chain(p).turned(q, v);
         (kinematics::tip(&turned, q, v), turned.rate[self.links()])
@@ -297,7 +298,7 @@ impl PlanarManipulator {
     pub(super) fn effect_rates<T: Scalar>(
         &self,
         at: &At<T>,
-        motion: &Motion<T>,
+        motion: &ArmMotion<T>,
         springs: &[Spring<T>; MAX_LINKS],
         dx: &mut [T],
     ) {
@@ -312,7 +313,7 @@ impl PlanarManipulator {
     }
 
     /// What the sensors look at, before they do.
-    fn true_motion<T: Scalar>(&self, motion: &Motion<T>, y: &mut [T]) {
+    fn true_motion<T: Scalar>(&self, motion: &ArmMotion<T>, y: &mut [T]) {
         let n = self.links();
         let (q, v, t) = (motion.q, motion.v, &motion.turned);
         for i in 0..2 {
@@ -345,7 +346,7 @@ impl PlanarManipulator {
 }
 
 impl Hybrid for PlanarManipulator {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         self.sizes
     }
 
@@ -460,13 +461,13 @@ impl Hybrid for PlanarManipulator {
         }
     }
 
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let mut frozen = [0; MAX_MODES];
         let frozen = &mut frozen[..modes.len()];
         frozen.copy_from_slice(modes);
         let changed = !modes.is_empty() && self.update_effects(&At { t, x, u, p, modes: frozen }, modes);
         if changed || !self.friction {
-            return Update { modes: changed, states: false };
+            return EventUpdate { modes: changed, states: false };
         }
         self.update_friction(t, x, u, p, modes)
     }

@@ -6,7 +6,7 @@
 use super::PlanarManipulator;
 use super::layout::input;
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// States, parameters and outputs are the manipulator's. Inputs: the manipulator's (the torque of a prescribed motor is not
 /// read), then the acceleration of each prescribed motor in rad/s2. Its initial angle and rate are in the
@@ -46,9 +46,9 @@ impl Replay {
 }
 
 impl Hybrid for Replay {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         let sizes = self.arm.sizes();
-        Sizes { inputs: sizes.inputs + self.led.len(), ..sizes }
+        ModelSizes { inputs: sizes.inputs + self.led.len(), ..sizes }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         self.arm.start(p, x);
@@ -70,7 +70,7 @@ impl Hybrid for Replay {
     fn direction(&self, indicator: usize) -> trueup_numerics::event::Direction {
         self.arm.direction(indicator)
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         self.arm.update(t, x, u, p, modes)
     }
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {

@@ -2,11 +2,11 @@
 
 use super::layout::parameter;
 use super::model::PlanarManipulator;
-use super::motion::Motion;
+use super::motion::ArmMotion;
 use super::{MAX_DOFS, MAX_LINKS, MAX_MODES};
 use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Update};
+use trueup_numerics::hybrid::{At, EventUpdate};
 
 impl PlanarManipulator {
     fn dry(&self, p: &[f64], joint: usize) -> bool {
@@ -76,7 +76,7 @@ impl PlanarManipulator {
         u: &[f64],
         p: &[f64],
         modes: &mut [i32],
-    ) -> Update {
+    ) -> EventUpdate {
         let (mut changed, mut stopped) = (false, false);
         for j in 0..self.links() {
             let (mode, stops) = self.by_velocity(&At { t, x, u, p, modes }, j, modes[j]);
@@ -91,7 +91,7 @@ impl PlanarManipulator {
             modes[j] = way;
             changed = true;
         }
-        Update { modes: changed, states: stopped }
+        EventUpdate { modes: changed, states: stopped }
     }
 
     /// Brings the sticking motors to rest by an impulse of their friction: momenta stay as they are.
@@ -120,7 +120,7 @@ impl PlanarManipulator {
     }
 
     /// The indicators of friction, two per joint.
-    pub(super) fn friction_indicators<T: Scalar>(&self, at: &At<T>, motion: &Motion<T>, z: &mut [T]) {
+    pub(super) fn friction_indicators<T: Scalar>(&self, at: &At<T>, motion: &ArmMotion<T>, z: &mut [T]) {
         let applied = if at.modes[..self.links()].contains(&STUCK) {
             self.balance(at, motion).applied
         } else {

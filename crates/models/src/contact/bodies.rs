@@ -4,12 +4,12 @@
 //! docking points acts on it.
 
 use super::MAX_PORTS;
-use super::frame::{Frame, Vector, Wrench, cross, dot, scale, sub};
+use super::frame::{ContactVector, ContactWrench, PointFrame, cross, dot, scale, sub};
 use super::layout::{BodyInputs, BodyOutputs, BodyParameters, BodyStates};
 use super::presets::SIM2;
 use super::touch::{frame, two};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// Mass and inertia about the centre of mass.
 #[derive(Clone, Copy, Debug)]
@@ -20,11 +20,11 @@ pub(super) struct Inertia<T> {
 
 impl<T: Scalar> Inertia<T> {
     /// Accelerations by a wrench about the centre of mass: m dv/dt = F, I d(omega)/dt = sum of torque + r x F.
-    pub(super) fn accelerated(&self, by: &Wrench<T>) -> (Vector<T>, T) {
+    pub(super) fn accelerated(&self, by: &ContactWrench<T>) -> (ContactVector<T>, T) {
         (by.force.map(|f| f / self.mass), by.torque / self.inertia) // (CON-9)
     }
     /// Momentum, angular momentum about the inertial origin, twice the kinetic energy, of a centre of mass that moves so.
-    pub(super) fn momenta(&self, at: &Frame<T>) -> (Vector<T>, T, T) {
+    pub(super) fn momenta(&self, at: &PointFrame<T>) -> (ContactVector<T>, T, T) {
         let momentum = scale(self.mass, at.velocity);
         let angular = cross(at.position, momentum) + self.inertia * at.rate;
         (momentum, angular, self.mass * dot(at.velocity, at.velocity) + self.inertia * at.rate * at.rate)
@@ -32,16 +32,25 @@ impl<T: Scalar> Inertia<T> {
 }
 
 /// Adds a wrench about a point of a body to one about its centre of mass.
-pub(super) fn carry<T: Scalar>(sum: &mut Wrench<T>, wrench: &Wrench<T>, point: Vector<T>, center: Vector<T>) {
+pub(super) fn carry<T: Scalar>(
+    sum: &mut ContactWrench<T>,
+    wrench: &ContactWrench<T>,
+    point: ContactVector<T>,
+    center: ContactVector<T>,
+) {
     sum.add(wrench.force, sub(point, center)); // (CON-9)
     sum.torque += wrench.torque;
 }
 
 /// Where position, attitude, velocity and rate of a body begin among its parameters, states or outputs.
-pub(super) type Motion = [usize; 4];
+pub(super) type BodyMotionIndices = [usize; 4];
 
 /// Writes how a body moves.
-pub(super) fn put<T: Scalar>(values: &mut [T], [position, attitude, velocity, rate]: Motion, of: &Frame<T>) {
+pub(super) fn put<T: Scalar>(
+    values: &mut [T],
+    [position, attitude, velocity, rate]: BodyMotionIndices,
+    of: &PointFrame<T>,
+) {
     values[position..position + 2].copy_from_slice(&of.position);
     values[velocity..velocity + 2].copy_from_slice(&of.velocity);
     (values[attitude], values[rate]) = (of.attitude, of.rate);
@@ -50,10 +59,10 @@ pub(super) fn put<T: Scalar>(values: &mut [T], [position, attitude, velocity, ra
 /// Writes the rates of the states of a body that a wrench about its centre of mass acts on.
 pub(super) fn put_rates<T: Scalar>(
     dx: &mut [T],
-    [position, attitude, velocity, rate]: Motion,
-    of: &Frame<T>,
+    [position, attitude, velocity, rate]: BodyMotionIndices,
+    of: &PointFrame<T>,
     inertia: &Inertia<T>,
-    by: &Wrench<T>,
+    by: &ContactWrench<T>,
 ) {
     let (acceleration, turning) = inertia.accelerated(by);
     dx[position..position + 2].copy_from_slice(&of.velocity);
@@ -66,7 +75,7 @@ pub(super) fn add_momenta<T: Scalar>(
     y: &mut [T],
     [linear, angular, kinetic]: [usize; 3],
     inertia: &Inertia<T>,
-    of: &Frame<T>,
+    of: &PointFrame<T>,
 ) {
     let (momentum, about, twice) = inertia.momenta(of);
     for i in 0..2 {
@@ -79,10 +88,10 @@ pub(super) fn add_momenta<T: Scalar>(
 /// Writes position, velocity, momenta and kinetic energy of a body.
 pub(super) fn put_body<T: Scalar>(
     y: &mut [T],
-    motion: Motion,
+    motion: BodyMotionIndices,
     [linear, angular, kinetic]: [usize; 3],
     inertia: &Inertia<T>,
-    of: &Frame<T>,
+    of: &PointFrame<T>,
 ) {
     put(y, motion, of);
     y[linear..linear + 2].fill(T::zero());
@@ -134,7 +143,7 @@ impl FreeBody {
         }
         p
     }
-    fn moved(&self) -> Motion {
+    fn moved(&self) -> BodyMotionIndices {
         let at = &self.states;
         [at.position, at.attitude, at.velocity, at.rate]
     }
@@ -144,8 +153,8 @@ impl FreeBody {
 }
 
 impl Hybrid for FreeBody {
-    fn sizes(&self) -> Sizes {
-        Sizes {
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes {
             states: self.states.count,
             inputs: self.inputs.count,
             parameters: self.parameters.count,
@@ -161,10 +170,10 @@ impl Hybrid for FreeBody {
     fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
         let body = frame(at.x, self.moved());
-        let mut sum = Wrench::default();
+        let mut sum = ContactWrench::default();
         for k in 0..self.ports {
             let force = two(at.u, self.inputs.force + 2 * k);
-            let wrench = Wrench { force, torque: at.u[self.inputs.torque + k] };
+            let wrench = ContactWrench { force, torque: at.u[self.inputs.torque + k] };
             let point = body.at(two(at.p, self.parameters.port + 2 * k)).position;
             carry(&mut sum, &wrench, point, body.position);
         }
@@ -185,7 +194,7 @@ impl Hybrid for FreeBody {
         }
     }
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
-    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
-        Update::default()
+    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> EventUpdate {
+        EventUpdate::default()
     }
 }

@@ -2,13 +2,13 @@
 //!
 //! Positive directions: inertial frame; angles, rates and torques from x to y.
 
-use super::bodies::{Inertia, Motion, carry, put, put_body, put_rates};
-use super::frame::{Frame, Wrench};
+use super::bodies::{BodyMotionIndices, Inertia, carry, put, put_body, put_rates};
+use super::frame::{ContactWrench, PointFrame};
 use super::layout::{ChaserInputs, ChaserOutputs, ChaserParameters, ChaserStates};
 use super::presets::{Capture, SIM2};
 use super::touch::{frame, two};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// A chaser with a hand.
 pub trait Chaser: Hybrid {
@@ -22,9 +22,9 @@ pub trait Chaser: Hybrid {
     /// Where they contradict each other: the index of one of them, and the remedy.
     fn fits(&self, p: &[f64]) -> Result<(), (usize, String)>;
     /// The end effector at its reference point.
-    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> Frame<T>;
+    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> PointFrame<T>;
     /// Adds a wrench on the end effector about its reference point to the inputs.
-    fn push<T: Scalar>(&self, x: &[T], p: &[T], wrench: &Wrench<T>, u: &mut [T]);
+    fn push<T: Scalar>(&self, x: &[T], p: &[T], wrench: &ContactWrench<T>, u: &mut [T]);
     /// Where its outputs linear momentum, angular momentum about the inertial origin, and kinetic energy begin.
     fn momenta(&self) -> [usize; 3];
 }
@@ -50,11 +50,11 @@ impl Default for RigidChaser {
 }
 
 impl RigidChaser {
-    fn moved(&self) -> Motion {
+    fn moved(&self) -> BodyMotionIndices {
         let at = &self.states;
         [at.position, at.attitude, at.velocity, at.rate]
     }
-    fn body<T: Scalar>(&self, x: &[T]) -> Frame<T> {
+    fn body<T: Scalar>(&self, x: &[T]) -> PointFrame<T> {
         frame(x, self.moved())
     }
     fn inertia<T: Scalar>(&self, p: &[T]) -> Inertia<T> {
@@ -77,12 +77,12 @@ impl Chaser for RigidChaser {
     fn fits(&self, _p: &[f64]) -> Result<(), (usize, String)> {
         Ok(())
     }
-    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> Frame<T> {
+    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> PointFrame<T> {
         self.body(x).at(two(p, self.parameters.end_effector))
     }
-    fn push<T: Scalar>(&self, x: &[T], p: &[T], wrench: &Wrench<T>, u: &mut [T]) {
+    fn push<T: Scalar>(&self, x: &[T], p: &[T], wrench: &ContactWrench<T>, u: &mut [T]) {
         let body = self.body(x);
-        let mut sum = Wrench { force: two(u, self.inputs.force), torque: u[self.inputs.torque] };
+        let mut sum = ContactWrench { force: two(u, self.inputs.force), torque: u[self.inputs.torque] };
         let hand = body.at(two(p, self.parameters.end_effector));
         carry(&mut sum, wrench, hand.position, body.position);
         u[self.inputs.force..self.inputs.force + 2].copy_from_slice(&sum.force);
@@ -95,8 +95,8 @@ impl Chaser for RigidChaser {
 }
 
 impl Hybrid for RigidChaser {
-    fn sizes(&self) -> Sizes {
-        Sizes {
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes {
             states: self.states.count,
             inputs: self.inputs.count,
             parameters: self.parameters.count,
@@ -111,7 +111,7 @@ impl Hybrid for RigidChaser {
     }
     fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let wrench = Wrench { force: two(at.u, self.inputs.force), torque: at.u[self.inputs.torque] };
+        let wrench = ContactWrench { force: two(at.u, self.inputs.force), torque: at.u[self.inputs.torque] };
         put_rates(dx, self.moved(), &self.body(at.x), &self.inertia(at.p), &wrench);
     }
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
@@ -120,7 +120,7 @@ impl Hybrid for RigidChaser {
         put_body(y, motion, self.momenta(), &self.inertia(at.p), &self.body(at.x));
     }
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
-    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
-        Update::default()
+    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> EventUpdate {
+        EventUpdate::default()
     }
 }

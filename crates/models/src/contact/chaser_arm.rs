@@ -1,7 +1,7 @@
 //! The planar manipulator as a chaser: its hand is its tip, with the axes of its last link.
 
 use super::chaser::Chaser;
-use super::frame::{Frame, Wrench};
+use super::frame::{ContactWrench, PointFrame};
 use super::presets::{Capture, SIM2};
 use crate::arm::{PlanarManipulator, input, output, parameter};
 use trueup_numerics::Scalar;
@@ -21,11 +21,11 @@ impl Chaser for PlanarManipulator {
     fn fits(&self, p: &[f64]) -> Result<(), (usize, String)> {
         self.check(p)
     }
-    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> Frame<T> {
+    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> PointFrame<T> {
         let (tip, rate) = self.tip(x, p);
-        Frame::new(tip.position, tip.attitude, tip.velocity, rate)
+        PointFrame::new(tip.position, tip.attitude, tip.velocity, rate)
     }
-    fn push<T: Scalar>(&self, _x: &[T], _p: &[T], wrench: &Wrench<T>, u: &mut [T]) {
+    fn push<T: Scalar>(&self, _x: &[T], _p: &[T], wrench: &ContactWrench<T>, u: &mut [T]) {
         let n = self.links();
         for i in 0..2 {
             u[input::tip_force(n) + i] += wrench.force[i];

@@ -4,16 +4,16 @@ use super::MAX_BALLS;
 use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws, OPEN};
 use super::frame::{dot, sub};
 use super::law::{self, FREE, touches};
-use super::layout::{Against, Closing, Command, Mount, Outputs, Parameters, States, Structure};
-use super::outcome::{Facts, Outcome, caged};
-use super::touch::{Touch, relative_motion, touch, two};
-use super::view::{Gripper, View};
+use super::layout::{Closing, Command, GripperStructure, Mount, Outputs, Parameters, PortShape, States};
+use super::outcome::{CaptureFacts, CaptureOutcome, caged};
+use super::touch::{ContactState, relative_motion, touch, two};
+use super::view::{Gripper, GripperView};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{Sizes, Update};
+use trueup_numerics::hybrid::{EventUpdate, ModelSizes};
 
 impl Gripper {
-    pub(super) fn new(structure: Structure) -> Result<Self, String> {
-        let Structure { balls, mount, .. } = structure;
+    pub(super) fn new(structure: GripperStructure) -> Result<Self, String> {
+        let GripperStructure { balls, mount, .. } = structure;
         if balls == 0 || balls > MAX_BALLS {
             return Err(format!("a gripper of {balls} balls: it has 1 to {MAX_BALLS}; give numberOfBalls"));
         }
@@ -49,8 +49,8 @@ impl Gripper {
     }
 
     /// Of a gripper alone.
-    pub(super) fn sizes(&self) -> Sizes {
-        Sizes {
+    pub(super) fn sizes(&self) -> ModelSizes {
+        ModelSizes {
             states: self.states.count,
             inputs: self.command.count,
             parameters: self.parameters.count,
@@ -60,7 +60,7 @@ impl Gripper {
         }
     }
 
-    pub(super) fn start_modes(&self, v: &View<'_, f64>, modes: &mut [i32]) {
+    pub(super) fn start_modes(&self, v: &GripperView<'_, f64>, modes: &mut [i32]) {
         let here = touch(self, v);
         for i in 0..self.structure.balls {
             modes[i] = law::next_mode(FREE, &here.pairs[i]);
@@ -68,10 +68,10 @@ impl Gripper {
     }
     /// Of the port's ball, m.
     pub(super) fn port_radius(&self, p: &[f64]) -> Option<f64> {
-        (self.structure.against == Against::Ball).then(|| p[self.parameters.port_radius])
+        (self.structure.against == PortShape::Ball).then(|| p[self.parameters.port_radius])
     }
 
-    pub(super) fn jaws<T: Scalar>(&self, v: &View<'_, T>) -> Jaws<T> {
+    pub(super) fn jaws<T: Scalar>(&self, v: &GripperView<'_, T>) -> Jaws<T> {
         match self.structure.closing {
             Closing::Schedule => closing::scheduled(
                 v.x[self.states.closing],
@@ -85,12 +85,12 @@ impl Gripper {
         }
     }
     /// Of the motor, within its limit, N.m.
-    fn motor_torque<T: Scalar>(&self, v: &View<'_, T>) -> T {
+    fn motor_torque<T: Scalar>(&self, v: &GripperView<'_, T>) -> T {
         let most = v.p[self.parameters.motor_limit];
         v.u[self.command.motor_torque].min(most).max(-most)
     }
 
-    pub(super) fn rates<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, dx: &mut [T]) {
+    pub(super) fn rates<T: Scalar>(&self, v: &GripperView<'_, T>, touch: &ContactState<T>, dx: &mut [T]) {
         let at = &self.states;
         dx[at.dissipated_energy] = touch.loss;
         dx[at.jaw_work] = touch.jaw_power;
@@ -119,7 +119,7 @@ impl Gripper {
         }
     }
 
-    pub(super) fn write<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, y: &mut [T]) {
+    pub(super) fn write<T: Scalar>(&self, v: &GripperView<'_, T>, touch: &ContactState<T>, y: &mut [T]) {
         let at = &self.outputs;
         for i in 0..2 {
             y[at.host_force + i] = touch.on_host.force[i];
@@ -144,14 +144,14 @@ impl Gripper {
         y[at.relative_energy_printed] = relative_motion(self, v, touch.jaw_motion, -1.0) * 0.5;
         // Before the first event there is none yet.
         let outcome = match v.modes[self.outcome_mode()] {
-            0 => Outcome::Open as i32,
+            0 => CaptureOutcome::Open as i32,
             known => known,
         };
         y[at.outcome] = T::constant(f64::from(outcome));
     }
 
     /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still that of its mode.
-    pub(super) fn indicate<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, z: &mut [T]) {
+    pub(super) fn indicate<T: Scalar>(&self, v: &GripperView<'_, T>, touch: &ContactState<T>, z: &mut [T]) {
         let n = self.structure.balls;
         for i in 0..n {
             [z[2 * i], z[2 * i + 1]] = law::indicators(v.modes[i], &touch.pairs[i]);
@@ -174,9 +174,9 @@ impl Gripper {
     }
 
     /// One pass of event iteration; `x` and `modes` are those that `v` shows.
-    pub(super) fn update(&self, v: &View<'_, f64>, x: &mut [f64], modes: &mut [i32]) -> Update {
+    pub(super) fn update(&self, v: &GripperView<'_, f64>, x: &mut [f64], modes: &mut [i32]) -> EventUpdate {
         let at = &self.states;
-        let mut done = Update::default();
+        let mut done = EventUpdate::default();
         let here = touch(self, v);
         let touched = self.touching(v.modes).count() > 0;
         for i in 0..self.structure.balls {
@@ -191,7 +191,7 @@ impl Gripper {
         let jaws = &mut modes[self.jaws_mode()];
         if self.structure.closing == Closing::Schedule && *jaws == CLOSING {
             if v.x[at.closing] >= 1.0 {
-                (*jaws, x[at.closing], done) = (CLOSED, 1.0, Update { modes: true, states: true });
+                (*jaws, x[at.closing], done) = (CLOSED, 1.0, EventUpdate { modes: true, states: true });
             } else if here.jaw_force >= v.p[self.parameters.hold_force] {
                 (*jaws, done.modes) = (JAMMED, true);
             }
@@ -208,7 +208,7 @@ impl Gripper {
                 let start = v.host.at(two(v.p, self.parameters.open)).velocity;
                 x[at.ball_velocity..at.ball_velocity + 2].copy_from_slice(&start);
             }
-            done = Update { modes: true, states: true };
+            done = EventUpdate { modes: true, states: true };
         }
         if done.settled() {
             let outcome = self.outcome(v, &here) as i32;
@@ -220,7 +220,14 @@ impl Gripper {
     }
 
     /// Jaws with a motor stay at a stop that they run into, and while they are pressed against it (CON-11).
-    fn stops(&self, v: &View<'_, f64>, load: f64, x: &mut [f64], modes: &mut [i32], done: &mut Update) {
+    fn stops(
+        &self,
+        v: &GripperView<'_, f64>,
+        load: f64,
+        x: &mut [f64],
+        modes: &mut [i32],
+        done: &mut EventUpdate,
+    ) {
         let (at, mode) = (&self.states, &mut modes[self.jaws_mode()]);
         let (position, rate, net) = (v.x[at.jaw], v.x[at.jaw_rate], self.motor_torque(v) - load);
         let into = |beyond: bool, way: f64| beyond && (way * rate > 0.0 || (rate == 0.0 && way * net >= 0.0));
@@ -240,19 +247,19 @@ impl Gripper {
         }
         x[at.jaw_rate] = 0.0;
         *mode = next;
-        *done = Update { modes: true, states: true };
+        *done = EventUpdate { modes: true, states: true };
     }
 
     fn touching<'m>(&self, modes: &'m [i32]) -> impl Iterator<Item = usize> + 'm {
         modes[..self.structure.balls].iter().enumerate().filter(|(_, m)| touches(**m)).map(|(i, _)| i)
     }
     /// Of the port against the hand, m/s.
-    fn relative_speed<T: Scalar>(&self, v: &View<'_, T>) -> f64 {
+    fn relative_speed<T: Scalar>(&self, v: &GripperView<'_, T>) -> f64 {
         let relative = sub(v.port.velocity, v.host.velocity_at(v.port.position)).map(Scalar::value);
         dot(relative, relative).sqrt()
     }
 
-    fn outcome<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>) -> Outcome {
+    fn outcome<T: Scalar>(&self, v: &GripperView<'_, T>, touch: &ContactState<T>) -> CaptureOutcome {
         let at = &self.states;
         let n = self.structure.balls;
         let (jaws, t) = (v.modes[self.jaws_mode()], v.t.value());
@@ -262,7 +269,7 @@ impl Gripper {
         let apart = sub(v.port.position, v.host.position).map(Scalar::value);
         let going = sub(v.port.velocity, v.host.velocity).map(Scalar::value);
         let since_contact = if touching > 0 { 0.0 } else { t - v.x[at.last_contact].value() };
-        Facts {
+        CaptureFacts {
             closed: match self.structure.closing {
                 Closing::Schedule | Closing::Motor => jaws == CLOSED,
                 Closing::Command => touch.jaws.position.value() >= 1.0,

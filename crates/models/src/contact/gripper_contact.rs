@@ -5,13 +5,13 @@
 //! What it gets wrong: points and balls, no shape of a ring; friction is smoothed; jaws without mass, which a schedule or a
 //! command moves however large the force, but for `holdForceLimit`; with a motor (CON-11) their inertia does not act back on the hand.
 
-use super::layout::{Against, Closing, HostParameters, Mount, Poses, Structure};
+use super::layout::{Closing, GripperStructure, HostParameters, Mount, PortShape, Poses};
 use super::presets::SIM2;
 use super::touch::{frame, touch};
-use super::view::{Gripper, View};
+use super::view::{Gripper, GripperView};
 use super::{MAX_BALLS, parameters};
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
-use trueup_numerics::{Figure, Scalar};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
+use trueup_numerics::{Scalar, ShortNumber};
 
 /// Least number of communication steps per period of the contact.
 const STEPS_PER_PERIOD: f64 = 5.0;
@@ -33,13 +33,13 @@ impl GripperContact {
     ///
     /// # Errors
     /// A structure that is not possible, with the remedy.
-    pub fn new(structure: Structure) -> Result<Self, String> {
+    pub fn new(structure: GripperStructure) -> Result<Self, String> {
         let gripper = Gripper::new(structure)?;
         let host = HostParameters::new(&()).behind(gripper.parameters.count);
         Ok(Self { gripper, poses: Poses::new(&structure), host })
     }
     /// Its structure.
-    pub fn structure(&self) -> &Structure {
+    pub fn structure(&self) -> &GripperStructure {
         &self.gripper.structure
     }
     /// Values of SIM2.
@@ -55,9 +55,9 @@ impl GripperContact {
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         parameters::check(&self.gripper, p)
     }
-    fn view<'a, T: Scalar>(&self, at: &At<'a, T>) -> View<'a, T> {
+    fn view<'a, T: Scalar>(&self, at: &At<'a, T>) -> GripperView<'a, T> {
         let (u, led) = (&at.u[self.gripper.command.count..], &self.poses);
-        View {
+        GripperView {
             t: at.t,
             p: at.p,
             x: at.x,
@@ -87,18 +87,18 @@ impl GripperContact {
             format!(
                 "the communication step of {} s is longer than {} s, a fifth of the period of the contact, {} s: forces \
                  that lag by a step feed energy in; take shorter steps",
-                Figure(h),
-                Figure(most),
-                Figure(period)
+                ShortNumber(h),
+                ShortNumber(most),
+                ShortNumber(period)
             )
         })
     }
 }
 
 impl Hybrid for GripperContact {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         let own = self.gripper.sizes();
-        Sizes { inputs: own.inputs + self.poses.count, parameters: self.host.count, ..own }
+        ModelSizes { inputs: own.inputs + self.poses.count, parameters: self.host.count, ..own }
     }
     fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
         x.fill(T::zero());
@@ -119,7 +119,7 @@ impl Hybrid for GripperContact {
         let v = self.view(&at);
         self.gripper.indicate(&v, &touch(&self.gripper, &v), z);
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let (before, frozen) = copies(x, modes);
         let at = At { t, x: &before[..x.len()], u, p, modes: &frozen[..modes.len()] };
         self.gripper.update(&self.view(&at), x, modes)
@@ -148,11 +148,11 @@ impl Gripper {
             format!("`{name}` = {value} at t = {} s is taken as {}", at.t, value.max(least).min(most))
         })
     }
-    pub(super) fn overlap_at_start(&self, v: &View<'_, f64>) -> Option<String> {
+    pub(super) fn overlap_at_start(&self, v: &GripperView<'_, f64>) -> Option<String> {
         (v.t == v.x[self.states.begin]).then(|| self.overlap(v)).flatten()
     }
     /// The deepest overlap of a ball with the port, in words.
-    fn overlap(&self, v: &View<'_, f64>) -> Option<String> {
+    fn overlap(&self, v: &GripperView<'_, f64>) -> Option<String> {
         let (ball, depth) = self.deepest(v)?;
         Some(format!(
             "ball {} begins {depth:.6} m deep in the port: the first contact is no impact",
@@ -160,15 +160,15 @@ impl Gripper {
         ))
     }
     /// The ball that is deepest in the port, and how deep.
-    pub(super) fn deepest(&self, v: &View<'_, f64>) -> Option<(usize, f64)> {
+    pub(super) fn deepest(&self, v: &GripperView<'_, f64>) -> Option<(usize, f64)> {
         let here = touch(self, v);
         (0..self.structure.balls)
             .map(|i| (i, here.pairs[i].penetration))
             .filter(|(_, depth)| *depth > 0.0)
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
-    pub(super) fn fault(&self, v: &View<'_, f64>) -> Option<String> {
-        if self.structure.against != Against::Ball {
+    pub(super) fn fault(&self, v: &GripperView<'_, f64>) -> Option<String> {
+        if self.structure.against != PortShape::Ball {
             return None;
         }
         let here = touch(self, v);

@@ -1,7 +1,7 @@
 //! One impact under the law of [`law`](super::law) in closed form: two masses on a line, and the effective masses in an oblique impact of two
 //! bodies.
 
-use super::frame::{Vector, cross};
+use super::frame::{ContactVector, cross};
 use trueup_numerics::Scalar;
 
 /// A central impact: reduced mass mu in kg, k in N/m, eta_n in N.s/m, approach v in m/s.
@@ -73,7 +73,7 @@ impl Impact {
 
 /// 1/mu in 1/kg that one body adds to an oblique contact: its mass, its inertia about its centre of mass, the contact from there,
 /// the normal.
-pub fn mobility<T: Scalar>(mass: T, inertia: T, r: Vector<T>, normal: Vector<T>) -> T {
+pub fn mobility<T: Scalar>(mass: T, inertia: T, r: ContactVector<T>, normal: ContactVector<T>) -> T {
     let lever = cross(r, normal);
     T::one() / mass + lever * lever / inertia // (CON-5)
 }

@@ -3,7 +3,7 @@
 //! What it gets wrong: a linear spring whatever the shapes (no Hertz), no adhesion, a damper that is there at once, so that the
 //! force jumps by eta_n v_n where two balls meet; no memory of what the material took.
 
-use super::frame::{Vector, dot};
+use super::frame::{ContactVector, dot};
 use trueup_numerics::Scalar;
 
 /// The balls do not touch, and approach or rest.
@@ -24,9 +24,9 @@ pub const fn touches(mode: i32) -> bool {
 
 /// The state of one pair: a ball of the gripper and what it may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair<T> {
+pub struct ContactPair<T> {
     /// From the ball towards the other body, length 1, n.
-    pub normal: Vector<T>,
+    pub normal: ContactVector<T>,
     /// Depth delta in m, above 0 where they overlap.
     pub penetration: T,
     /// v_n in m/s, above 0 while they approach.
@@ -36,16 +36,21 @@ pub struct Pair<T> {
 /// Two balls: vector from the centre of the gripper's to the centre of the other one, the latter's velocity less the former's,
 /// sum of the radii. S2 prints the depth as distance less radii, which repels bodies that are apart. (Concentric balls have no
 /// normal: it is NaN.)
-pub fn balls<T: Scalar>(apart: Vector<T>, velocity: Vector<T>, radii: T) -> Pair<T> {
+pub fn balls<T: Scalar>(apart: ContactVector<T>, velocity: ContactVector<T>, radii: T) -> ContactPair<T> {
     let distance = dot(apart, apart).sqrt();
     let normal = apart.map(|a| a / distance); // (CON-1)
-    Pair { normal, penetration: radii - distance, approach: -dot(normal, velocity) } // (CON-1)
+    ContactPair { normal, penetration: radii - distance, approach: -dot(normal, velocity) } // (CON-1)
 }
 
 /// A ball and a plate: as [`balls`] with a point of the plate in place of the centre, `outward` being the plate's normal.
-pub fn plate<T: Scalar>(apart: Vector<T>, velocity: Vector<T>, outward: Vector<T>, radius: T) -> Pair<T> {
+pub fn plate<T: Scalar>(
+    apart: ContactVector<T>,
+    velocity: ContactVector<T>,
+    outward: ContactVector<T>,
+    radius: T,
+) -> ContactPair<T> {
     let normal = outward.map(|a| -a);
-    Pair { normal, penetration: radius - dot(normal, apart), approach: -dot(normal, velocity) }
+    ContactPair { normal, penetration: radius - dot(normal, apart), approach: -dot(normal, velocity) }
 }
 
 /// A pair is taken to have turned when it moves the other way by this much, m/s: far below anything that can be measured, above the
@@ -67,7 +72,7 @@ fn threshold(mode: i32) -> f64 {
 }
 
 /// The mode that follows for a pair in this state. Where its depth is 0 it touches if it approaches.
-pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
+pub fn next_mode<T: Scalar>(mode: i32, pair: &ContactPair<T>) -> i32 {
     let (depth, approach) = (pair.penetration.value() - threshold(mode), pair.approach.value());
     if depth.is_nan() {
         FREE
@@ -80,13 +85,13 @@ pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
 }
 
 /// Event indicators of a pair: its depth, and its approach.
-pub fn indicators<T: Scalar>(mode: i32, pair: &Pair<T>) -> [T; 2] {
+pub fn indicators<T: Scalar>(mode: i32, pair: &ContactPair<T>) -> [T; 2] {
     [pair.penetration - threshold(mode), pair.approach - turn(mode)] // (CON-3)
 }
 
 /// The law's constants.
 #[derive(Clone, Copy, Debug)]
-pub struct Law<T> {
+pub struct ContactLaw<T> {
     /// k in N/m.
     pub stiffness: T,
     /// eta_n in N.s/m.
@@ -95,7 +100,7 @@ pub struct Law<T> {
     pub reference: Option<T>,
 }
 
-impl<T: Scalar> Law<T> {
+impl<T: Scalar> ContactLaw<T> {
     /// Damping in N.s/m of a pair in this mode at this depth.
     pub fn damping(&self, mode: i32, penetration: T) -> T {
         match (mode, self.reference) {
@@ -123,7 +128,7 @@ impl<T: Scalar> Law<T> {
 mod tests {
     use super::*;
 
-    const LAW: Law<f64> = Law { stiffness: 20000.0, damping: 900.0, reference: None };
+    const LAW: ContactLaw<f64> = ContactLaw { stiffness: 20000.0, damping: 900.0, reference: None };
 
     /// Checks CON-1.
     #[test]
@@ -141,7 +146,7 @@ mod tests {
     #[test]
     fn the_damper_acts_while_balls_approach() {
         let at = |approach| {
-            let pair = Pair { normal: [1.0, 0.0], penetration: 1e-3, approach };
+            let pair = ContactPair { normal: [1.0, 0.0], penetration: 1e-3, approach };
             LAW.force(next_mode(FREE, &pair), 1e-3, approach)
         };
         assert_eq!([at(0.01), at(0.0), at(-0.01)], [29.0, 20.0, 20.0]);
@@ -152,15 +157,15 @@ mod tests {
     /// Checks CON-3 and C12: the onset of SIM2 and of SIM3.
     #[test]
     fn the_force_jumps_where_balls_meet_unless_it_is_hunt_and_crossleys() {
-        let sim3 = Law { stiffness: 6000.0, damping: 81.0, reference: None };
+        let sim3 = ContactLaw { stiffness: 6000.0, damping: 81.0, reference: None };
         assert!((LAW.force(COMPRESSING, 0.0, 0.005) - 4.5).abs() < 1e-12);
         assert!((sim3.force(COMPRESSING, 0.0, 0.005) - 0.405).abs() < 1e-12);
-        let soft = Law { reference: Some(1e-3), ..LAW };
+        let soft = ContactLaw { reference: Some(1e-3), ..LAW };
         assert_eq!(soft.force(COMPRESSING, 0.0, 0.005), 0.0);
         assert_eq!(soft.force(COMPRESSING, 1e-3, 0.005), 24.5);
         assert_eq!(soft.force(RESTITUTING, 1e-3, -0.005), 15.5);
         assert_eq!(soft.force(RESTITUTING, 1e-3, -5.0), 0.0, "it never pulls");
-        let pair = |penetration, approach| Pair { normal: [1.0, 0.0], penetration, approach };
+        let pair = |penetration, approach| ContactPair { normal: [1.0, 0.0], penetration, approach };
         assert_eq!(indicators(COMPRESSING, &pair(2.0, 3.0)), [2.0, 3.0 + TURNED]);
         assert_eq!(indicators(RESTITUTING, &pair(2.0, 3.0)), [2.0, 3.0 - TURNED]);
         assert_eq!(indicators(FREE, &pair(-2.0, 3.0)), [-2.0, 3.0 + TURNED]);
@@ -171,7 +176,7 @@ mod tests {
     #[test]
     fn modes_follow_depth_and_approach() {
         let next = |mode, penetration, approach| {
-            next_mode(mode, &Pair { normal: [1.0, 0.0], penetration, approach })
+            next_mode(mode, &ContactPair { normal: [1.0, 0.0], penetration, approach })
         };
         assert_eq!(
             [next(FREE, -0.0, 0.0), next(COMPRESSING, -1e-18, -1.0), next(RESTITUTING, f64::NAN, 0.0)],
@@ -182,7 +187,7 @@ mod tests {
             assert_eq!([FREE, PARTING, COMPRESSING].map(at), [COMPRESSING; 3], "approaching at depth 0");
             assert_eq!(
                 at(COMPRESSING),
-                next_mode(at(FREE), &Pair { normal: [1.0, 0.0], penetration: 0.0, approach })
+                next_mode(at(FREE), &ContactPair { normal: [1.0, 0.0], penetration: 0.0, approach })
             );
         }
         assert_eq!([next(PARTING, -1.0, 1e-9), next(FREE, -1.0, -1e-9)], [FREE, PARTING]);

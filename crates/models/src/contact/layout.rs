@@ -1,8 +1,8 @@
 //! The variables of the contact models: what each is, and where its values are in the vectors.
 
 use super::outcome::OUTCOME;
-use crate::layout::Allowed::{self, NotNegative, Positive};
-use crate::layout::{Items, Parameter, Shows, Start, State, layout};
+use crate::layout::AllowedValues::{self, NotNegative, Positive};
+use crate::layout::{InputStart, Items, LayoutState, Parameter, Shows, layout};
 
 /// What moves the jaws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub enum Mount {
 
 /// What the balls may touch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Against {
+pub enum PortShape {
     /// A ball about the port.
     #[default]
     Ball,
@@ -48,7 +48,7 @@ pub static CHASER: Items = Items {
 
 /// What is fixed of a gripper when a model is packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Structure {
+pub struct GripperStructure {
     /// Balls of the gripper, P1 first.
     pub balls: usize,
     /// What moves them.
@@ -56,16 +56,16 @@ pub struct Structure {
     /// How they are fixed.
     pub mount: Mount,
     /// What they may touch.
-    pub against: Against,
+    pub against: PortShape,
 }
 
-impl Default for Structure {
+impl Default for GripperStructure {
     fn default() -> Self {
-        Self { balls: 3, closing: Closing::Schedule, mount: Mount::Rigid, against: Against::Ball }
+        Self { balls: 3, closing: Closing::Schedule, mount: Mount::Rigid, against: PortShape::Ball }
     }
 }
 
-impl Structure {
+impl GripperStructure {
     fn scheduled(&self) -> bool {
         self.closing == Closing::Schedule
     }
@@ -79,7 +79,7 @@ impl Structure {
         self.mount == Mount::Elastic
     }
     fn plate(&self) -> bool {
-        self.against == Against::Plate
+        self.against == PortShape::Plate
     }
 }
 
@@ -101,7 +101,7 @@ pub static MOUNT: Items = Items {
     items: &[("rigid", "rigidly"), ("elastic", "by springs and dampers, one ball only: the dummy gripper")],
 };
 
-/// What the balls may touch, in the order of [`Against`].
+/// What the balls may touch, in the order of [`PortShape`].
 pub static AGAINST: Items = Items {
     name: "Against",
     text: "What the balls may touch",
@@ -120,21 +120,21 @@ pub static DAMPING: Items = Items {
 /// The item of [`DAMPING`] without a jump.
 pub const HUNT_CROSSLEY: f64 = 2.0;
 
-const FIXED: Parameter = Parameter::fixed(Allowed::Any);
-const fn tunable(allowed: Allowed) -> Parameter {
+const FIXED: Parameter = Parameter::fixed(AllowedValues::Any);
+const fn tunable(allowed: AllowedValues) -> Parameter {
     Parameter::tunable(allowed)
 }
-const fn state(rate: &'static str, nominal: f64, depends: Shows) -> State {
-    State::new(rate, nominal, depends)
+const fn state(rate: &'static str, nominal: f64, depends: Shows) -> LayoutState {
+    LayoutState::new(rate, nominal, depends)
 }
-const ZERO: Start = &[];
+const ZERO: InputStart = &[];
 
 layout! {
     /// Where parameters of a gripper and of its contact begin.
-    Parameters of Parameter, s: Structure:
+    Parameters of Parameter, s: GripperStructure:
     stiffness "stiffness" [], "N/m", tunable(Positive), "Of the contact, k (CON-2)";
     damping "normalDamping" [], "N.s/m", tunable(NotNegative), "Of the contact, eta_n (CON-2)";
-    damping_law "damping" [], "", Parameter::fixed(Allowed::Item(&DAMPING)), "Damper of the contact (CON-3)";
+    damping_law "damping" [], "", Parameter::fixed(AllowedValues::Item(&DAMPING)), "Damper of the contact (CON-3)";
     reference "referencePenetration" [], "m", tunable(Positive), "delta_ref: depth at which the damping hunt-crossley is eta_n";
     friction "frictionCoefficient" [], "1", tunable(NotNegative), "Of the contact; 0 in S2";
     slip_speed "slipSpeed" [], "m/s", tunable(Positive), "Slip at which friction has 0.7 of its level: below it creeps instead of sticking";
@@ -160,7 +160,7 @@ layout! {
 
 layout! {
     /// Where inputs that move the jaws begin.
-    Command of Start, s: Structure:
+    Command of InputStart, s: GripperStructure:
     close "close" [] if s.commanded(), "1", ZERO, "Jaws: 0 open, 1 closed; beyond is taken as the end";
     close_rate "closeRate" [] if s.commanded(), "1/s", ZERO, "Rate of close, for the velocities of the balls";
     motor_torque "motorTorque" [] if s.driven(), "N.m", ZERO, "Drives jawPosition, closing; beyond motorTorqueLimit is taken as that";
@@ -168,7 +168,7 @@ layout! {
 
 layout! {
     /// Where the inputs of `GripperContact` begin, behind [`Command`].
-    Poses of Start, _s: Structure:
+    Poses of InputStart, _s: GripperStructure:
     host_position "hostPosition" [2], "m", ZERO, "End effector, inertial frame";
     host_attitude "hostAttitude" [], "rad", ZERO, "Of the end effector";
     host_velocity "hostVelocity" [2], "m/s", ZERO, "Of the end effector, inertial frame";
@@ -187,7 +187,7 @@ layout! {
 
 layout! {
     /// Where outputs of a gripper begin.
-    Outputs of Shows, s: Structure:
+    Outputs of Shows, s: GripperStructure:
     host_force "hostForce" [2], "N", Shows::All, "On the end effector at its reference point, inertial frame, F_ee";
     host_torque "hostTorque" [], "N.m", Shows::All, "On the end effector about its reference point, T_ee";
     port_force "portForce" [2], "N", Shows::All, "On the target at the port, inertial frame";
@@ -208,7 +208,7 @@ layout! {
 
 layout! {
     /// Where states of a gripper begin.
-    States of State, s: Structure:
+    States of LayoutState, s: GripperStructure:
     closing "closing" [] if s.scheduled(), "1", state("1/s", 1.0, Shows::Flag), "share of the closing time that is over";
     jaw "jaw" [] if s.driven(), "1", state("1/s", 1.0, Shows::Flag), "jaws: 0 open, 1 closed (CON-11)";
     jaw_rate "jawRate" [] if s.driven(), "1/s", state("1/s2", 0.1, Shows::Flag), "rate of the jaws (CON-11)";
@@ -236,7 +236,7 @@ layout! {
 
 layout! {
     /// Where inputs of a rigid chaser begin.
-    ChaserInputs of Start, _s: ():
+    ChaserInputs of InputStart, _s: ():
     force "chaserForce" [2], "N", ZERO, "On the chaser at its centre of mass, inertial frame";
     torque "chaserTorque" [], "N.m", ZERO, "On the chaser";
 }
@@ -255,7 +255,7 @@ layout! {
 
 layout! {
     /// Where states of a rigid chaser begin.
-    ChaserStates of State, _s: ():
+    ChaserStates of LayoutState, _s: ():
     position "chaserPosition" [2], "m", state("m/s", 1e-3, Shows::State("chaserVelocity")), "the chaser's centre of mass";
     attitude "chaserAttitude" [], "rad", state("rad/s", 1e-3, Shows::State("chaserRate")), "the chaser's attitude";
     velocity "chaserVelocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the chaser's velocity";
@@ -284,7 +284,7 @@ layout! {
 
 layout! {
     /// Where states of `CaptureScene` begin, behind those of its gripper and its chaser.
-    SceneStates of State, _s: ():
+    SceneStates of LayoutState, _s: ():
     target_position "targetPosition" [2], "m", state("m/s", 1e-3, Shows::State("targetVelocity")), "the target's centre of mass";
     target_attitude "targetAttitude" [], "rad", state("rad/s", 1e-3, Shows::State("targetRate")), "the target's attitude";
     target_velocity "targetVelocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the target's velocity";
@@ -296,7 +296,7 @@ layout! {
     BodyParameters of Parameter, ports: usize:
     mass "mass" [], "kg", tunable(Positive), "m";
     inertia "inertia" [], "kg.m2", tunable(Positive), "About the centre of mass, I";
-    port "portPosition" [*ports, 2], "m", tunable(Allowed::Any), "Docking point from the centre of mass, body axes";
+    port "portPosition" [*ports, 2], "m", tunable(AllowedValues::Any), "Docking point from the centre of mass, body axes";
     position "initialPosition" [2], "m", FIXED, "Centre of mass at the start";
     attitude "initialAttitude" [], "rad", FIXED, "At the start";
     velocity "initialVelocity" [2], "m/s", FIXED, "Of the centre of mass at the start";
@@ -305,7 +305,7 @@ layout! {
 
 layout! {
     /// Where inputs of `FreeBody` begin.
-    BodyInputs of Start, ports: usize:
+    BodyInputs of InputStart, ports: usize:
     force "portForce" [*ports, 2], "N", ZERO, "At the docking point, inertial frame (CON-9)";
     torque "portTorque" [*ports], "N.m", ZERO, "About the docking point (CON-9)";
 }
@@ -328,7 +328,7 @@ layout! {
 
 layout! {
     /// Where states of `FreeBody` begin.
-    BodyStates of State, _ports: usize:
+    BodyStates of LayoutState, _ports: usize:
     position "position" [2], "m", state("m/s", 1e-3, Shows::State("velocity")), "the centre of mass";
     attitude "attitude" [], "rad", state("rad/s", 1e-3, Shows::State("rate")), "the attitude";
     velocity "velocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the velocity";

@@ -25,8 +25,8 @@ mod view;
 pub use bodies::FreeBody;
 pub use chaser::{Chaser, RigidChaser};
 pub use gripper_contact::GripperContact;
-pub use layout::{Against, Closing, Mount, Structure};
-pub use outcome::Outcome;
+pub use layout::{Closing, GripperStructure, Mount, PortShape};
+pub use outcome::CaptureOutcome;
 pub use scene::CaptureScene;
 
 /// Most balls of a gripper.

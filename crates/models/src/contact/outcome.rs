@@ -1,12 +1,12 @@
 //! What a capture has come to. S2's letters A, B and C are pictures that are lost; these definitions are ours, by numbers, as if
 //! the run ended now.
 
-use super::frame::{Vector, cross, dot, sub};
+use super::frame::{ContactVector, cross, dot, sub};
 use crate::layout::Items;
 
 /// The first of these that fits, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum CaptureOutcome {
     /// Jaws closed, the port's centre within the cage of the balls, slower than a hundredth of the first relative speed.
     Held = 1,
     /// Held, and the target turned by more than 5 degrees against the hand since the start.
@@ -21,7 +21,7 @@ pub enum Outcome {
     Open,
 }
 
-/// The enumeration, in the order of [`Outcome`].
+/// The enumeration, in the order of [`CaptureOutcome`].
 pub static OUTCOME: Items = Items {
     name: "Outcome",
     text: "What a capture has come to",
@@ -44,7 +44,7 @@ const LOST: f64 = 1.0 / 3.0;
 
 /// What decides.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Facts {
+pub(super) struct CaptureFacts {
     pub closed: bool,
     pub jammed: bool,
     pub caged: bool,
@@ -60,30 +60,30 @@ pub(super) struct Facts {
     pub parting: bool,
 }
 
-impl Facts {
+impl CaptureFacts {
     /// A pure function of these facts.
-    pub(super) fn outcome(&self) -> Outcome {
+    pub(super) fn outcome(&self) -> CaptureOutcome {
         // (CON-10), in its order
         if self.closed && self.caged && self.speed[0] < AT_REST * self.speed[1] {
-            return if self.turn.abs() > TURNED { Outcome::HeldTurned } else { Outcome::Held };
+            return if self.turn.abs() > TURNED { CaptureOutcome::HeldTurned } else { CaptureOutcome::Held };
         }
         if self.touches_palm && self.touching_jaws == 1 {
-            return Outcome::OneJaw;
+            return CaptureOutcome::OneJaw;
         }
         if self.jammed {
-            return Outcome::Jammed;
+            return CaptureOutcome::Jammed;
         }
         let touches = self.touches_palm || self.touching_jaws > 0;
         let lost = self.since[1] > 0.0 && self.since[0] > LOST * self.since[1];
-        if !touches && lost && self.parting { Outcome::PushedAway } else { Outcome::Open }
+        if !touches && lost && self.parting { CaptureOutcome::PushedAway } else { CaptureOutcome::Open }
     }
 }
 
 /// Whether a point is within the convex hull of others, boundary excluded: only there can forces of these balls on it, all
 /// pushing, balance.
-pub(super) fn caged(point: Vector<f64>, balls: &[Vector<f64>]) -> bool {
+pub(super) fn caged(point: ContactVector<f64>, balls: &[ContactVector<f64>]) -> bool {
     // Within: from every ball another one is less than half a turn on.
-    let to = |b: &Vector<f64>| sub(*b, point);
+    let to = |b: &ContactVector<f64>| sub(*b, point);
     balls.iter().all(|b| dot(to(b), to(b)) > 0.0 && balls.iter().any(|c| cross(to(b), to(c)) > 0.0))
 }
 
@@ -91,7 +91,7 @@ pub(super) fn caged(point: Vector<f64>, balls: &[Vector<f64>]) -> bool {
 mod tests {
     use super::*;
 
-    const HELD: Facts = Facts {
+    const HELD: CaptureFacts = CaptureFacts {
         closed: true,
         jammed: false,
         caged: true,
@@ -106,22 +106,28 @@ mod tests {
     /// Checks CON-10: every definition, and which one goes first.
     #[test]
     fn outcomes_are_as_defined() {
-        let free = Facts { closed: false, touches_palm: false, touching_jaws: 0, ..HELD };
+        let free = CaptureFacts { closed: false, touches_palm: false, touching_jaws: 0, ..HELD };
         for (facts, want) in [
-            (HELD, Outcome::Held),
-            (Facts { turn: -0.1, ..HELD }, Outcome::HeldTurned),
-            (Facts { speed: [6e-5, 5e-3], ..HELD }, Outcome::Open),
-            (Facts { caged: false, touching_jaws: 1, ..HELD }, Outcome::OneJaw),
-            (Facts { caged: false, touching_jaws: 1, jammed: true, ..HELD }, Outcome::OneJaw),
-            (Facts { jammed: true, ..free }, Outcome::Jammed),
-            (Facts { jammed: true, since: [11.0, 30.0], parting: true, ..free }, Outcome::Jammed),
-            (Facts { since: [11.0, 30.0], parting: true, ..free }, Outcome::PushedAway),
-            (Facts { since: [11.0, 30.0], parting: true, touching_jaws: 1, ..free }, Outcome::Open),
-            (Facts { since: [11.0, 30.0], ..free }, Outcome::Open),
+            (HELD, CaptureOutcome::Held),
+            (CaptureFacts { turn: -0.1, ..HELD }, CaptureOutcome::HeldTurned),
+            (CaptureFacts { speed: [6e-5, 5e-3], ..HELD }, CaptureOutcome::Open),
+            (CaptureFacts { caged: false, touching_jaws: 1, ..HELD }, CaptureOutcome::OneJaw),
+            (CaptureFacts { caged: false, touching_jaws: 1, jammed: true, ..HELD }, CaptureOutcome::OneJaw),
+            (CaptureFacts { jammed: true, ..free }, CaptureOutcome::Jammed),
+            (
+                CaptureFacts { jammed: true, since: [11.0, 30.0], parting: true, ..free },
+                CaptureOutcome::Jammed,
+            ),
+            (CaptureFacts { since: [11.0, 30.0], parting: true, ..free }, CaptureOutcome::PushedAway),
+            (
+                CaptureFacts { since: [11.0, 30.0], parting: true, touching_jaws: 1, ..free },
+                CaptureOutcome::Open,
+            ),
+            (CaptureFacts { since: [11.0, 30.0], ..free }, CaptureOutcome::Open),
         ] {
             assert_eq!(facts.outcome(), want, "{facts:?}");
         }
-        assert_eq!(OUTCOME.items.len(), Outcome::Open as usize);
+        assert_eq!(OUTCOME.items.len(), CaptureOutcome::Open as usize);
     }
 
     /// Checks CON-10 at its borders: a number at the border itself does not yet count.
@@ -129,17 +135,18 @@ mod tests {
     fn borders_belong_to_the_lesser_outcome() {
         let above = f64::next_up;
         let below = f64::next_down;
-        let free = Facts { closed: false, touches_palm: false, touching_jaws: 0, parting: true, ..HELD };
+        let free =
+            CaptureFacts { closed: false, touches_palm: false, touching_jaws: 0, parting: true, ..HELD };
         for (facts, want) in [
-            (Facts { speed: [0.01, 1.0], ..HELD }, Outcome::Open),
-            (Facts { speed: [below(0.01), 1.0], ..HELD }, Outcome::Held),
-            (Facts { speed: [0.0, 0.0], ..HELD }, Outcome::Open),
-            (Facts { turn: TURNED, ..HELD }, Outcome::Held),
-            (Facts { turn: above(TURNED), ..HELD }, Outcome::HeldTurned),
-            (Facts { turn: -above(TURNED), ..HELD }, Outcome::HeldTurned),
-            (Facts { since: [10.0, 30.0], ..free }, Outcome::Open),
-            (Facts { since: [above(10.0), 30.0], ..free }, Outcome::PushedAway),
-            (Facts { since: [0.0, 0.0], ..free }, Outcome::Open),
+            (CaptureFacts { speed: [0.01, 1.0], ..HELD }, CaptureOutcome::Open),
+            (CaptureFacts { speed: [below(0.01), 1.0], ..HELD }, CaptureOutcome::Held),
+            (CaptureFacts { speed: [0.0, 0.0], ..HELD }, CaptureOutcome::Open),
+            (CaptureFacts { turn: TURNED, ..HELD }, CaptureOutcome::Held),
+            (CaptureFacts { turn: above(TURNED), ..HELD }, CaptureOutcome::HeldTurned),
+            (CaptureFacts { turn: -above(TURNED), ..HELD }, CaptureOutcome::HeldTurned),
+            (CaptureFacts { since: [10.0, 30.0], ..free }, CaptureOutcome::Open),
+            (CaptureFacts { since: [above(10.0), 30.0], ..free }, CaptureOutcome::PushedAway),
+            (CaptureFacts { since: [0.0, 0.0], ..free }, CaptureOutcome::Open),
         ] {
             assert_eq!(facts.outcome(), want, "{facts:?}");
         }

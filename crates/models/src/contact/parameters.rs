@@ -1,13 +1,13 @@
 //! Default values of the contact models, and what their parameters may not be.
 
 use super::frame::{dot, sub};
-use super::layout::{Against, Closing, Mount, Parameters, Structure};
+use super::layout::{Closing, GripperStructure, Mount, Parameters, PortShape};
 use super::presets::Capture;
 use super::touch::two;
 use super::view::Gripper;
 
 /// Values of that capture in the order of [`Parameters`]; balls beyond three are further along the hand, in pairs.
-pub(super) fn defaults(s: &Structure, of: &Capture) -> Vec<f64> {
+pub(super) fn defaults(s: &GripperStructure, of: &Capture) -> Vec<f64> {
     let at = Parameters::new(s);
     let mut p = vec![0.0; at.count];
     p[at.stiffness] = of.stiffness;
@@ -35,8 +35,8 @@ pub(super) fn defaults(s: &Structure, of: &Capture) -> Vec<f64> {
         [p[at.jaw_inertia], p[at.jaw_friction], p[at.motor_limit]] = of.jaw;
     }
     match s.against {
-        Against::Ball => p[at.port_radius] = of.ball_radius,
-        Against::Plate => p[at.port_normal] = -1.0,
+        PortShape::Ball => p[at.port_radius] = of.ball_radius,
+        PortShape::Plate => p[at.port_normal] = -1.0,
     }
     if s.mount == Mount::Elastic {
         p[at.mount_stiffness..at.mount_stiffness + 2].fill(of.mount[0]);
@@ -68,7 +68,7 @@ pub(super) fn check(g: &Gripper, p: &[f64]) -> Result<(), (usize, String)> {
             }
         }
     }
-    if s.against == Against::Plate && two(p, at.port_normal) == [0.0; 2] {
+    if s.against == PortShape::Plate && two(p, at.port_normal) == [0.0; 2] {
         return Err((at.port_normal, "a plate requires a normal; give a vector that is not 0".into()));
     }
     if s.mount == Mount::Elastic {

@@ -5,18 +5,18 @@
 //! Positive directions: inertial frame; angles, rates and torques from x to y. What it gets wrong: as its chaser and as
 //! `GripperContact`; the target is one rigid body.
 
-use super::bodies::{Inertia, Motion, add_momenta, carry, put, put_rates};
+use super::bodies::{BodyMotionIndices, Inertia, add_momenta, carry, put, put_rates};
 use super::chaser::{Chaser, RigidChaser};
-use super::frame::{Frame, Wrench, sub};
+use super::frame::{ContactWrench, PointFrame, sub};
 use super::gripper_contact::{MOST_MODES, copies};
-use super::layout::{Against, Mount, SceneOutputs, SceneParameters, SceneStates, Structure};
+use super::layout::{GripperStructure, Mount, PortShape, SceneOutputs, SceneParameters, SceneStates};
 use super::parameters;
-use super::touch::{Touch, frame, touch, two};
-use super::view::{Gripper, View};
+use super::touch::{ContactState, frame, touch, two};
+use super::view::{Gripper, GripperView};
 use crate::arm::{MAX_LINKS, input};
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// Most inputs of a chaser.
 const MOST_INPUTS: usize = input::count(MAX_LINKS);
@@ -27,8 +27,8 @@ pub struct CaptureScene<C = RigidChaser> {
     gripper: Gripper,
     chaser: C,
     /// Of the chaser's values: where they begin, behind the gripper's, and how many there are.
-    begin: Sizes,
-    length: Sizes,
+    begin: ModelSizes,
+    length: ModelSizes,
     parameters: SceneParameters,
     outputs: SceneOutputs,
     states: SceneStates,
@@ -36,8 +36,8 @@ pub struct CaptureScene<C = RigidChaser> {
 
 /// Hand and target at one instant.
 struct Poses<T> {
-    hand: Frame<T>,
-    target: Frame<T>,
+    hand: PointFrame<T>,
+    target: PointFrame<T>,
 }
 
 impl<C: Chaser> CaptureScene<C> {
@@ -45,7 +45,7 @@ impl<C: Chaser> CaptureScene<C> {
     ///
     /// # Errors
     /// A structure that is not possible, with the remedy.
-    pub fn new(chaser: C, structure: Structure) -> Result<Self, String> {
+    pub fn new(chaser: C, structure: GripperStructure) -> Result<Self, String> {
         let gripper = Gripper::new(structure)?;
         let (begin, length) = (gripper.sizes(), chaser.sizes());
         let parameters = SceneParameters::new(&()).behind(begin.parameters + length.parameters);
@@ -54,7 +54,7 @@ impl<C: Chaser> CaptureScene<C> {
         Ok(Self { gripper, chaser, begin, length, parameters, outputs, states })
     }
     /// Its gripper's structure.
-    pub fn structure(&self) -> &Structure {
+    pub fn structure(&self) -> &GripperStructure {
         &self.gripper.structure
     }
     /// Its chaser.
@@ -68,7 +68,7 @@ impl<C: Chaser> CaptureScene<C> {
         p.extend(self.chaser.approaching());
         p.resize(at.count, 0.0);
         p[at.port_offset..at.port_offset + 2].copy_from_slice(&of.port_offset);
-        if self.gripper.structure.against == Against::Plate {
+        if self.gripper.structure.against == PortShape::Plate {
             // As far before the foremost ball as the port's ball before P1.
             let g = &self.gripper.parameters;
             let fronts = (0..self.gripper.structure.balls).map(|i| p[g.open + 2 * i] + p[g.ball_radius + i]);
@@ -111,7 +111,7 @@ impl<C: Chaser> CaptureScene<C> {
         self.gripper.fault(&self.view(at, &self.poses(at)))
     }
     /// Shows the start to somebody.
-    fn at_start(&self, p: &[f64], mut see: impl FnMut(&View<'_, f64>)) {
+    fn at_start(&self, p: &[f64], mut see: impl FnMut(&GripperView<'_, f64>)) {
         let n = self.sizes();
         let (mut x, u, modes) = (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]);
         self.start(p, &mut x);
@@ -137,7 +137,7 @@ impl<C: Chaser> CaptureScene<C> {
         }
     }
     /// The chaser's inputs from outside and from the contact.
-    fn pushed<T: Scalar>(&self, at: &At<'_, T>, on_host: &Wrench<T>) -> [T; MOST_INPUTS] {
+    fn pushed<T: Scalar>(&self, at: &At<'_, T>, on_host: &ContactWrench<T>) -> [T; MOST_INPUTS] {
         let mut u = [T::zero(); MOST_INPUTS];
         u[..self.length.inputs].copy_from_slice(&at.u[self.begin.inputs..]);
         self.chaser.push(self.own_states(at.x), self.own_parameters(at.p), on_host, &mut u);
@@ -149,13 +149,13 @@ impl<C: Chaser> CaptureScene<C> {
             target: frame(at.x, self.target_moved()),
         }
     }
-    fn target_moved(&self) -> Motion {
+    fn target_moved(&self) -> BodyMotionIndices {
         let s = &self.states;
         [s.target_position, s.target_attitude, s.target_velocity, s.target_rate]
     }
-    fn view<'a, T: Scalar>(&self, at: &At<'a, T>, poses: &Poses<T>) -> View<'a, T> {
+    fn view<'a, T: Scalar>(&self, at: &At<'a, T>, poses: &Poses<T>) -> GripperView<'a, T> {
         let center = two(at.p, self.gripper.parameters.target_center);
-        View {
+        GripperView {
             t: at.t,
             p: at.p,
             x: at.x,
@@ -165,7 +165,7 @@ impl<C: Chaser> CaptureScene<C> {
             port: poses.target.at(center.map(|c| -c)),
         }
     }
-    fn look<'a, T: Scalar>(&self, at: &At<'a, T>) -> (Poses<T>, View<'a, T>, Touch<T>) {
+    fn look<'a, T: Scalar>(&self, at: &At<'a, T>) -> (Poses<T>, GripperView<'a, T>, ContactState<T>) {
         let poses = self.poses(at);
         let view = self.view(at, &poses);
         let here = touch(&self.gripper, &view);
@@ -176,20 +176,20 @@ impl<C: Chaser> CaptureScene<C> {
         Inertia { mass: p[at.target_mass], inertia: p[at.target_inertia] }
     }
     /// Adds the momenta and energies of the masses other than the chaser to the chaser's outputs.
-    fn add_beside<T: Scalar>(&self, at: &At<'_, T>, poses: &Poses<T>, here: &Touch<T>, y: &mut [T]) {
+    fn add_beside<T: Scalar>(&self, at: &At<'_, T>, poses: &Poses<T>, here: &ContactState<T>, y: &mut [T]) {
         let places = self.chaser.momenta();
         add_momenta(y, places, &self.target(at.p), &poses.target);
         if self.gripper.structure.mount == Mount::Elastic {
             let ball = Inertia { mass: at.p[self.gripper.parameters.ball_mass], inertia: T::zero() };
             let velocity = two(at.x, self.gripper.states.ball_velocity);
-            add_momenta(y, places, &ball, &Frame::new(here.balls[0], T::zero(), velocity, T::zero()));
+            add_momenta(y, places, &ball, &PointFrame::new(here.balls[0], T::zero(), velocity, T::zero()));
         }
     }
 }
 
 impl<C: Chaser> Hybrid for CaptureScene<C> {
-    fn sizes(&self) -> Sizes {
-        Sizes {
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes {
             states: self.states.count,
             inputs: self.begin.inputs + self.length.inputs,
             parameters: self.parameters.count,
@@ -205,9 +205,10 @@ impl<C: Chaser> Hybrid for CaptureScene<C> {
         let hand = self.chaser.hand(self.own_states(x), own);
         let port = hand.at(two(p, from.port_offset));
         let attitude = hand.attitude + p[from.port_angle];
-        let target = Frame::new(port.position, attitude, two(p, from.target_velocity), p[from.target_rate]);
+        let target =
+            PointFrame::new(port.position, attitude, two(p, from.target_velocity), p[from.target_rate]);
         let center = target.at(two(p, self.gripper.parameters.target_center)).position;
-        let placed = Frame::new(center, attitude, target.velocity, target.rate);
+        let placed = PointFrame::new(center, attitude, target.velocity, target.rate);
         put(x, self.target_moved(), &placed);
     }
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
@@ -216,7 +217,7 @@ impl<C: Chaser> Hybrid for CaptureScene<C> {
         let unset = At { modes: &zeros[..of_gripper.len()], ..at };
         let view = self.view(&unset, &self.poses(&unset));
         self.gripper.start_modes(&view, of_gripper);
-        let here = touch(&self.gripper, &View { modes: of_gripper, ..view });
+        let here = touch(&self.gripper, &GripperView { modes: of_gripper, ..view });
         let u = self.pushed(&at, &here.on_host);
         self.chaser.start_modes(self.own(&at, &u), of_chaser);
     }
@@ -225,7 +226,7 @@ impl<C: Chaser> Hybrid for CaptureScene<C> {
         self.gripper.rates(&view, &here, dx);
         let u = self.pushed(&at, &here.on_host);
         self.chaser.rates(self.own(&at, &u), &mut dx[self.begin.states..][..self.length.states]);
-        let mut on_target = Wrench::default();
+        let mut on_target = ContactWrench::default();
         carry(&mut on_target, &here.on_port, view.port.position, poses.target.position);
         put_rates(dx, self.target_moved(), &poses.target, &self.target(at.p), &on_target);
     }
@@ -257,7 +258,7 @@ impl<C: Chaser> Hybrid for CaptureScene<C> {
             None => Direction::Both,
         }
     }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let (of_gripper, of_chaser) = modes.split_at_mut(self.begin.modes);
         // Of the states, a gripper reads and changes its own.
         let (before, frozen) = copies(&x[..self.begin.states], of_gripper);

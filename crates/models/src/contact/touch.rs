@@ -1,25 +1,25 @@
 //! All contacts of a gripper at one instant: forces, energies, powers.
 
 use super::closing::Jaws;
-use super::frame::{Frame, Vector, Wrench, add, cross, dot, scale, sub, turned};
-use super::law::{self, Law, Pair, touches};
-use super::layout::{Against, Mount, Structure};
-use super::view::{Gripper, View};
+use super::frame::{ContactVector, ContactWrench, PointFrame, add, cross, dot, scale, sub, turned};
+use super::law::{self, ContactLaw, ContactPair, touches};
+use super::layout::{GripperStructure, Mount, PortShape};
+use super::view::{Gripper, GripperView};
 use super::{MAX_BALLS, layout};
 use trueup_numerics::Scalar;
 
 /// Forces and powers at one instant; inertial axes, SI.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Touch<T> {
+pub(super) struct ContactState<T> {
     pub jaws: Jaws<T>,
     /// Centres of the balls.
-    pub balls: [Vector<T>; MAX_BALLS],
-    pub pairs: [Pair<T>; MAX_BALLS],
+    pub balls: [ContactVector<T>; MAX_BALLS],
+    pub pairs: [ContactPair<T>; MAX_BALLS],
     pub forces: [T; MAX_BALLS],
     /// On the target, about the port.
-    pub on_port: Wrench<T>,
+    pub on_port: ContactWrench<T>,
     /// On the end effector, about its reference point.
-    pub on_host: Wrench<T>,
+    pub on_host: ContactWrench<T>,
     /// Of contacts and mounts, J.
     pub elastic: T,
     /// Taken by dampers and friction, W.
@@ -33,21 +33,21 @@ pub(super) struct Touch<T> {
     /// Of the jaws against the hand: sum of m c'^2, 2 J.
     pub jaw_motion: T,
     /// Rates of the end ball's displacement (end effector's axes) and velocity.
-    pub mounted: [Vector<T>; 2],
+    pub mounted: [ContactVector<T>; 2],
 }
 
-impl<T: Scalar> Touch<T> {
+impl<T: Scalar> ContactState<T> {
     /// All 0.
     fn none(jaws: Jaws<T>) -> Self {
         let (o, v) = (T::zero(), [T::zero(); 2]);
-        let pair = Pair { normal: v, penetration: o, approach: o };
+        let pair = ContactPair { normal: v, penetration: o, approach: o };
         Self {
             jaws,
             balls: [v; MAX_BALLS],
             pairs: [pair; MAX_BALLS],
             forces: [o; MAX_BALLS],
-            on_port: Wrench::default(),
-            on_host: Wrench::default(),
+            on_port: ContactWrench::default(),
+            on_host: ContactWrench::default(),
             elastic: o,
             loss: o,
             jaw_power: o,
@@ -60,25 +60,29 @@ impl<T: Scalar> Touch<T> {
 }
 
 /// The law with its constants.
-pub(super) fn law<T: Scalar>(p: &[T], at: &layout::Parameters) -> Law<T> {
+pub(super) fn law<T: Scalar>(p: &[T], at: &layout::Parameters) -> ContactLaw<T> {
     let smooth = p[at.damping_law].value() == layout::HUNT_CROSSLEY;
-    Law { stiffness: p[at.stiffness], damping: p[at.damping], reference: smooth.then(|| p[at.reference]) }
+    ContactLaw {
+        stiffness: p[at.stiffness],
+        damping: p[at.damping],
+        reference: smooth.then(|| p[at.reference]),
+    }
 }
 
 /// The pair that a ball makes with the port's ball or plate.
 fn pair<T: Scalar>(
-    s: &Structure,
+    s: &GripperStructure,
     p: &[T],
     at: &layout::Parameters,
-    port: &Frame<T>,
+    port: &PointFrame<T>,
     ball: &Ball<T>,
-) -> Pair<T> {
+) -> ContactPair<T> {
     let apart = sub(port.position, ball.place);
     match s.against {
-        Against::Ball => {
+        PortShape::Ball => {
             law::balls(apart, sub(port.velocity, ball.velocity), ball.radius + p[at.port_radius])
         }
-        Against::Plate => {
+        PortShape::Plate => {
             let normal = two(p, at.port_normal);
             let length = dot(normal, normal).sqrt();
             let outward = port.out(normal.map(|n| n / length));
@@ -89,24 +93,27 @@ fn pair<T: Scalar>(
 
 struct Ball<T> {
     radius: T,
-    place: Vector<T>,
-    velocity: Vector<T>,
+    place: ContactVector<T>,
+    velocity: ContactVector<T>,
 }
 
 /// Two values from there on.
-pub(super) fn two<T: Scalar>(values: &[T], at: usize) -> Vector<T> {
+pub(super) fn two<T: Scalar>(values: &[T], at: usize) -> ContactVector<T> {
     [values[at], values[at + 1]]
 }
 
 /// A body from its position in m, attitude in rad, velocity in m/s and rate in rad/s, which are from these indices on.
-pub(super) fn frame<T: Scalar>(values: &[T], [position, attitude, velocity, rate]: [usize; 4]) -> Frame<T> {
-    Frame::new(two(values, position), values[attitude], two(values, velocity), values[rate])
+pub(super) fn frame<T: Scalar>(
+    values: &[T],
+    [position, attitude, velocity, rate]: [usize; 4],
+) -> PointFrame<T> {
+    PointFrame::new(two(values, position), values[attitude], two(values, velocity), values[rate])
 }
 
 /// Everything at that instant.
-pub(super) fn touch<T: Scalar>(g: &Gripper, v: &View<'_, T>) -> Touch<T> {
+pub(super) fn touch<T: Scalar>(g: &Gripper, v: &GripperView<'_, T>) -> ContactState<T> {
     let (at, law) = (&g.parameters, law(v.p, &g.parameters));
-    let mut all = Touch::none(g.jaws(v));
+    let mut all = ContactState::none(g.jaws(v));
     for i in 0..g.structure.balls {
         let (open, closed) = (two(v.p, at.open + 2 * i), two(v.p, at.closed + 2 * i));
         let way = sub(closed, open);
@@ -175,12 +182,12 @@ fn friction<T: Scalar>(level: T, slip: T, smooth: T) -> (T, T) {
 /// The end ball on its mount (CON-8): moves the ball to the position of its state, and returns the mount's force on it.
 fn mounted<T: Scalar>(
     g: &Gripper,
-    v: &View<'_, T>,
-    law: &Law<T>,
-    fixed: &Frame<T>,
+    v: &GripperView<'_, T>,
+    law: &ContactLaw<T>,
+    fixed: &PointFrame<T>,
     ball: &mut Ball<T>,
-    all: &mut Touch<T>,
-) -> Vector<T> {
+    all: &mut ContactState<T>,
+) -> ContactVector<T> {
     let at = &g.parameters;
     let displaced = two(v.x, g.states.ball_displacement);
     let (k, c) = (two(v.p, at.mount_stiffness), two(v.p, at.mount_damping));
@@ -212,7 +219,7 @@ fn mounted<T: Scalar>(
 }
 
 /// Twice the kinetic energy of target and jaws against the end effector (S2 21, 22), `sign` 1; with -1 as S2 prints (21).
-pub(super) fn relative_motion<T: Scalar>(g: &Gripper, v: &View<'_, T>, jaws: T, sign: f64) -> T {
+pub(super) fn relative_motion<T: Scalar>(g: &Gripper, v: &GripperView<'_, T>, jaws: T, sign: f64) -> T {
     let at = &g.parameters;
     let target = v.port.at(two(v.p, at.target_center));
     let r = sub(target.position, v.host.position);

@@ -1,13 +1,13 @@
 //! A gripper's structure with the places of its values, and its view at one instant.
 
-use super::frame::Frame;
-use super::layout::{Command, Outputs, Parameters, States, Structure};
+use super::frame::PointFrame;
+use super::layout::{Command, GripperStructure, Outputs, Parameters, States};
 
 /// A gripper's structure, and where its values are; its parameters, states and outputs come first in the vectors of the models
 /// that have one.
 #[derive(Clone, Debug)]
 pub(super) struct Gripper {
-    pub structure: Structure,
+    pub structure: GripperStructure,
     pub parameters: Parameters,
     pub command: Command,
     pub outputs: Outputs,
@@ -16,14 +16,14 @@ pub(super) struct Gripper {
 
 /// What a gripper sees at one instant.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a, T> {
+pub(super) struct GripperView<'a, T> {
     pub t: T,
     pub p: &'a [T],
     pub x: &'a [T],
     pub u: &'a [T],
     pub modes: &'a [i32],
     /// The end effector.
-    pub host: Frame<T>,
+    pub host: PointFrame<T>,
     /// The target's port.
-    pub port: Frame<T>,
+    pub port: PointFrame<T>,
 }

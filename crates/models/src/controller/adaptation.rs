@@ -122,7 +122,7 @@ pub fn scheduled<T: Scalar>(angles: &[T; KNOTS], frequencies: &[T; KNOTS], angle
 
 /// One joint that adapts (λ > 0) at one instant; arrays in the order of [`parameter`] and [`state`].
 #[derive(Clone, Copy, Debug)]
-pub struct Joint<T> {
+pub struct AdaptiveJoint<T> {
     /// Parameters of the joint.
     pub p: [T; parameter::COUNT],
     /// States of the joint.
@@ -142,7 +142,7 @@ fn lag<T: Scalar>(y: T, u: T, exponent: T) -> T {
     u + (y - u) * (-exponent).exp()
 }
 
-impl<T: Scalar> Joint<T> {
+impl<T: Scalar> AdaptiveJoint<T> {
     /// Within [min, max].
     fn projected(&self, omega: T) -> T {
         omega.max(self.p[parameter::MIN]).min(self.p[parameter::MAX])

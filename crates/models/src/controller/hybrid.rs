@@ -1,9 +1,9 @@
 //! The control law as a hybrid model: continuous or sampled, for n joints.
 
-use super::{Strategy, adaptation, input, law::Joint, output, parameter, state};
+use super::{Strategy, adaptation, input, law::ControlledJoint, output, parameter, state};
 use trueup_numerics::{
     Scalar,
-    hybrid::{At, Hybrid, Sizes, Update},
+    hybrid::{At, EventUpdate, Hybrid, ModelSizes},
 };
 
 /// Modes: the states were set from the inputs (0, 1); number of the next sample, high and low part; per joint
@@ -71,12 +71,12 @@ impl ManipulatorController {
     }
 
     /// Joint `j`; before the first update with the states that it will set.
-    fn joint<T: Scalar>(&self, x: &[T], u: &[T], p: &[T], modes: &[i32], j: usize) -> Joint<T> {
+    fn joint<T: Scalar>(&self, x: &[T], u: &[T], p: &[T], modes: &[i32], j: usize) -> ControlledJoint<T> {
         let n = self.joints;
         let omega =
             self.adaptation(x, u, p, modes, j).map_or(p[parameter::WAVE_FREQUENCY * n + j], |a| a.used());
         let (strategy, p, u) = (self.strategy(p), gather(p, n, j), gather(u, n, j));
-        let mut joint = Joint { strategy, p, u, x: gather(x, n, j), omega };
+        let mut joint = ControlledJoint { strategy, p, u, x: gather(x, n, j), omega };
         if modes[INITIALISED] == 0 {
             joint.x = joint.initial_states();
         }
@@ -91,7 +91,7 @@ impl ManipulatorController {
         p: &[T],
         modes: &[i32],
         j: usize,
-    ) -> Option<adaptation::Joint<T>> {
+    ) -> Option<adaptation::AdaptiveJoint<T>> {
         use adaptation::{Adaptation, parameter as a};
         let n = self.joints;
         if !self.strategy(p).adapts() || p[a::first(n) + a::RATE * n + j].value() <= 0.0 {
@@ -100,7 +100,7 @@ impl ManipulatorController {
         let own: [T; a::COUNT] = gather(&p[a::first(n)..], n, j);
         let (load, motor) = (u[input::LOAD_ANGLE * n + j], u[input::MOTOR_ANGLE * n + j]);
         let schedule = Adaptation::from_number(own[a::ADAPTATION].value()) == Some(Adaptation::Schedule);
-        let mut joint = adaptation::Joint {
+        let mut joint = adaptation::AdaptiveJoint {
             p: own,
             x: gather(&x[adaptation::state::first(n)..], n, j),
             start: p[parameter::WAVE_FREQUENCY * n + j],
@@ -134,9 +134,9 @@ impl ManipulatorController {
 }
 
 impl Hybrid for ManipulatorController {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         let n = self.joints;
-        Sizes {
+        ModelSizes {
             states: (state::COUNT + adaptation::state::COUNT) * n,
             inputs: input::COUNT * n,
             parameters: adaptation::parameter::end(n),
@@ -222,9 +222,9 @@ impl Hybrid for ManipulatorController {
         }
     }
 
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let n = self.joints;
-        let mut change = Update::default();
+        let mut change = EventUpdate::default();
         if modes[INITIALISED] == 0 {
             for j in 0..n {
                 let initial = self.joint(x, u, p, modes, j).x;
@@ -235,7 +235,7 @@ impl Hybrid for ManipulatorController {
                 }
             }
             modes[INITIALISED] = 1;
-            change = Update { modes: true, states: true };
+            change = EventUpdate { modes: true, states: true };
         }
         let period = self.period(p);
         if self.due(t, p, modes) {
@@ -250,7 +250,7 @@ impl Hybrid for ManipulatorController {
                 }
             }
             set_next_sample(modes, last_sample(t, period) + 1.0);
-            change = Update { modes: true, states: true };
+            change = EventUpdate { modes: true, states: true };
         }
         if period > 0.0 {
             return change;

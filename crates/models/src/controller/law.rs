@@ -38,7 +38,7 @@ impl Strategy {
 
 /// One joint at one instant; arrays in the order of [`parameter`], [`input`] and [`state`].
 #[derive(Clone, Copy, Debug)]
-pub struct Joint<T> {
+pub struct ControlledJoint<T> {
     /// Strategy.
     pub strategy: Strategy,
     /// Parameters of the joint.
@@ -53,7 +53,7 @@ pub struct Joint<T> {
 
 /// What the law commands.
 #[derive(Clone, Copy, Debug)]
-pub struct Command<T> {
+pub struct LawCommand<T> {
     /// Load-referred torque before the limit, in N.m.
     pub torque: T,
     /// Load-referred torque at the limit of the output, in N.m; > 0.
@@ -64,7 +64,7 @@ pub struct Command<T> {
     washout: T,
 }
 
-impl<T: Scalar> Command<T> {
+impl<T: Scalar> LawCommand<T> {
     /// The torque within its limits.
     pub fn limited(&self) -> T {
         // Constants where limited: the derivative is that of the limit.
@@ -90,7 +90,7 @@ impl<T: Scalar> Command<T> {
     }
 }
 
-impl<T: Scalar> Joint<T> {
+impl<T: Scalar> ControlledJoint<T> {
     /// The states with the waves as at rest at the present angle and velocity of the motor; the others 0.
     pub fn initial_states(&self) -> [T; state::COUNT] {
         let mut x = [T::zero(); state::COUNT];
@@ -107,7 +107,7 @@ impl<T: Scalar> Joint<T> {
     }
 
     /// The torque that the law commands at the present states and inputs.
-    pub fn command(&self) -> Command<T> {
+    pub fn command(&self) -> LawCommand<T> {
         let Self { p, u, x, .. } = self;
         let (angle, velocity) = self.motor();
         let reference = u[input::POSITION_REFERENCE];
@@ -125,7 +125,7 @@ impl<T: Scalar> Joint<T> {
         };
         let error = v + u[input::VELOCITY_FEEDFORWARD] - velocity;
         let per_output = p[parameter::GEAR_RATIO] * p[parameter::TORQUE_CONSTANT];
-        Command {
+        LawCommand {
             torque: p[parameter::VELOCITY_GAIN] * error + x[state::INTEGRAL_TORQUE], // (CTL-7)
             limit: p[parameter::LIMIT] * per_output,                                 // (CTL-8)
             per_output,
@@ -147,7 +147,7 @@ impl<T: Scalar> Joint<T> {
         }
     }
 
-    fn waves(&self, at: usize) -> waves::Split<T> {
+    fn waves(&self, at: usize) -> waves::WaveSplit<T> {
         core::array::from_fn(|i| self.x[at + i])
     }
 

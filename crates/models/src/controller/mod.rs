@@ -79,7 +79,7 @@ pub mod input {
 
 /// Order of the states: state i of joint j is at `i * n + j`.
 pub mod state {
-    /// Split of the angles, four states as [`super::waves::Split`] has them: b0, b0', G a0, (G a0)'.
+    /// Split of the angles, four states as [`super::waves::WaveSplit`] has them: b0, b0', G a0, (G a0)'.
     pub const POSITION_WAVES: usize = 0;
     /// Split of the velocities, likewise.
     pub const VELOCITY_WAVES: usize = 4;

@@ -13,20 +13,20 @@
 use trueup_numerics::Scalar;
 
 /// States of the split: b0, its rate, G a0, its rate.
-pub type Split<T> = [T; 4];
+pub type WaveSplit<T> = [T; 4];
 
 /// Largest ω h with which [`step`] may be used: it is stable up to ω h = 2.68, and leaves the continuous law
 /// long before.
 pub const LARGEST_STEP: f64 = 2.0;
 
 /// The split that belongs to rest at θ0 = θ1 = `theta`: a0 = b0 = θ/2.
-pub fn at_rest<T: Scalar>(theta: T) -> Split<T> {
+pub fn at_rest<T: Scalar>(theta: T) -> WaveSplit<T> {
     let half = theta * 0.5;
     [half, T::zero(), half, T::zero()]
 }
 
 /// Rates of the split of the motions `theta0` (actuator) and `theta1` (load); `omega` = ω in rad/s.
-pub fn rates<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T) -> Split<T> {
+pub fn rates<T: Scalar>(s: &WaveSplit<T>, theta0: T, theta1: T, omega: T) -> WaveSplit<T> {
     let accelerate = |y: T, rate: T, u: T| omega * (omega * (u - y) - rate);
     let [b0, b0_rate, ga0, ga0_rate] = *s;
     [b0_rate, accelerate(b0, b0_rate, theta1 - ga0), ga0_rate, accelerate(ga0, ga0_rate, theta0 - b0)]
@@ -42,7 +42,7 @@ fn free<T: Scalar>(angle: T) -> (T, T) {
 }
 
 /// The split `h` seconds later when the input of each G is held: exact for each filter.
-pub fn step<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T, h: T) -> Split<T> {
+pub fn step<T: Scalar>(s: &WaveSplit<T>, theta0: T, theta1: T, omega: T, h: T) -> WaveSplit<T> {
     let (sin, cos) = free(omega * h);
     let advance = |y: T, rate: T, u: T| {
         let off = y - u;
@@ -60,7 +60,7 @@ pub fn step<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T, h: T) -> Sp
 /// the twist that stays wherever it ends. Taken as d = ω D, d' = −ω² R with R' = θ0 − θ1 − ω R and D' = −ω R, D − R
 /// integrates the twist and does not depend on ω: one that has come and gone leaves no offset behind. With ω inside the
 /// integral, a change on the way would.
-pub fn growth_rates<T: Scalar>(s: &Split<T>, growth: T) -> Split<T> {
+pub fn growth_rates<T: Scalar>(s: &WaveSplit<T>, growth: T) -> WaveSplit<T> {
     let [b0, b0_rate, ga0, ga0_rate] = *s;
     let (d, d_rate) = ((b0 - ga0) * growth * 0.5, (b0_rate - ga0_rate) * growth); // (CTL-15)
     [d, d_rate, -d, -d_rate]
@@ -69,7 +69,7 @@ pub fn growth_rates<T: Scalar>(s: &Split<T>, growth: T) -> Split<T> {
 /// The split as it goes on when `omega` has become `next` between two steps of `h` s, likewise.
 ///
 /// [`step`] takes θ0 − θ1 times β off d + α d', so (d + α d')/β is the sum over the twist that a change leaves alone.
-pub fn changed<T: Scalar>(s: &Split<T>, omega: T, next: T, h: T) -> Split<T> {
+pub fn changed<T: Scalar>(s: &WaveSplit<T>, omega: T, next: T, h: T) -> WaveSplit<T> {
     let sum = |omega: T| {
         let (sin, cos) = free(omega * h);
         let (off, share) = (-cos + 1.0, -cos + 1.0 + sin);

@@ -16,8 +16,8 @@ pub(crate) struct ActuatorLag;
 const SHORTEST: f64 = 1e-3;
 
 /// Lag and dead time are begun from together, each a little longer than a delay by itself.
-const DRIVE: Search = Search { looks: &[0.26, 1.3, 3.9, 9.1], ..IN_A_DRIVE };
-const FREE_FLYER: Search = Search { looks: &[0.65, 3.9, 13.0, 39.0], ..ON_A_FREE_FLYER };
+const DRIVE: SearchRange = SearchRange { looks: &[0.26, 1.3, 3.9, 9.1], ..IN_A_DRIVE };
+const FREE_FLYER: SearchRange = SearchRange { looks: &[0.65, 3.9, 13.0, 39.0], ..ON_A_FREE_FLYER };
 
 /// The command as it comes behind the dead time.
 fn delayed<T: Scalar>(l: &Local<T>, command: T) -> T {
@@ -47,7 +47,7 @@ impl Effect for ActuatorLag {
         noun: "a lag of the actuator behind its command",
         check: "Command a step of current or torque and measure what is delivered: how late does it come, how fast does it rise?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "actuatorLag",
@@ -86,15 +86,15 @@ impl Effect for ActuatorLag {
         ..Spec::NONE
     };
 
-    fn start<T: Scalar>(_l: &Local<T>, d: &Drive<T>, x: &mut [T]) {
+    fn start<T: Scalar>(_l: &Local<T>, d: &DriveTrain<T>, x: &mut [T]) {
         memory::start(d.command, x);
         x[ORDER] = d.command;
     }
-    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+    fn rates<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _s: &Spring<T>, dx: &mut [T]) {
         memory::rates(core::array::from_fn(|k| l.x(k)), d.torque, l.p(1), dx);
         dx[ORDER] = (delayed(l, d.torque) - l.x(ORDER)) / time(l);
     }
-    fn actuator<T: Scalar>(l: &Local<T>, _d: &Drive<T>, torque: T) -> T {
+    fn actuator<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, torque: T) -> T {
         let command = delayed(l, torque);
         command - (command - l.x(ORDER)) * (l.p(0) / time(l))
     }
@@ -113,7 +113,7 @@ mod tests {
         for _ in 0..4000 {
             let slope = |x: &[f64; 5]| {
                 let mut dx = [0.0; 5];
-                let d = Drive { torque: 1.0, ..Drive::default() };
+                let d = DriveTrain { torque: 1.0, ..DriveTrain::default() };
                 ActuatorLag::rates(&Local::new(&p, x, &[], 0, 1), &d, &Spring::default(), &mut dx);
                 dx
             };
@@ -123,7 +123,7 @@ mod tests {
             t += h;
         }
         let w = f64::sqrt(lag * lag + 1e-6);
-        let torque: f64 = ActuatorLag::actuator(&Local::new(&p, &x, &[], 0, 1), &Drive::default(), 1.0);
+        let torque: f64 = ActuatorLag::actuator(&Local::new(&p, &x, &[], 0, 1), &DriveTrain::default(), 1.0);
         // The midpoint rule is off by t h^2 / (6 W^3) of the exponential.
         let rule = t * h * h / (6.0 * w * w * w);
         assert!((torque - (1.0 - lag / w * (-t / w).exp())).abs() < rule * (-t / w).exp() + 1e-12);
@@ -138,9 +138,14 @@ mod tests {
         let x = [t - 0.5 * window, -0.5 * window, 0.0, 0.0, t - delay - w];
         let (p, mut dx) = ([lag, delay], [0.0; 5]);
         let l = Local::new(&p, &x, &[], 0, 1);
-        ActuatorLag::rates(&l, &Drive { torque: t, ..Drive::default() }, &Spring::default(), &mut dx);
+        ActuatorLag::rates(
+            &l,
+            &DriveTrain { torque: t, ..DriveTrain::default() },
+            &Spring::default(),
+            &mut dx,
+        );
         assert!((dx[0] - 1.0).abs() < 1e-9 && dx[1].abs() < 1e-9 && (dx[4] - 1.0).abs() < 1e-9, "{dx:?}");
-        let torque: f64 = ActuatorLag::actuator(&l, &Drive::default(), t);
+        let torque: f64 = ActuatorLag::actuator(&l, &DriveTrain::default(), t);
         assert!((torque - (t - delay - lag)).abs() < 1e-12);
     }
 }

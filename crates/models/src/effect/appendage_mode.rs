@@ -10,7 +10,7 @@ use super::*;
 pub(crate) struct AppendageMode;
 
 /// Acceleration of the appendage.
-fn acceleration<T: Scalar>(l: &Local<T>, b: &Base<T>) -> T {
+fn acceleration<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> T {
     let omega = l.p(1);
     -omega * (omega * (l.x(0) - b.attitude) + l.p(2) * 2.0 * (l.x(1) - b.rate))
 }
@@ -27,10 +27,13 @@ const fn signal(
 /// Of a panel of common size, rad/s.
 const FREQUENCY: f64 = 5.0;
 /// From slow sloshing to a stiff panel, as multiples of [`FREQUENCY`]: nothing of the arm determines it.
-const FREQUENCIES: Search =
-    Search { looks: &[0.06, 0.12, 0.24, 0.48, 0.8, 1.3, 2.1, 3.6, 7.2], doubt: 2.0, ..Search::USUAL };
+const FREQUENCIES: SearchRange = SearchRange {
+    looks: &[0.06, 0.12, 0.24, 0.48, 0.8, 1.3, 2.1, 3.6, 7.2],
+    doubt: 2.0,
+    ..SearchRange::USUAL
+};
 /// Resonances are narrow.
-const DAMPINGS: Search = Search { looks: &[0.1, 0.5, 2.5], doubt: 2.0, ..Search::USUAL };
+const DAMPINGS: SearchRange = SearchRange { looks: &[0.1, 0.5, 2.5], doubt: 2.0, ..SearchRange::USUAL };
 
 impl Effect for AppendageMode {
     const SPEC: Spec = Spec {
@@ -40,7 +43,7 @@ impl Effect for AppendageMode {
         noun: "a flexible appendage on the base",
         check: "Tap the base, or stop it short, with the arm at rest: does it go on swinging at one frequency?",
         scope: Scope::Once,
-        plants: &[Plant::Arm],
+        plants: &[PlantKind::Arm],
         passive: true,
         parameters: &[
             ParameterSpec {
@@ -49,7 +52,7 @@ impl Effect for AppendageMode {
                 description: "Moment of inertia of the appendage, J_a (EF-24)",
                 min: 0.0,
                 arm_start: 0.5,
-                scale: Scale::of(0.2, &[(Measure::BaseInertia, 1)]),
+                scale: EffectScale::of(0.2, &[(Measure::BaseInertia, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -57,7 +60,7 @@ impl Effect for AppendageMode {
                 unit: "rad/s",
                 description: "Natural frequency with the base held, omega_a (EF-24)",
                 arm_start: FREQUENCY,
-                scale: Scale::plain(FREQUENCY),
+                scale: EffectScale::plain(FREQUENCY),
                 search: FREQUENCIES,
                 ..ParameterSpec::SHAPE
             },
@@ -68,7 +71,7 @@ impl Effect for AppendageMode {
                 min: 0.0,
                 above_min: false,
                 arm_start: 0.02,
-                scale: Scale::plain(0.02),
+                scale: EffectScale::plain(0.02),
                 search: DAMPINGS,
                 ..ParameterSpec::SHAPE
             },
@@ -80,20 +83,20 @@ impl Effect for AppendageMode {
         ..Spec::NONE
     };
 
-    fn start<T: Scalar>(_l: &Local<T>, d: &Drive<T>, x: &mut [T]) {
+    fn start<T: Scalar>(_l: &Local<T>, d: &DriveTrain<T>, x: &mut [T]) {
         (x[0], x[1]) = (d.base.attitude, d.base.rate);
     }
-    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+    fn rates<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _s: &Spring<T>, dx: &mut [T]) {
         (dx[0], dx[1]) = (l.x(1), acceleration(l, &d.base));
     }
-    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
-        Wrench { torque: -l.p(0) * acceleration(l, b), ..Wrench::default() }
+    fn base<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
+        BaseWrench { torque: -l.p(0) * acceleration(l, b), ..BaseWrench::default() }
     }
-    fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
+    fn energy<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> [T; 2] {
         let twist = (l.x(0) - d.base.attitude) * l.p(1);
         [l.p(0) * l.x(1) * l.x(1) * 0.5, l.p(0) * twist * twist * 0.5]
     }
-    fn angular_momentum<T: Scalar>(l: &Local<T>, _d: &Drive<T>) -> T {
+    fn angular_momentum<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>) -> T {
         l.p(0) * l.x(1)
     }
 }
@@ -106,9 +109,9 @@ mod tests {
     fn ef24_acts_and_reacts() {
         let (p, x) = ([0.5, 4.0, 0.1], [0.3, -0.2]);
         let l = Local::new(&p, &x, &[], 0, 1);
-        let base = Base { attitude: 0.1, rate: 0.4, ..Base::default() };
+        let base = BaseMotion { attitude: 0.1, rate: 0.4, ..BaseMotion::default() };
         let mut dx = [0.0; 2];
-        AppendageMode::rates(&l, &Drive { base, ..Drive::default() }, &Spring::default(), &mut dx);
+        AppendageMode::rates(&l, &DriveTrain { base, ..DriveTrain::default() }, &Spring::default(), &mut dx);
         let torque: f64 = AppendageMode::base(&l, &base).torque;
         // Stiffness J omega^2 = 8, damping 2 J zeta omega = 0.4.
         assert!((torque - (8.0 * 0.2 + 0.4 * -0.6)).abs() < 1e-14);
@@ -121,7 +124,7 @@ mod tests {
         let frequency = AppendageMode::SPEC.parameters.iter().find(of).unwrap();
         // In rad/s: no size of the arm enters.
         let size = frequency.scale.value(|_| f64::NAN);
-        let sought: Vec<f64> = frequency.search_in(Plant::Arm).looks.iter().map(|l| l * size).collect();
+        let sought: Vec<f64> = frequency.search_in(PlantKind::Arm).looks.iter().map(|l| l * size).collect();
         assert!(
             (sought[0] - 0.3).abs() < 1e-9 && (sought[sought.len() - 1] - 36.0).abs() < 1e-9,
             "{sought:?}"

@@ -16,7 +16,7 @@ impl Effect for AsymmetricFriction {
         noun: "friction that differs between the two directions",
         check: "Run at one slow speed forwards and backwards: does it take a different current?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         friction: true,
         passive: true,
         parameters: &[
@@ -26,14 +26,14 @@ impl Effect for AsymmetricFriction {
                 description: "Half the difference of the dry friction, forward less backward, A_c (EF-13)",
                 joint_start: 2.0e-5,
                 arm_start: 0.002,
-                scale: Scale::of(0.1, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.1, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "viscousAsymmetry",
                 unit: "N.m.s/rad",
                 description: "Half the difference of the viscous friction, forward less backward, A_v (EF-13)",
-                scale: Scale::of(0.1, &[(Measure::Torque, 1), (Measure::Speed, -1)]),
+                scale: EffectScale::of(0.1, &[(Measure::Torque, 1), (Measure::Speed, -1)]),
                 ..ParameterSpec::NONE
             },
         ],
@@ -41,7 +41,7 @@ impl Effect for AsymmetricFriction {
         ..Spec::NONE
     };
 
-    fn friction<T: Scalar>(l: &Local<T>, d: &Drive<T>, direction: f64, levels: &mut Levels<T>) {
+    fn friction<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, direction: f64, levels: &mut Levels<T>) {
         let shifted = |level: T| (level + l.p(0) * direction).max(T::zero());
         levels.breakaway = shifted(levels.breakaway);
         levels.coulomb = shifted(levels.coulomb);
@@ -64,7 +64,7 @@ mod tests {
     fn ef13_differs_by_twice_the_asymmetry() {
         let braking = |omega: f64, p: [f64; 2]| {
             let mut levels = paper(1.0, 2.0, 0.1, omega.abs());
-            let d = Drive { omega, ..Drive::default() };
+            let d = DriveTrain { omega, ..DriveTrain::default() };
             AsymmetricFriction::friction(&Local::new(&p, &[], &[], 0, 1), &d, omega.signum(), &mut levels);
             (levels.braking(), levels.breakaway)
         };

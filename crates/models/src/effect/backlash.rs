@@ -29,14 +29,14 @@ impl Effect for Backlash {
         noun: "backlash in the transmission",
         check: "Hold the load and turn the motor back and forth by hand or with little current: through which angle does it turn freely?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[ParameterSpec {
             name: "backlashGap",
             unit: "rad",
             description: "Width of the gap between the faces, on the drive's side of the gear, g (EF-3)",
             min: 0.0,
             joint_start: 5.0,
-            scale: Scale::of(0.3, &[(Measure::Deflection, 1)]),
+            scale: EffectScale::of(0.3, &[(Measure::Deflection, 1)]),
             arm_start: 0.01,
             ..ParameterSpec::NONE
         }],
@@ -47,7 +47,7 @@ impl Effect for Backlash {
         ..Spec::NONE
     };
 
-    fn spring<T: Scalar>(l: &Local<T>, _d: &Drive<T>, s: &mut Spring<T>) {
+    fn spring<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, s: &mut Spring<T>) {
         let half_gap = l.p(0) * 0.5;
         if half_gap.value() <= 0.0 {
             return;
@@ -57,7 +57,7 @@ impl Effect for Backlash {
             side => s.deflection -= half_gap * f64::from(side),
         }
     }
-    fn indicators<T: Scalar>(l: &Local<T>, d: &Drive<T>, z: &mut [T]) {
+    fn indicators<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, z: &mut [T]) {
         let half_gap = l.p(0) * 0.5;
         if half_gap.value() > 0.0 {
             (z[0], z[1]) = (d.epsilon - half_gap, d.epsilon + half_gap);
@@ -65,7 +65,7 @@ impl Effect for Backlash {
             (z[0], z[1]) = (T::one(), T::one());
         }
     }
-    fn update(l: &Local<f64>, d: &Drive<f64>, modes: &mut [i32]) {
+    fn update(l: &Local<f64>, d: &DriveTrain<f64>, modes: &mut [i32]) {
         modes[0] = side(d.epsilon, d.epsilon_dot, 0.5 * l.p(0), modes[0]);
     }
 }
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn ef3_is_free_in_the_gap_and_linear_beyond() {
         for (epsilon, torque) in [(-0.3, -2.0), (-0.05, 0.0), (0.05, 0.0), (0.2, 1.0)] {
-            let d = Drive { epsilon, ..Drive::default() };
+            let d = DriveTrain { epsilon, ..DriveTrain::default() };
             let mut modes = [7];
             Backlash::update(&Local::new(&[0.2], &[], &[0], 0, 1), &d, &mut modes);
             let mut s = Spring::linear(10.0, 0.0, &d);

@@ -16,7 +16,7 @@ impl Effect for BaseDrag {
         noun: "drag of the base's air bearings",
         check: "Push the base and let it glide: does it slow down? Check air pressure, pads and the hoses.",
         scope: Scope::Once,
-        plants: &[Plant::Arm],
+        plants: &[PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "baseDrag",
@@ -24,7 +24,7 @@ impl Effect for BaseDrag {
                 description: "Force per velocity of the base, c_t (EF-9)",
                 min: 0.0,
                 arm_start: 2.0,
-                scale: Scale::of(0.3, &[(Measure::Force, 1), (Measure::Velocity, -1)]),
+                scale: EffectScale::of(0.3, &[(Measure::Force, 1), (Measure::Velocity, -1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -33,7 +33,7 @@ impl Effect for BaseDrag {
                 description: "Torque per rate of the base, c_r (EF-9)",
                 min: 0.0,
                 arm_start: 0.2,
-                scale: Scale::of(0.3, &[(Measure::BaseTorque, 1), (Measure::BaseRate, -1)]),
+                scale: EffectScale::of(0.3, &[(Measure::BaseTorque, 1), (Measure::BaseRate, -1)]),
                 ..ParameterSpec::NONE
             },
         ],
@@ -42,8 +42,8 @@ impl Effect for BaseDrag {
         ..Spec::NONE
     };
 
-    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
-        Wrench { force: [-l.p(0) * b.velocity[0], -l.p(0) * b.velocity[1]], torque: -l.p(1) * b.rate }
+    fn base<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
+        BaseWrench { force: [-l.p(0) * b.velocity[0], -l.p(0) * b.velocity[1]], torque: -l.p(1) * b.rate }
     }
 }
 
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn ef9_takes_energy_out() {
-        let b = Base { velocity: [0.3, -0.4], rate: 0.5, ..Base::default() };
+        let b = BaseMotion { velocity: [0.3, -0.4], rate: 0.5, ..BaseMotion::default() };
         let w = BaseDrag::base(&Local::new(&[2.0, 0.1], &[], &[], 0, 1), &b);
         let power: f64 = w.force[0] * b.velocity[0] + w.force[1] * b.velocity[1] + w.torque * b.rate;
         assert!((power + 2.0 * 0.25 + 0.1 * 0.25).abs() < 1e-15);

@@ -20,7 +20,7 @@ const fn part(
         unit,
         description,
         arm_start: start,
-        scale: Scale::of(0.2, measure),
+        scale: EffectScale::of(0.2, measure),
         ..ParameterSpec::NONE
     }
 }
@@ -33,7 +33,7 @@ impl Effect for BaseThrust {
         noun: "a steady force or torque on the base",
         check: "Leave the base floating at rest: does it start to move by itself? Look for leaks, air jets and a pulling umbilical.",
         scope: Scope::Once,
-        plants: &[Plant::Arm],
+        plants: &[PlantKind::Arm],
         parameters: &[
             part(
                 "thrustForceX",
@@ -60,9 +60,12 @@ impl Effect for BaseThrust {
         ..Spec::NONE
     };
 
-    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
+    fn base<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
         let (sine, cosine) = b.attitude.sin_cos();
-        Wrench { force: [cosine * l.p(0) - sine * l.p(1), sine * l.p(0) + cosine * l.p(1)], torque: l.p(2) }
+        BaseWrench {
+            force: [cosine * l.p(0) - sine * l.p(1), sine * l.p(0) + cosine * l.p(1)],
+            torque: l.p(2),
+        }
     }
 }
 
@@ -72,7 +75,7 @@ mod tests {
 
     #[test]
     fn ef23_turns_with_the_satellite() {
-        let b = Base { attitude: core::f64::consts::FRAC_PI_2, ..Base::default() };
+        let b = BaseMotion { attitude: core::f64::consts::FRAC_PI_2, ..BaseMotion::default() };
         let w = BaseThrust::base(&Local::new(&[0.3, 0.1, -0.2], &[], &[], 0, 1), &b);
         assert!((w.force[0] + 0.1).abs() < 1e-15 && (w.force[1] - 0.3).abs() < 1e-15 && w.torque == -0.2);
     }

@@ -21,8 +21,8 @@ const fn rest(
         name,
         unit,
         description,
-        role: Role::Shape,
-        scale: Scale::of(0.5, measure),
+        role: ParameterRole::Shape,
+        scale: EffectScale::of(0.5, measure),
         ..ParameterSpec::NONE
     }
 }
@@ -35,14 +35,14 @@ impl Effect for CableStiffness {
         noun: "a cable that pulls back",
         check: "Move slowly to several angles and let go: does it creep back? Loosen or re-route cables and hoses and record again.",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         passive: true,
         places: &[
-            Place {
+            EffectPlace {
                 name: "load",
                 prefix: "",
                 component: "load",
-                plants: &[Plant::Joint],
+                plants: &[PlantKind::Joint],
                 scope: Scope::Joint,
                 unit: "",
                 parameters: &[
@@ -52,7 +52,7 @@ impl Effect for CableStiffness {
                         description: "Torque on the load per angle, k (EF-22)",
                         min: 0.0,
                         joint_start: 30.0,
-                        scale: Scale::of(0.15, &[(Measure::LoadTorque, 1), (Measure::LoadAngle, -1)]),
+                        scale: EffectScale::of(0.15, &[(Measure::LoadTorque, 1), (Measure::LoadAngle, -1)]),
                         ..ParameterSpec::NONE
                     },
                     rest(
@@ -63,11 +63,11 @@ impl Effect for CableStiffness {
                     ),
                 ],
             },
-            Place {
+            EffectPlace {
                 name: "base",
                 prefix: "",
                 component: "base",
-                plants: &[Plant::Arm],
+                plants: &[PlantKind::Arm],
                 scope: Scope::Once,
                 unit: "",
                 parameters: &[
@@ -77,7 +77,7 @@ impl Effect for CableStiffness {
                         description: "Force on the base per displacement, k (EF-22)",
                         min: 0.0,
                         arm_start: 2.0,
-                        scale: Scale::of(0.3, &[(Measure::Force, 1), (Measure::Position, -1)]),
+                        scale: EffectScale::of(0.3, &[(Measure::Force, 1), (Measure::Position, -1)]),
                         ..ParameterSpec::NONE
                     },
                     ParameterSpec {
@@ -86,7 +86,7 @@ impl Effect for CableStiffness {
                         description: "Torque on the base per angle, k_r (EF-22)",
                         min: 0.0,
                         arm_start: 0.5,
-                        scale: Scale::of(0.3, &[(Measure::BaseTorque, 1), (Measure::BaseAngle, -1)]),
+                        scale: EffectScale::of(0.3, &[(Measure::BaseTorque, 1), (Measure::BaseAngle, -1)]),
                         ..ParameterSpec::NONE
                     },
                     rest(
@@ -113,17 +113,17 @@ impl Effect for CableStiffness {
         ..Spec::NONE
     };
 
-    fn link_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+    fn link_torque<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> T {
         if l.place() == BASE { T::zero() } else { -l.p(0) * (d.link_angle - l.p(1)) }
     }
-    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
+    fn base<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
         if l.place() != BASE {
-            return Wrench::default();
+            return BaseWrench::default();
         }
         let pull = |i: usize| -l.p(0) * (b.position[i] - l.p(2 + i));
-        Wrench { force: [pull(0), pull(1)], torque: -l.p(1) * (b.attitude - l.p(4)) }
+        BaseWrench { force: [pull(0), pull(1)], torque: -l.p(1) * (b.attitude - l.p(4)) }
     }
-    fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
+    fn energy<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> [T; 2] {
         let half = |k: T, x: T| k * x * x * 0.5;
         let stored = if l.place() == BASE {
             half(l.p(0), d.base.position[0] - l.p(2))
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn ef22_is_the_gradient_of_its_energy_in_both_places() {
         let p = [3.0, 0.2].map(Dual::<3>::constant);
-        let d = Drive { link_angle: Dual::variable(0.9, 0), ..Drive::default() };
+        let d = DriveTrain { link_angle: Dual::variable(0.9, 0), ..DriveTrain::default() };
         let l = Local::new(&p, &[], &[], 0, 1);
         let torque = CableStiffness::link_torque(&l, &d).re;
         assert!(
@@ -152,15 +152,15 @@ mod tests {
         );
 
         let p = [3.0, 0.7, 0.1, -0.2, 0.3].map(Dual::<3>::constant);
-        let base = Base {
+        let base = BaseMotion {
             position: [Dual::variable(0.5, 0), Dual::variable(0.4, 1)],
             attitude: Dual::variable(-0.6, 2),
-            ..Base::default()
+            ..BaseMotion::default()
         };
         let l = Local::new(&p, &[], &[], 0, 1).in_place(BASE);
         let (w, energy) = (
             CableStiffness::base(&l, &base),
-            CableStiffness::energy(&l, &Drive { base, ..Drive::default() }),
+            CableStiffness::energy(&l, &DriveTrain { base, ..DriveTrain::default() }),
         );
         let wrench = [w.force[0].re, w.force[1].re, w.torque.re];
         assert!((0..3).all(|i| (energy[1].eps[i] + wrench[i]).abs() < 1e-15));

@@ -1,23 +1,23 @@
 //! The outputs that a sensor effect can act on.
 
-use super::{Place, Plant, Scope};
+use super::{EffectPlace, PlantKind, Scope};
 use crate::arm::output as arm;
 
 const fn channel(
     name: &'static str,
     component: &'static str,
     unit: &'static str,
-    plants: &'static [Plant],
-) -> Place {
-    Place { name, prefix: name, component, plants, scope: Scope::Channel, unit, parameters: &[] }
+    plants: &'static [PlantKind],
+) -> EffectPlace {
+    EffectPlace { name, prefix: name, component, plants, scope: Scope::Channel, unit, parameters: &[] }
 }
 
-const JOINT: &[Plant] = &[Plant::Joint];
-const ARM: &[Plant] = &[Plant::Arm];
-const BOTH: &[Plant] = &[Plant::Joint, Plant::Arm];
+const JOINT: &[PlantKind] = &[PlantKind::Joint];
+const ARM: &[PlantKind] = &[PlantKind::Arm];
+const BOTH: &[PlantKind] = &[PlantKind::Joint, PlantKind::Arm];
 
 /// All channels, encoders first.
-pub(super) const ALL: &[Place] = &[
+pub(super) const ALL: &[EffectPlace] = &[
     channel("motorAngle", "sensor:motorAngle", "rad", BOTH),
     channel("loadAngle", "sensor:loadAngle", "rad", JOINT),
     channel("jointAngle", "sensor:jointAngle", "rad", ARM),
@@ -38,7 +38,7 @@ pub(super) const ALL: &[Place] = &[
 ];
 
 /// Channels that read an angle of a joint.
-pub(super) const ENCODERS: &[Place] = ALL.split_at(3).0;
+pub(super) const ENCODERS: &[EffectPlace] = ALL.split_at(3).0;
 
 /// Outputs of TwoMassJoint in their order.
 const JOINT_OUTPUTS: &[&str] = &[
@@ -53,10 +53,10 @@ const JOINT_OUTPUTS: &[&str] = &[
 ];
 
 /// First element and number of elements of that output.
-pub(super) fn span(channel: &str, plant: Plant, joints: usize) -> Option<(usize, usize)> {
+pub(super) fn span(channel: &str, plant: PlantKind, joints: usize) -> Option<(usize, usize)> {
     match plant {
-        Plant::Joint => JOINT_OUTPUTS.iter().position(|name| *name == channel).map(|first| (first, 1)),
-        Plant::Arm => {
+        PlantKind::Joint => JOINT_OUTPUTS.iter().position(|name| *name == channel).map(|first| (first, 1)),
+        PlantKind::Arm => {
             let at = arm::NAMES.iter().position(|(name, _)| *name == channel)?;
             let first = arm::NAMES[..at].iter().map(|(_, length)| length(joints)).sum();
             Some((first, arm::NAMES[at].1(joints)))
@@ -77,9 +77,9 @@ mod tests {
             }
         }
         let first = |name, plant| span(name, plant, 3).map(|s| s.0);
-        assert_eq!(first("loadVelocity", Plant::Joint), Some(joint::LOAD_VELOCITY));
-        assert_eq!(first("transmissionTorque", Plant::Joint), Some(joint::TRANSMISSION_TORQUE));
-        assert_eq!(span("motorVelocity", Plant::Arm, 3), Some((arm::motor_velocity(3), 3)));
-        assert_eq!(span("tipPosition", Plant::Arm, 2), Some((arm::tip_position(2), 2)));
+        assert_eq!(first("loadVelocity", PlantKind::Joint), Some(joint::LOAD_VELOCITY));
+        assert_eq!(first("transmissionTorque", PlantKind::Joint), Some(joint::TRANSMISSION_TORQUE));
+        assert_eq!(span("motorVelocity", PlantKind::Arm, 3), Some((arm::motor_velocity(3), 3)));
+        assert_eq!(span("tipPosition", PlantKind::Arm, 2), Some((arm::tip_position(2), 2)));
     }
 }

@@ -1,22 +1,22 @@
 //! Which effect, in which place: the meaning of an id.
 
-use super::{ALL, Kind, ParameterSpec, Place, Plant, Scope, Spec};
+use super::{ALL, EffectKind, EffectPlace, ParameterSpec, PlantKind, Scope, Spec};
 
 /// An effect and the place in which it acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Choice {
+pub struct EffectChoice {
     /// Which effect.
-    pub kind: Kind,
+    pub kind: EffectKind,
     /// Which of its specification's places; 0 where it has none.
     pub place: usize,
 }
 
-impl Choice {
+impl EffectChoice {
     /// From `id` or `id:place`; an effect with places acts in the first one that the plant has if none is named.
     ///
     /// # Errors
     /// No effect has that id, or it has not that place, or it does not act in that plant.
-    pub fn parse(id: &str, plant: Plant) -> Result<Self, EffectError> {
+    pub fn parse(id: &str, plant: PlantKind) -> Result<Self, EffectError> {
         let (effect, wanted) = id.split_once(':').map_or((id, None), |(effect, place)| (effect, Some(place)));
         let kind = *ALL
             .iter()
@@ -36,7 +36,7 @@ impl Choice {
             .ok_or_else(|| EffectError::NoPlace(spec.id, id.to_owned(), plant))
     }
     /// All effects of a plant, each in each of its places, in the order in which they act.
-    pub fn all(plant: Plant) -> impl Iterator<Item = Self> {
+    pub fn all(plant: PlantKind) -> impl Iterator<Item = Self> {
         ALL.iter().filter(move |k| k.spec().plants.contains(&plant)).flat_map(move |kind| {
             let places = kind.spec().places;
             let here = move |i: &usize| places.get(*i).is_none_or(|p| p.plants.contains(&plant));
@@ -55,7 +55,7 @@ impl Choice {
         self.kind.spec()
     }
     /// Its place, where it has several.
-    pub fn place(&self) -> Option<&'static Place> {
+    pub fn place(&self) -> Option<&'static EffectPlace> {
         self.spec().places.get(self.place)
     }
     /// Where it acts.
@@ -107,9 +107,9 @@ pub enum EffectError {
     /// No effect has that id.
     Unknown(String),
     /// It does not act in that plant.
-    NotHere(&'static str, Plant),
+    NotHere(&'static str, PlantKind),
     /// It has places, and that is none of them.
-    NoPlace(&'static str, String, Plant),
+    NoPlace(&'static str, String, PlantKind),
     /// It requires a base that is fixed, and this one floats.
     Floats(&'static str),
     /// Named twice.
@@ -125,14 +125,14 @@ impl std::fmt::Display for EffectError {
             }
             Self::NotHere(id, plant) => {
                 let (here, other) = match plant {
-                    Plant::Joint => ("TwoMassJoint", "PlanarManipulator"),
-                    Plant::Arm => ("PlanarManipulator", "TwoMassJoint"),
+                    PlantKind::Joint => ("TwoMassJoint", "PlanarManipulator"),
+                    PlantKind::Arm => ("PlanarManipulator", "TwoMassJoint"),
                 };
                 write!(f, "the effect {id:?} does not act in {here}; pack it with {other}")
             }
             Self::NoPlace(id, asked, plant) => {
                 let ids: Vec<_> =
-                    Choice::all(*plant).filter(|c| c.spec().id == *id).map(|c| c.id()).collect();
+                    EffectChoice::all(*plant).filter(|c| c.spec().id == *id).map(|c| c.id()).collect();
                 write!(f, "there is no effect {asked:?}; choose from {}", ids.join(", "))
             }
             Self::Floats(id) => write!(

@@ -17,7 +17,7 @@ impl Effect for CurrentSaturation {
         noun: "saturation of the amplifier",
         check: "Command more and more current and measure the current itself: where does it stop to follow? Check limits in the drive's settings.",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "saturationTorque",
@@ -28,7 +28,7 @@ impl Effect for CurrentSaturation {
                 joint_start: 2.5e-4,
                 arm_start: 0.15,
                 neutral: f64::INFINITY,
-                scale: Scale::of(0.7, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.7, &[(Measure::Torque, 1)]),
                 log: true,
                 ..ParameterSpec::NONE
             },
@@ -41,7 +41,7 @@ impl Effect for CurrentSaturation {
                 max: 60.0,
                 joint_start: 8.0,
                 arm_start: 8.0,
-                scale: Scale::plain(8.0),
+                scale: EffectScale::plain(8.0),
                 ..ParameterSpec::SHAPE
             },
         ],
@@ -49,7 +49,7 @@ impl Effect for CurrentSaturation {
         ..Spec::NONE
     };
 
-    fn actuator<T: Scalar>(l: &Local<T>, _d: &Drive<T>, torque: T) -> T {
+    fn actuator<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, torque: T) -> T {
         let (limit, p) = (l.p(0), l.p(1));
         let share = torque.abs() / limit;
         let knee = |small: T| (small.powf(p) + 1.0).powf(-T::one() / p);
@@ -69,7 +69,11 @@ mod tests {
     #[test]
     fn ef10_passes_small_torques_and_limits_large_ones() {
         let at = |torque: f64, p: f64| {
-            CurrentSaturation::actuator(&Local::new(&[2.0, p], &[], &[], 0, 1), &Drive::default(), torque)
+            CurrentSaturation::actuator(
+                &Local::new(&[2.0, p], &[], &[], 0, 1),
+                &DriveTrain::default(),
+                torque,
+            )
         };
         assert!((at(0.2, 8.0) - 0.2).abs() < 1e-8 && (at(-1e6, 60.0) + 2.0).abs() < 1e-15);
         // p = 2 is T / sqrt(1 + (T/L)^2).

@@ -49,8 +49,8 @@ fn shape<T: Scalar>(l: &Local<T>, t: T, n: usize) -> T {
 fn sum<T: Scalar>(l: &Local<T>, t: T, i: usize) -> T {
     (0..PUSHES).fold(T::zero(), |sum, n| sum + l.p(parameters(l, n).0 + i) * shape(l, t, n))
 }
-fn wrench<T: Scalar>(l: &Local<T>, t: T) -> Wrench<T> {
-    Wrench { force: [sum(l, t, 0), sum(l, t, 1)], torque: sum(l, t, 2) }
+fn wrench<T: Scalar>(l: &Local<T>, t: T) -> BaseWrench<T> {
+    BaseWrench { force: [sum(l, t, 0), sum(l, t, 1)], torque: sum(l, t, 2) }
 }
 
 /// What the parameters of each push are called; the second and the third are neutral from the start.
@@ -66,8 +66,8 @@ const fn times(n: usize) -> [ParameterSpec; TIMES] {
         description: "When the push begins, t_0 (EF-25)",
         joint_start: 0.3,
         arm_start: 1.0,
-        role: Role::Shape,
-        scale: Scale::of(0.5, &[(Measure::Duration, 1)]),
+        role: ParameterRole::Shape,
+        scale: EffectScale::of(0.5, &[(Measure::Duration, 1)]),
         ..ParameterSpec::NONE
     };
     let duration = ParameterSpec {
@@ -77,7 +77,7 @@ const fn times(n: usize) -> [ParameterSpec; TIMES] {
         above_min: false,
         joint_start: 0.2,
         arm_start: 1.0,
-        scale: Scale::of(0.1, &[(Measure::Duration, 1)]),
+        scale: EffectScale::of(0.1, &[(Measure::Duration, 1)]),
         ..ParameterSpec::SHAPE
     };
     let edge = ParameterSpec {
@@ -88,7 +88,7 @@ const fn times(n: usize) -> [ParameterSpec; TIMES] {
         joint_start: 0.01,
         arm_start: 0.05,
         log: false,
-        scale: Scale::of(0.002, &[(Measure::Duration, 1)]),
+        scale: EffectScale::of(0.002, &[(Measure::Duration, 1)]),
         ..ParameterSpec::SHAPE
     };
     [start, duration, edge]
@@ -123,7 +123,7 @@ const fn size(s: &Size, n: usize) -> ParameterSpec {
         description: "Size of the push (EF-25)",
         joint_start,
         arm_start,
-        scale: Scale::of(0.3, s.measure),
+        scale: EffectScale::of(0.3, s.measure),
         ..ParameterSpec::NONE
     }
 }
@@ -141,11 +141,11 @@ const WRENCHES: [ParameterSpec; 18] =
 const fn place(
     name: &'static str,
     prefix: &'static str,
-    plants: &'static [Plant],
+    plants: &'static [PlantKind],
     scope: Scope,
     parameters: &'static [ParameterSpec],
-) -> Place {
-    Place { name, prefix, component: name, plants, scope, unit: "", parameters }
+) -> EffectPlace {
+    EffectPlace { name, prefix, component: name, plants, scope, unit: "", parameters }
 }
 
 impl Effect for ExternalForce {
@@ -156,35 +156,41 @@ impl Effect for ExternalForce {
         noun: "an unrecorded push from outside",
         check: "Look at video or notes of the times of the largest residuals: contact, a collision, a thruster, a hand, an input that was not logged?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         modes: 2 * PUSHES,
         pulses: PUSHES,
         places: &[
-            place("load", "loadPush", &[Plant::Joint], Scope::Joint, &LOAD_PUSHES),
-            place("tip", "tipPush", &[Plant::Arm], Scope::Once, &WRENCHES),
-            place("base", "basePush", &[Plant::Arm], Scope::Once, &WRENCHES),
-            place("actuator", "actuatorPush", &[Plant::Joint, Plant::Arm], Scope::Joint, &ACTUATOR_PUSHES),
+            place("load", "loadPush", &[PlantKind::Joint], Scope::Joint, &LOAD_PUSHES),
+            place("tip", "tipPush", &[PlantKind::Arm], Scope::Once, &WRENCHES),
+            place("base", "basePush", &[PlantKind::Arm], Scope::Once, &WRENCHES),
+            place(
+                "actuator",
+                "actuatorPush",
+                &[PlantKind::Joint, PlantKind::Arm],
+                Scope::Joint,
+                &ACTUATOR_PUSHES,
+            ),
         ],
         ..Spec::NONE
     };
 
-    fn actuator<T: Scalar>(l: &Local<T>, d: &Drive<T>, torque: T) -> T {
+    fn actuator<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, torque: T) -> T {
         if l.place() == ACTUATOR { torque + sum(l, d.t, 0) } else { torque }
     }
-    fn link_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+    fn link_torque<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> T {
         if l.place() == LOAD { sum(l, d.t, 0) } else { T::zero() }
     }
-    fn tip<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
-        if l.place() == TIP { wrench(l, b.t) } else { Wrench::default() }
+    fn tip<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
+        if l.place() == TIP { wrench(l, b.t) } else { BaseWrench::default() }
     }
-    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
+    fn base<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
         if l.place() == LOAD || l.place() == TIP || l.place() == ACTUATOR {
-            Wrench::default()
+            BaseWrench::default()
         } else {
             wrench(l, b.t)
         }
     }
-    fn update(l: &Local<f64>, d: &Drive<f64>, modes: &mut [i32]) {
+    fn update(l: &Local<f64>, d: &DriveTrain<f64>, modes: &mut [i32]) {
         for n in 0..PUSHES {
             let (_, k) = parameters(l, n);
             modes[2 * n] = stage(d.t, l.p(k), l.p(k + 2));
@@ -215,7 +221,7 @@ mod tests {
     /// Torque of the load over time, from impulses as parameters.
     fn torque(p: &[f64], t: f64) -> f64 {
         let mut modes = [0; 2 * PUSHES];
-        let d = Drive { t, ..Drive::default() };
+        let d = DriveTrain { t, ..DriveTrain::default() };
         ExternalForce::update(&Local::new(p, &[], &[0; 2 * PUSHES], 0, 1), &d, &mut modes);
         let l = Local::new(p, &[], &modes, 0, 1);
         assert!(ExternalForce::next_event(&l) > t);

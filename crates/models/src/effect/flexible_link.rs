@@ -11,7 +11,7 @@ use super::*;
 
 pub(crate) struct FlexibleLink;
 
-fn tip_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+fn tip_torque<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> T {
     // A tip without inertia is none.
     if l.p(0).value() <= 0.0 {
         return T::zero();
@@ -27,7 +27,7 @@ impl Effect for FlexibleLink {
         noun: "flexibility of the link",
         check: "Lock the joint and tap the end of the link: at which frequency does it ring, and how long?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "tipInertia",
@@ -36,7 +36,7 @@ impl Effect for FlexibleLink {
                 joint_start: 6.0,
                 arm_start: 0.05,
                 min: 0.0,
-                scale: Scale::of(0.5, &[(Measure::LoadInertia, 1)]),
+                scale: EffectScale::of(0.5, &[(Measure::LoadInertia, 1)]),
                 log: true,
                 ..ParameterSpec::NONE
             },
@@ -48,9 +48,9 @@ impl Effect for FlexibleLink {
                 joint_start: 1555.0,
                 arm_start: 5.0,
                 log: true,
-                role: Role::Shape,
-                scale: Scale::of(0.5, &[(Measure::LoadInertia, 1), (Measure::Mode, 2)]),
-                search: Search { doubt: 3.0, ..Search::USUAL },
+                role: ParameterRole::Shape,
+                scale: EffectScale::of(0.5, &[(Measure::LoadInertia, 1), (Measure::Mode, 2)]),
+                search: SearchRange { doubt: 3.0, ..SearchRange::USUAL },
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -60,8 +60,8 @@ impl Effect for FlexibleLink {
                 min: 0.0,
                 joint_start: 0.966,
                 arm_start: 0.02,
-                role: Role::Shape,
-                scale: Scale::of(0.02, &[(Measure::LoadInertia, 1), (Measure::Mode, 1)]),
+                role: ParameterRole::Shape,
+                scale: EffectScale::of(0.02, &[(Measure::LoadInertia, 1), (Measure::Mode, 1)]),
                 ..ParameterSpec::NONE
             },
         ],
@@ -111,25 +111,25 @@ impl Effect for FlexibleLink {
         ..Spec::NONE
     };
 
-    fn start<T: Scalar>(_l: &Local<T>, d: &Drive<T>, x: &mut [T]) {
+    fn start<T: Scalar>(_l: &Local<T>, d: &DriveTrain<T>, x: &mut [T]) {
         (x[0], x[1]) = (d.link_angle, d.link_rate);
     }
-    fn link_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+    fn link_torque<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> T {
         tip_torque(l, d)
     }
-    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+    fn rates<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _s: &Spring<T>, dx: &mut [T]) {
         if l.p(0).value() > 0.0 {
             (dx[0], dx[1]) = (l.x(1), -tip_torque(l, d) / l.p(0));
         }
     }
-    fn outputs<T: Scalar>(l: &Local<T>, _d: &Drive<T>, y: &mut [T]) {
+    fn outputs<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, y: &mut [T]) {
         (y[0], y[1]) = (l.x(0), l.x(1));
     }
-    fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
+    fn energy<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> [T; 2] {
         let twist = if l.p(0).value() > 0.0 { l.x(0) - d.link_angle } else { T::zero() };
         [l.p(0) * l.x(1) * l.x(1) * 0.5, l.p(1) * twist * twist * 0.5]
     }
-    fn angular_momentum<T: Scalar>(l: &Local<T>, _d: &Drive<T>) -> T {
+    fn angular_momentum<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>) -> T {
         l.p(0) * l.x(1)
     }
 }
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn ef6_acts_and_reacts() {
         let l = Local::new(&[2.0, 30.0, 0.5], &[0.4, 1.5], &[], 0, 1);
-        let d = Drive { link_angle: 0.1, link_rate: -0.5, ..Drive::default() };
+        let d = DriveTrain { link_angle: 0.1, link_rate: -0.5, ..DriveTrain::default() };
         let mut dx = [0.0; 2];
         FlexibleLink::rates(&l, &d, &Spring::default(), &mut dx);
         let on_link: f64 = FlexibleLink::link_torque(&l, &d);

@@ -18,7 +18,7 @@ impl Effect for FrictionDrift {
         noun: "friction that changes over the run",
         check: "Repeat one run cold and after an hour of work: does the current at the same speed change?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         friction: true,
         passive: true,
         parameters: &[
@@ -28,7 +28,7 @@ impl Effect for FrictionDrift {
                 description: "Relative rate of all friction at the start, r (EF-16)",
                 joint_start: -0.2,
                 arm_start: -0.05,
-                scale: Scale::of(0.3, &[(Measure::Duration, -1)]),
+                scale: EffectScale::of(0.3, &[(Measure::Duration, -1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -37,8 +37,8 @@ impl Effect for FrictionDrift {
                 description: "Time in which friction settles, T (EF-16)",
                 joint_start: 2.0,
                 arm_start: 10.0,
-                scale: Scale::of(1.0, &[(Measure::Duration, 1)]),
-                search: Search::from(&[0.5, 3.0]),
+                scale: EffectScale::of(1.0, &[(Measure::Duration, 1)]),
+                search: SearchRange::from(&[0.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {
@@ -46,15 +46,15 @@ impl Effect for FrictionDrift {
                 unit: "s",
                 description: "How long friction has been changing when a run begins, t_0 (EF-16)",
                 min: 0.0,
-                role: Role::Initial,
-                scale: Scale::of(1.0, &[(Measure::Duration, 1)]),
+                role: ParameterRole::Initial,
+                scale: EffectScale::of(1.0, &[(Measure::Duration, 1)]),
                 ..ParameterSpec::NONE
             },
         ],
         ..Spec::NONE
     };
 
-    fn friction<T: Scalar>(l: &Local<T>, d: &Drive<T>, _direction: f64, levels: &mut Levels<T>) {
+    fn friction<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _direction: f64, levels: &mut Levels<T>) {
         let factor = (l.p(0) * settling(l.p(2) + d.t, l.p(1)) + 1.0).max(T::zero());
         levels.breakaway *= factor;
         levels.coulomb *= factor;
@@ -72,7 +72,7 @@ mod tests {
     fn ef16_scales_all_friction_alike() {
         let at = |t: f64, rate: f64| {
             let mut levels = paper(1.0, 3.0, 0.5, 2.0);
-            let d = Drive { t, ..Drive::default() };
+            let d = DriveTrain { t, ..DriveTrain::default() };
             FrictionDrift::friction(&Local::new(&[rate, 4.0, 0.0], &[], &[], 0, 1), &d, 1.0, &mut levels);
             [levels.breakaway, levels.braking()]
         };
@@ -85,7 +85,7 @@ mod tests {
         assert_eq!(at(1e3, -0.5), [0.0, 0.0]);
         let later = |t: f64, before: f64| {
             let mut levels = paper(1.0, 3.0, 0.5, 2.0);
-            let d = Drive { t, ..Drive::default() };
+            let d = DriveTrain { t, ..DriveTrain::default() };
             FrictionDrift::friction(&Local::new(&[-0.1, 4.0, before], &[], &[], 0, 1), &d, 1.0, &mut levels);
             [levels.breakaway, levels.braking()]
         };

@@ -17,7 +17,7 @@ impl Effect for GravityTorque {
         noun: "a gravity torque on the load",
         check: "Hold the load still at several angles: does the holding current change with the angle? Check the balance and that the axis is upright.",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "gravityTorque",
@@ -26,7 +26,7 @@ impl Effect for GravityTorque {
                 min: 0.0,
                 joint_start: 5.0,
                 arm_start: 0.5,
-                scale: Scale::of(0.2, &[(Measure::LoadTorque, 1)]),
+                scale: EffectScale::of(0.2, &[(Measure::LoadTorque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -35,7 +35,7 @@ impl Effect for GravityTorque {
                 description: "Load angle (of an arm: attitude of the link) at which it hangs at rest, q_g (EF-7)",
                 joint_start: -core::f64::consts::FRAC_PI_2,
                 arm_start: -core::f64::consts::FRAC_PI_2,
-                role: Role::Shape,
+                role: ParameterRole::Shape,
                 ..ParameterSpec::NONE
             },
         ],
@@ -44,10 +44,10 @@ impl Effect for GravityTorque {
         ..Spec::NONE
     };
 
-    fn link_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+    fn link_torque<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> T {
         -l.p(0) * (d.link_angle - l.p(1)).sin()
     }
-    fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
+    fn energy<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> [T; 2] {
         [T::zero(), -l.p(0) * (d.link_angle - l.p(1)).cos()]
     }
 }
@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn ef7_is_the_gradient_of_its_energy_and_pulls_towards_rest() {
         let p = [Dual::<1>::constant(3.0), Dual::constant(0.2)];
-        let d = Drive { link_angle: Dual::variable(0.9, 0), ..Drive::default() };
+        let d = DriveTrain { link_angle: Dual::variable(0.9, 0), ..DriveTrain::default() };
         let l = Local::new(&p, &[], &[], 0, 1);
         let torque = GravityTorque::link_torque(&l, &d).re;
         assert!((GravityTorque::energy(&l, &d)[1].eps[0] + torque).abs() < 1e-15);

@@ -18,7 +18,7 @@ impl Effect for KinematicError {
         noun: "a kinematic error of the gear",
         check: "Turn slowly through whole turns of the motor and plot load angle minus motor angle over the ratio: does it repeat once or twice a turn?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         compliant: true,
         passive: true,
         parameters: &[
@@ -28,14 +28,14 @@ impl Effect for KinematicError {
                 description: "Gear error that goes with the sine, on the drive's side, e_s (EF-19)",
                 joint_start: 0.5,
                 arm_start: 0.001,
-                scale: Scale::of(0.05, &[(Measure::Deflection, 1)]),
+                scale: EffectScale::of(0.05, &[(Measure::Deflection, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "kinematicErrorCosine",
                 unit: "rad",
                 description: "Gear error that goes with the cosine, on the drive's side, e_c (EF-19)",
-                scale: Scale::of(0.05, &[(Measure::Deflection, 1)]),
+                scale: EffectScale::of(0.05, &[(Measure::Deflection, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -44,7 +44,7 @@ impl Effect for KinematicError {
                 description: "Periods per turn of the motor's shaft, k (EF-19)",
                 joint_start: 0.005,
                 arm_start: 2.0,
-                scale: Scale::plain(2.0),
+                scale: EffectScale::plain(2.0),
                 order: true,
                 ..ParameterSpec::SHAPE
             },
@@ -52,21 +52,21 @@ impl Effect for KinematicError {
                 name: "kinematicErrorSine2",
                 unit: "rad",
                 description: "Gear error that goes with the sine of the double order, e_s2 (EF-19)",
-                scale: Scale::of(0.02, &[(Measure::Deflection, 1)]),
+                scale: EffectScale::of(0.02, &[(Measure::Deflection, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "kinematicErrorCosine2",
                 unit: "rad",
                 description: "Gear error that goes with the cosine of the double order, e_c2 (EF-19)",
-                scale: Scale::of(0.02, &[(Measure::Deflection, 1)]),
+                scale: EffectScale::of(0.02, &[(Measure::Deflection, 1)]),
                 ..ParameterSpec::NONE
             },
         ],
         ..Spec::NONE
     };
 
-    fn gear<T: Scalar>(l: &Local<T>, d: &mut Drive<T>) {
+    fn gear<T: Scalar>(l: &Local<T>, d: &mut DriveTrain<T>) {
         let k = d.shaft * l.p(2);
         let (sine, cosine) = (d.theta * k).sin_cos();
         let (sine2, cosine2) = (sine * cosine * 2.0, cosine * cosine * 2.0 - 1.0);
@@ -86,13 +86,13 @@ mod tests {
     fn ef19_rate_and_slope_are_the_derivatives_of_the_error() {
         let p = [0.03, 0.02, 2.0, 0.01, -0.005].map(Dual::<1>::constant);
         let theta = Dual::variable(0.7, 0);
-        let mut d = Drive {
+        let mut d = DriveTrain {
             theta,
             epsilon: theta,
             omega: Dual::constant(3.0),
             epsilon_dot: Dual::constant(3.0),
             shaft: Dual::constant(10.0),
-            ..Drive::default()
+            ..DriveTrain::default()
         };
         KinematicError::gear(&Local::new(&p, &[], &[], 0, 1), &mut d);
         let error =

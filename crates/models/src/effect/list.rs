@@ -1,11 +1,11 @@
 //! The list of effects: a new one is named at the end of this file and nowhere else.
 
 use super::{Effect, Local, Spec};
-use crate::drive::{Base, Drive, Spring, Wrench};
+use crate::drive::{BaseMotion, BaseWrench, DriveTrain, Spring};
 use crate::friction::Levels;
 use trueup_numerics::Scalar;
 
-/// One method of [`Kind`] per hook of [`Effect`], passed on to the effect's own file.
+/// One method of [`EffectKind`] per hook of [`Effect`], passed on to the effect's own file.
 macro_rules! effects {
     ($($module:ident :: $name:ident),* $(,)?) => {
         use super::{$($module),*};
@@ -13,33 +13,33 @@ macro_rules! effects {
         /// An effect of the library.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs)]
-        pub enum Kind { $($name),* }
+        pub enum EffectKind { $($name),* }
 
         /// All effects, in the order in which they act.
-        pub const ALL: &[Kind] = &[$(Kind::$name),*];
+        pub const ALL: &[EffectKind] = &[$(EffectKind::$name),*];
 
         effects! { @hooks [$($module::$name),*]
-            gear<T>(l: &Local<T>, d: &mut Drive<T>) -> ();
-            actuator<T>(l: &Local<T>, d: &Drive<T>, torque: T) -> T;
-            friction<T>(l: &Local<T>, d: &Drive<T>, direction: f64, levels: &mut Levels<T>) -> ();
-            spring<T>(l: &Local<T>, d: &Drive<T>, s: &mut Spring<T>) -> ();
-            link_torque<T>(l: &Local<T>, d: &Drive<T>) -> T;
-            joint_torque<T>(l: &Local<T>, d: &Drive<T>) -> T;
+            gear<T>(l: &Local<T>, d: &mut DriveTrain<T>) -> ();
+            actuator<T>(l: &Local<T>, d: &DriveTrain<T>, torque: T) -> T;
+            friction<T>(l: &Local<T>, d: &DriveTrain<T>, direction: f64, levels: &mut Levels<T>) -> ();
+            spring<T>(l: &Local<T>, d: &DriveTrain<T>, s: &mut Spring<T>) -> ();
+            link_torque<T>(l: &Local<T>, d: &DriveTrain<T>) -> T;
+            joint_torque<T>(l: &Local<T>, d: &DriveTrain<T>) -> T;
             field<T>(l: &Local<T>) -> [T; 2];
-            base<T>(l: &Local<T>, b: &Base<T>) -> Wrench<T>;
-            tip<T>(l: &Local<T>, b: &Base<T>) -> Wrench<T>;
+            base<T>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T>;
+            tip<T>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T>;
             sensor<T>(l: &Local<T>, t: T, reading: T) -> T;
             sensor_start<T>(l: &Local<T>, reading: T, x: &mut [T]) -> ();
             sensor_rates<T>(l: &Local<T>, reading: T, dx: &mut [T]) -> ();
-            start<T>(l: &Local<T>, d: &Drive<T>, x: &mut [T]) -> ();
-            rates<T>(l: &Local<T>, d: &Drive<T>, s: &Spring<T>, dx: &mut [T]) -> ();
-            outputs<T>(l: &Local<T>, d: &Drive<T>, y: &mut [T]) -> ();
-            indicators<T>(l: &Local<T>, d: &Drive<T>, z: &mut [T]) -> ();
-            energy<T>(l: &Local<T>, d: &Drive<T>) -> [T; 2];
-            angular_momentum<T>(l: &Local<T>, d: &Drive<T>) -> T;
+            start<T>(l: &Local<T>, d: &DriveTrain<T>, x: &mut [T]) -> ();
+            rates<T>(l: &Local<T>, d: &DriveTrain<T>, s: &Spring<T>, dx: &mut [T]) -> ();
+            outputs<T>(l: &Local<T>, d: &DriveTrain<T>, y: &mut [T]) -> ();
+            indicators<T>(l: &Local<T>, d: &DriveTrain<T>, z: &mut [T]) -> ();
+            energy<T>(l: &Local<T>, d: &DriveTrain<T>) -> [T; 2];
+            angular_momentum<T>(l: &Local<T>, d: &DriveTrain<T>) -> T;
         }
 
-        impl Kind {
+        impl EffectKind {
             /// What it declares of itself.
             pub fn spec(self) -> &'static Spec {
                 match self { $(Self::$name => &<$module::$name as Effect>::SPEC),* }
@@ -50,7 +50,7 @@ macro_rules! effects {
             pub(crate) fn next_event(self, l: &Local<f64>) -> f64 {
                 match self { $(Self::$name => $module::$name::next_event(l)),* }
             }
-            pub(crate) fn update(self, l: &Local<f64>, d: &Drive<f64>, modes: &mut [i32]) {
+            pub(crate) fn update(self, l: &Local<f64>, d: &DriveTrain<f64>, modes: &mut [i32]) {
                 match self { $(Self::$name => $module::$name::update(l, d, modes)),* }
             }
         }
@@ -62,7 +62,7 @@ macro_rules! effects {
         effects! { @define $hook $args -> $out, { $($module::$name)* } }
     };
     (@define $hook:ident ($($arg:ident: $type:ty),*) -> $out:ty, $effects:tt) => {
-        impl Kind {
+        impl EffectKind {
             #[inline]
             pub(crate) fn $hook<T: Scalar>(self, $($arg: $type),*) -> $out {
                 effects! { @match self $hook ($($arg),*) $effects }
@@ -70,7 +70,7 @@ macro_rules! effects {
         }
     };
     (@match $kind:ident $hook:ident $args:tt { $($module:ident :: $name:ident)* }) => {
-        match $kind { $(Kind::$name => effects! { @call $module::$name $hook $args }),* }
+        match $kind { $(EffectKind::$name => effects! { @call $module::$name $hook $args }),* }
     };
     (@call $module:ident :: $name:ident $hook:ident ($($arg:ident),*)) => {
         <$module::$name as Effect>::$hook($($arg),*)

@@ -17,7 +17,7 @@ impl Effect for LoadDependentFriction {
         noun: "friction that grows with the load",
         check: "Run at one slow speed with and without an extra load: does the friction current grow?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         friction: true,
         passive: true,
         parameters: &[ParameterSpec {
@@ -28,13 +28,13 @@ impl Effect for LoadDependentFriction {
             max: 1.0,
             joint_start: 0.2,
             arm_start: 0.1,
-            scale: Scale::plain(0.1),
+            scale: EffectScale::plain(0.1),
             ..ParameterSpec::NONE
         }],
         ..Spec::NONE
     };
 
-    fn friction<T: Scalar>(l: &Local<T>, d: &Drive<T>, _direction: f64, levels: &mut Levels<T>) {
+    fn friction<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _direction: f64, levels: &mut Levels<T>) {
         let more = l.p(0) * d.carried.abs();
         levels.breakaway += more;
         levels.coulomb += more;
@@ -54,7 +54,7 @@ mod tests {
     fn ef14_grows_with_the_load_in_both_directions() {
         for carried in [-3.0, 3.0] {
             let mut levels = paper(1.0, 2.0, 0.0, 0.0);
-            let d = Drive { carried, ..Drive::default() };
+            let d = DriveTrain { carried, ..DriveTrain::default() };
             LoadDependentFriction::friction(&Local::new(&[0.1], &[], &[], 0, 1), &d, 1.0, &mut levels);
             assert!((levels.breakaway - 2.3).abs() < 1e-15 && (levels.braking() - 1.3).abs() < 1e-15);
         }

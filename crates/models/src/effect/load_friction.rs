@@ -18,7 +18,7 @@ impl Effect for LoadFriction {
         noun: "friction on the load side",
         check: "Release the load from the gear, or turn it by hand: does its bearing or seal drag?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         passive: true,
         parameters: &[
             ParameterSpec {
@@ -28,7 +28,7 @@ impl Effect for LoadFriction {
                 min: 0.0,
                 joint_start: 2.0,
                 arm_start: 0.01,
-                scale: Scale::of(0.15, &[(Measure::LoadTorque, 1)]),
+                scale: EffectScale::of(0.15, &[(Measure::LoadTorque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -36,7 +36,7 @@ impl Effect for LoadFriction {
                 unit: "N.m.s/rad",
                 description: "Viscous friction on the load side, D_l (EF-21)",
                 min: 0.0,
-                scale: Scale::of(0.15, &[(Measure::LoadTorque, 1), (Measure::LoadSpeed, -1)]),
+                scale: EffectScale::of(0.15, &[(Measure::LoadTorque, 1), (Measure::LoadSpeed, -1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -45,7 +45,7 @@ impl Effect for LoadFriction {
                 description: "Load angle over which the bristles yield, x_l (EF-21)",
                 joint_start: 1.0e-5,
                 arm_start: 0.001,
-                scale: Scale::of(0.003, &[(Measure::LoadAngle, 1)]),
+                scale: EffectScale::of(0.003, &[(Measure::LoadAngle, 1)]),
                 ..ParameterSpec::SHAPE
             },
         ],
@@ -62,10 +62,10 @@ impl Effect for LoadFriction {
         ..Spec::NONE
     };
 
-    fn joint_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+    fn joint_torque<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> T {
         -(l.p(0) * l.x(0) + l.p(1) * d.joint_rate)
     }
-    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+    fn rates<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _s: &Spring<T>, dx: &mut [T]) {
         dx[0] = (d.joint_rate - d.joint_rate.abs() * l.x(0)) / l.p(2);
     }
 }
@@ -79,7 +79,7 @@ mod tests {
         // Steady strain in either direction, and the stored energy x_l tau_l z^2 / 2 never grows by more than the work.
         let p = [2.0, 0.3, 0.01];
         for (rate, z) in [(0.5, 1.0), (-0.5, -1.0), (0.5, 0.4), (-0.2, 0.9)] {
-            let (x, d) = ([z], Drive { joint_rate: rate, ..Drive::default() });
+            let (x, d) = ([z], DriveTrain { joint_rate: rate, ..DriveTrain::default() });
             let l = Local::new(&p, &x, &[], 0, 1);
             let mut dx = [0.0];
             LoadFriction::rates(&l, &d, &Spring::default(), &mut dx);

@@ -9,7 +9,7 @@
 //!
 //! What it gets wrong: what changes within a third of the window is rounded off.
 
-use super::{Scale, Search};
+use super::{EffectScale, SearchRange};
 use trueup_numerics::Scalar;
 
 /// Number of coefficients.
@@ -18,12 +18,13 @@ pub(super) const ORDER: usize = 4;
 const SHORTEST: f64 = 5e-3;
 
 /// Size of a delay, s.
-pub(super) const DELAY: Scale = Scale::plain(0.01);
+pub(super) const DELAY: EffectScale = EffectScale::plain(0.01);
 /// Where a delay is looked for: one that is not small against the motion is not found from a distant start.
-pub(super) const IN_A_DRIVE: Search = Search { looks: &[0.2, 1.0, 3.0, 7.0], most: 0.2, ..Search::USUAL };
+pub(super) const IN_A_DRIVE: SearchRange =
+    SearchRange { looks: &[0.2, 1.0, 3.0, 7.0], most: 0.2, ..SearchRange::USUAL };
 /// Cameras and links of a free-flyer are slower than a drive's wires.
-pub(super) const ON_A_FREE_FLYER: Search =
-    Search { looks: &[0.5, 3.0, 10.0, 30.0], most: 0.5, ..Search::USUAL };
+pub(super) const ON_A_FREE_FLYER: SearchRange =
+    SearchRange { looks: &[0.5, 3.0, 10.0, 30.0], most: 0.5, ..SearchRange::USUAL };
 
 fn window<T: Scalar>(delay: T) -> T {
     (delay * delay + SHORTEST * SHORTEST).sqrt()

@@ -44,17 +44,17 @@ mod table_tilt;
 mod torque_ripple;
 mod transmission_hysteresis;
 
-use crate::drive::{Base, Drive, Spring, Wrench};
+use crate::drive::{BaseMotion, BaseWrench, DriveTrain, Spring};
 use crate::friction::Levels;
 use trueup_numerics::Scalar;
 
-pub use choice::{Choice, EffectError};
+pub use choice::{EffectChoice, EffectError};
 pub use external_force::PUSHES;
-pub use list::{ALL, Kind};
-pub use set::{EffectSet, Placed};
+pub use list::{ALL, EffectKind};
+pub use set::{EffectSet, PlacedEffect};
 pub use spec::{
-    Borrowed, Measure, Neutral, ParameterSpec, Place, Plant, Role, SEARCHED_ORDERS, Scale, Scope, Search,
-    SignalSpec, Spec,
+    Borrowed, EffectPlace, EffectScale, Measure, Neutral, ParameterRole, ParameterSpec, PlantKind,
+    SEARCHED_ORDERS, Scope, SearchRange, SignalSpec, Spec,
 };
 
 /// The values of one effect at one site. Vectors are stored variable by variable, so that element `k` of a
@@ -111,25 +111,25 @@ pub trait Effect {
     const SPEC: Spec;
 
     /// The gear: what it does to deflection, rate and `slope` of the drive.
-    fn gear<T: Scalar>(_l: &Local<T>, _d: &mut Drive<T>) {}
+    fn gear<T: Scalar>(_l: &Local<T>, _d: &mut DriveTrain<T>) {}
     /// Motor torque after the amplifier, N.m; `torque` is what came so far.
-    fn actuator<T: Scalar>(_l: &Local<T>, _d: &Drive<T>, torque: T) -> T {
+    fn actuator<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>, torque: T) -> T {
         torque
     }
     /// Motor friction in direction `direction` (+1 or -1), N.m.
-    fn friction<T: Scalar>(_l: &Local<T>, _d: &Drive<T>, _direction: f64, _levels: &mut Levels<T>) {}
+    fn friction<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>, _direction: f64, _levels: &mut Levels<T>) {}
     /// Dry friction where the plant may have none.
     fn dry(_l: &Local<f64>) -> bool {
         false
     }
     /// The compliant element.
-    fn spring<T: Scalar>(_l: &Local<T>, _d: &Drive<T>, _s: &mut Spring<T>) {}
+    fn spring<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>, _s: &mut Spring<T>) {}
     /// Torque on the link from outside the drive train, N.m (load side, positive along the link's angle).
-    fn link_torque<T: Scalar>(_l: &Local<T>, _d: &Drive<T>) -> T {
+    fn link_torque<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>) -> T {
         T::zero()
     }
     /// Torque between a link and the body that carries it, N.m (load side, positive drives the link forward).
-    fn joint_torque<T: Scalar>(_l: &Local<T>, _d: &Drive<T>) -> T {
+    fn joint_torque<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>) -> T {
         T::zero()
     }
     /// A uniform acceleration field over all bodies, m/s2, inertial frame.
@@ -137,41 +137,41 @@ pub trait Effect {
         [T::zero(); 2]
     }
     /// Wrench on the base at its centre of mass.
-    fn base<T: Scalar>(_l: &Local<T>, _b: &Base<T>) -> Wrench<T> {
-        Wrench::default()
+    fn base<T: Scalar>(_l: &Local<T>, _b: &BaseMotion<T>) -> BaseWrench<T> {
+        BaseWrench::default()
     }
     /// Wrench on the last link at its tip.
-    fn tip<T: Scalar>(_l: &Local<T>, _b: &Base<T>) -> Wrench<T> {
-        Wrench::default()
+    fn tip<T: Scalar>(_l: &Local<T>, _b: &BaseMotion<T>) -> BaseWrench<T> {
+        BaseWrench::default()
     }
     /// What a sensor shows instead of `reading`, at time `t`.
     fn sensor<T: Scalar>(_l: &Local<T>, _t: T, reading: T) -> T {
         reading
     }
     /// Initial values of its states.
-    fn start<T: Scalar>(_l: &Local<T>, _d: &Drive<T>, _x: &mut [T]) {}
+    fn start<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>, _x: &mut [T]) {}
     /// Rates of its states.
-    fn rates<T: Scalar>(_l: &Local<T>, _d: &Drive<T>, _s: &Spring<T>, _dx: &mut [T]) {}
+    fn rates<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>, _s: &Spring<T>, _dx: &mut [T]) {}
     /// Initial values of a sensor's states.
     fn sensor_start<T: Scalar>(_l: &Local<T>, _reading: T, _x: &mut [T]) {}
     /// Rates of a sensor's states.
     fn sensor_rates<T: Scalar>(_l: &Local<T>, _reading: T, _dx: &mut [T]) {}
     /// Its outputs.
-    fn outputs<T: Scalar>(_l: &Local<T>, _d: &Drive<T>, _y: &mut [T]) {}
+    fn outputs<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>, _y: &mut [T]) {}
     /// Its event indicators.
-    fn indicators<T: Scalar>(_l: &Local<T>, _d: &Drive<T>, _z: &mut [T]) {}
+    fn indicators<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>, _z: &mut [T]) {}
     /// The modes that fit this instant (`modes` holds the present ones).
-    fn update(_l: &Local<f64>, _d: &Drive<f64>, _modes: &mut [i32]) {}
+    fn update(_l: &Local<f64>, _d: &DriveTrain<f64>, _modes: &mut [i32]) {}
     /// The time of its next event that is known beforehand, s; infinite: none.
     fn next_event(_l: &Local<f64>) -> f64 {
         f64::INFINITY
     }
     /// Kinetic energy and potential energy of its own, J.
-    fn energy<T: Scalar>(_l: &Local<T>, _d: &Drive<T>) -> [T; 2] {
+    fn energy<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>) -> [T; 2] {
         [T::zero(); 2]
     }
     /// Angular momentum of its own, kg.m2/s.
-    fn angular_momentum<T: Scalar>(_l: &Local<T>, _d: &Drive<T>) -> T {
+    fn angular_momentum<T: Scalar>(_l: &Local<T>, _d: &DriveTrain<T>) -> T {
         T::zero()
     }
 }

@@ -17,7 +17,7 @@ impl Effect for NonlinearDamping {
         noun: "damping that is not proportional to the deformation rate",
         check: "Let the joint ring down from a large and from a small amplitude: does the decrement differ?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         compliant: true,
         passive: true,
         parameters: &[
@@ -28,7 +28,7 @@ impl Effect for NonlinearDamping {
                 min: 0.0,
                 joint_start: 2.0e-5,
                 arm_start: 0.02,
-                scale: Scale::of(0.1, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.1, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -40,7 +40,7 @@ impl Effect for NonlinearDamping {
                 max: 4.0,
                 joint_start: 2.0,
                 arm_start: 2.0,
-                scale: Scale::plain(2.0),
+                scale: EffectScale::plain(2.0),
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {
@@ -49,15 +49,15 @@ impl Effect for NonlinearDamping {
                 description: "Rate of the deformation at which the torque is tau_n, r_n (EF-18)",
                 joint_start: 100.0,
                 arm_start: 0.05,
-                role: Role::Reference,
-                scale: Scale::of(1.0, &[(Measure::DeflectionRate, 1)]),
+                role: ParameterRole::Reference,
+                scale: EffectScale::of(1.0, &[(Measure::DeflectionRate, 1)]),
                 ..ParameterSpec::SHAPE
             },
         ],
         ..Spec::NONE
     };
 
-    fn spring<T: Scalar>(l: &Local<T>, _d: &Drive<T>, s: &mut Spring<T>) {
+    fn spring<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, s: &mut Spring<T>) {
         s.extra += l.p(0) * odd_power(s.rate / l.p(2), l.p(1));
     }
 }
@@ -72,7 +72,7 @@ mod tests {
             let mut s = Spring { rate, ..Spring::default() };
             NonlinearDamping::spring(
                 &Local::new(&[0.5, 2.0, 3.0], &[], &[], 0, 1),
-                &Drive::default(),
+                &DriveTrain::default(),
                 &mut s,
             );
             assert!((s.torque() - 2.0 * rate.signum()).abs() < 1e-4 && s.torque() * rate > 0.0);

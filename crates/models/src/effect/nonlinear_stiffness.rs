@@ -15,10 +15,10 @@ pub(crate) struct NonlinearStiffness;
 const FURTHEST: f64 = 4.0;
 /// Half of what softens may be the cube's: a typical torque over a typical deflection is K, and K = 3 |K_3| delta^2 where it
 /// turns over.
-const CUBE: Scale =
-    Scale::of(0.5 / (3.0 * FURTHEST * FURTHEST), &[(Measure::Torque, 1), (Measure::Deflection, -3)]);
+const CUBE: EffectScale =
+    EffectScale::of(0.5 / (3.0 * FURTHEST * FURTHEST), &[(Measure::Torque, 1), (Measure::Deflection, -3)]);
 /// The other half the knee's.
-const KNEE: Scale = Scale::of(0.5, &[(Measure::Torque, 1), (Measure::Deflection, -1)]);
+const KNEE: EffectScale = EffectScale::of(0.5, &[(Measure::Torque, 1), (Measure::Deflection, -1)]);
 
 impl Effect for NonlinearStiffness {
     const SPEC: Spec = Spec {
@@ -28,7 +28,7 @@ impl Effect for NonlinearStiffness {
         noun: "a spring that hardens or softens",
         check: "Block the load and raise the motor torque in steps both ways: does the twist stay proportional?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "cubicStiffness",
@@ -36,7 +36,7 @@ impl Effect for NonlinearStiffness {
                 description: "Torque per cube of the deflection, K_3 (EF-4)",
                 joint_start: 1.0e-6,
                 arm_start: 500.0,
-                scale: Scale::of(0.3, &[(Measure::Torque, 1), (Measure::Deflection, -3)]),
+                scale: EffectScale::of(0.3, &[(Measure::Torque, 1), (Measure::Deflection, -3)]),
                 below: Some(CUBE),
                 ..ParameterSpec::NONE
             },
@@ -44,7 +44,7 @@ impl Effect for NonlinearStiffness {
                 name: "kneeStiffness",
                 unit: "N.m/rad",
                 description: "What the stiffness is more beyond the knee, K_k (EF-4); 0: there is no knee",
-                scale: Scale::of(0.5, &[(Measure::Torque, 1), (Measure::Deflection, -1)]),
+                scale: EffectScale::of(0.5, &[(Measure::Torque, 1), (Measure::Deflection, -1)]),
                 below: Some(KNEE),
                 ..ParameterSpec::NONE
             },
@@ -54,8 +54,8 @@ impl Effect for NonlinearStiffness {
                 description: "Deflection at the knee, delta_k (EF-4)",
                 joint_start: 10.0,
                 arm_start: 0.02,
-                scale: Scale::of(0.5, &[(Measure::Deflection, 1)]),
-                search: Search::from(&[0.25, 0.7, 1.5, 3.0]),
+                scale: EffectScale::of(0.5, &[(Measure::Deflection, 1)]),
+                search: SearchRange::from(&[0.25, 0.7, 1.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
         ],
@@ -64,7 +64,7 @@ impl Effect for NonlinearStiffness {
         ..Spec::NONE
     };
 
-    fn spring<T: Scalar>(l: &Local<T>, _d: &Drive<T>, s: &mut Spring<T>) {
+    fn spring<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, s: &mut Spring<T>) {
         let square = s.deflection * s.deflection;
         let beyond = (s.deflection.abs() - l.p(2)).max(T::zero());
         s.extra += l.p(0) * square * s.deflection + l.p(1) * beyond * s.deflection.signum0();
@@ -81,7 +81,7 @@ mod tests {
     fn ef4_torque_is_the_gradient_of_its_energy() {
         for (deflection, extra) in [(0.3, 5.0 * 0.027), (-0.5, -5.0 * 0.125 - 7.0 * 0.1)] {
             let epsilon = Dual::<1>::variable(deflection, 0);
-            let d = Drive { epsilon, ..Drive::default() };
+            let d = DriveTrain { epsilon, ..DriveTrain::default() };
             let mut s = Spring::linear(Dual::constant(2.0), Dual::constant(0.0), &d);
             let p = [5.0, 7.0, 0.4].map(Dual::constant);
             NonlinearStiffness::spring(&Local::new(&p, &[], &[], 0, 1), &d, &mut s);
@@ -103,7 +103,7 @@ mod tests {
         assert!(cube < 0.0 && knee < 0.0, "softening is allowed");
         for share in [0.1, 0.5, 0.999] {
             let at = Dual::<1>::variable(share * 4.0 * deflection, 0);
-            let d = Drive { epsilon: at, ..Drive::default() };
+            let d = DriveTrain { epsilon: at, ..DriveTrain::default() };
             let mut s = Spring::linear(Dual::constant(stiffness), Dual::constant(0.0), &d);
             let p = [cube, knee, 0.0].map(Dual::constant);
             NonlinearStiffness::spring(&Local::new(&p, &[], &[], 0, 1), &d, &mut s);

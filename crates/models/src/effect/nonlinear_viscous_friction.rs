@@ -17,7 +17,7 @@ impl Effect for NonlinearViscousFriction {
         noun: "friction that is not proportional to speed",
         check: "Run at several steady speeds and plot current over speed: is it a straight line?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         friction: true,
         passive: true,
         parameters: &[
@@ -28,7 +28,7 @@ impl Effect for NonlinearViscousFriction {
                 min: 0.0,
                 joint_start: 5.0e-5,
                 arm_start: 0.005,
-                scale: Scale::of(0.1, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.1, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -40,7 +40,7 @@ impl Effect for NonlinearViscousFriction {
                 max: 4.0,
                 joint_start: 2.0,
                 arm_start: 2.0,
-                scale: Scale::plain(2.0),
+                scale: EffectScale::plain(2.0),
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {
@@ -49,15 +49,15 @@ impl Effect for NonlinearViscousFriction {
                 description: "Speed at which the friction is tau_d, omega_d (EF-15)",
                 joint_start: 1000.0,
                 arm_start: 0.1,
-                role: Role::Reference,
-                scale: Scale::of(1.0, &[(Measure::Speed, 1)]),
+                role: ParameterRole::Reference,
+                scale: EffectScale::of(1.0, &[(Measure::Speed, 1)]),
                 ..ParameterSpec::SHAPE
             },
         ],
         ..Spec::NONE
     };
 
-    fn friction<T: Scalar>(l: &Local<T>, d: &Drive<T>, direction: f64, levels: &mut Levels<T>) {
+    fn friction<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, direction: f64, levels: &mut Levels<T>) {
         levels.viscous += l.p(0) * odd_power(d.omega * direction / l.p(2), l.p(1));
     }
 }
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn ef15_grows_with_the_power_of_the_speed() {
         for (omega, exponent, expected) in [(20.0, 2.0, 0.5 * 4.0), (-30.0, 1.0, 1.5), (40.0, 0.5, 1.0)] {
-            let d = Drive { omega, ..Drive::default() };
+            let d = DriveTrain { omega, ..DriveTrain::default() };
             let mut levels = paper(0.0, 0.0, 0.0, 0.0);
             let p = [0.5, exponent, 10.0];
             NonlinearViscousFriction::friction(

@@ -16,7 +16,7 @@ use super::*;
 pub(crate) struct PositionServo;
 
 /// What the controller answers to at once, N.m.
-fn proportional<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+fn proportional<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>) -> T {
     let error = l.u(0) * d.ratio - (d.theta - d.epsilon);
     l.p(0) * error - l.p(1) * d.omega
 }
@@ -29,7 +29,7 @@ impl Effect for PositionServo {
         noun: "a position servo",
         check: "Turn the joint by hand while the drive is on: does it push back?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "servoProportionalGain",
@@ -81,10 +81,10 @@ impl Effect for PositionServo {
         ..Spec::NONE
     };
 
-    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+    fn rates<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _s: &Spring<T>, dx: &mut [T]) {
         dx[0] = proportional(l, d);
     }
-    fn actuator<T: Scalar>(l: &Local<T>, d: &Drive<T>, torque: T) -> T {
+    fn actuator<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, torque: T) -> T {
         torque + proportional(l, d) + l.p(2) * l.x(0)
     }
 }
@@ -97,7 +97,7 @@ mod tests {
     fn ef33_holds_the_loads_angle_and_damps_the_motor() {
         let (p, x, u) = ([2.0, 0.1, 4.0], [0.3], [0.5]);
         let l = Local::new(&p, &x, &[], 0, 1).with_inputs(&u);
-        let d = Drive { ratio: 10.0, theta: 4.0, epsilon: 0.5, omega: 3.0, ..Drive::default() };
+        let d = DriveTrain { ratio: 10.0, theta: 4.0, epsilon: 0.5, omega: 3.0, ..DriveTrain::default() };
         // e = 5 - 3.5, 2 e - 0.3 = 2.7
         assert!((PositionServo::actuator(&l, &d, 0.2) - (0.2f64 + 2.7 + 4.0 * 0.3)).abs() < 1e-15);
         let mut dx = [0.0];

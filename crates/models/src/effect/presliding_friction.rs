@@ -21,7 +21,7 @@ impl Effect for PreslidingFriction {
         noun: "spring-like friction before sliding",
         check: "Apply a torque well below break-away and take it away: does the motor move a little and spring back?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         friction: true,
         passive: true,
         parameters: &[
@@ -33,7 +33,7 @@ impl Effect for PreslidingFriction {
                 max: 1.0,
                 joint_start: 1.0,
                 arm_start: 1.0,
-                scale: Scale::plain(0.5),
+                scale: EffectScale::plain(0.5),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -42,7 +42,7 @@ impl Effect for PreslidingFriction {
                 description: "Motor angle over which the bristles yield, x_p (EF-17)",
                 joint_start: 0.5,
                 arm_start: 0.002,
-                scale: Scale::of(0.1, &[(Measure::Deflection, 1)]),
+                scale: EffectScale::of(0.1, &[(Measure::Deflection, 1)]),
                 ..ParameterSpec::SHAPE
             },
         ],
@@ -59,14 +59,14 @@ impl Effect for PreslidingFriction {
         ..Spec::NONE
     };
 
-    fn friction<T: Scalar>(l: &Local<T>, _d: &Drive<T>, direction: f64, levels: &mut Levels<T>) {
+    fn friction<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, direction: f64, levels: &mut Levels<T>) {
         levels.bristles = levels.sliding;
         let rest = -l.p(0) + 1.0;
         let bristles = l.p(0) * levels.nominal * l.x(0) * direction;
         levels.breakaway = levels.breakaway * rest + bristles;
         levels.sliding = levels.sliding * rest + bristles;
     }
-    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+    fn rates<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, _s: &Spring<T>, dx: &mut [T]) {
         let Levels { nominal, bristles, .. } = d.levels;
         // Where the level is next to nothing the bristles let go at once.
         let pull = if nominal.value() > 0.0 { nominal / bristles.max(nominal * 1e-3) } else { T::one() };
@@ -85,11 +85,11 @@ mod tests {
         let (p, h, mut z) = ([1.0, 0.1], 1e-4, 0.0f64);
         let at = |omega: f64, z: f64| {
             let mut levels = paper(2.0, 3.0, 0.0, omega.abs());
-            let (x, d) = ([z], Drive { omega, ..Drive::default() });
+            let (x, d) = ([z], DriveTrain { omega, ..DriveTrain::default() });
             let l = Local::new(&p, &x, &[], 0, 1);
             PreslidingFriction::friction(&l, &d, omega.signum(), &mut levels);
             let mut dx = [0.0];
-            PreslidingFriction::rates(&l, &Drive { levels, ..d }, &Spring::default(), &mut dx);
+            PreslidingFriction::rates(&l, &DriveTrain { levels, ..d }, &Spring::default(), &mut dx);
             (levels.braking() * omega.signum(), dx[0])
         };
         let mut work = 0.0;

@@ -17,7 +17,7 @@ impl Effect for SensorDrift {
         noun: "a drifting reading",
         check: "Leave the rig at rest for the length of a run: does this reading move?",
         scope: Scope::Channel,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         places: channel::ALL,
         parameters: &[
             ParameterSpec {
@@ -26,7 +26,7 @@ impl Effect for SensorDrift {
                 description: "Rate of the offset where it begins to move, r (EF-32)",
                 joint_start: 0.01,
                 arm_start: 0.001,
-                scale: Scale::of(0.03, &[(Measure::Reading, 1), (Measure::Duration, -1)]),
+                scale: EffectScale::of(0.03, &[(Measure::Reading, 1), (Measure::Duration, -1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -35,8 +35,8 @@ impl Effect for SensorDrift {
                 description: "Time in which the offset settles, T (EF-32)",
                 joint_start: 10.0,
                 arm_start: 10.0,
-                scale: Scale::of(1.0, &[(Measure::Duration, 1)]),
-                search: Search::from(&[0.5, 3.0]),
+                scale: EffectScale::of(1.0, &[(Measure::Duration, 1)]),
+                search: SearchRange::from(&[0.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {
@@ -44,9 +44,9 @@ impl Effect for SensorDrift {
                 unit: "s",
                 description: "When the offset begins to move, t_0 (EF-32)",
                 min: 0.0,
-                role: Role::Shape,
-                scale: Scale::of(0.3, &[(Measure::Duration, 1)]),
-                search: Search::from(&[0.0, 1.0]),
+                role: ParameterRole::Shape,
+                scale: EffectScale::of(0.3, &[(Measure::Duration, 1)]),
+                search: SearchRange::from(&[0.0, 1.0]),
                 ..ParameterSpec::NONE
             },
         ],

@@ -16,7 +16,7 @@ impl Effect for SensorEccentricity {
         noun: "an eccentric encoder",
         check: "Turn slowly through whole turns and compare with a second sensor: does the difference repeat once a turn? Check how the disc is mounted.",
         scope: Scope::Channel,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         places: channel::ENCODERS,
         parameters: &[
             ParameterSpec {
@@ -25,14 +25,14 @@ impl Effect for SensorEccentricity {
                 description: "Reading error that goes with the sine of the angle, a_s (EF-31)",
                 joint_start: 0.01,
                 arm_start: 0.001,
-                scale: Scale::of(0.01, &[(Measure::Reading, 1)]),
+                scale: EffectScale::of(0.01, &[(Measure::Reading, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "eccentricityCosine",
                 unit: "*",
                 description: "Reading error that goes with the cosine of the angle, a_c (EF-31)",
-                scale: Scale::of(0.01, &[(Measure::Reading, 1)]),
+                scale: EffectScale::of(0.01, &[(Measure::Reading, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {

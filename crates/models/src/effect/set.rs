@@ -1,32 +1,32 @@
 //! The effects packed into one plant, and where their values are in the plant's vectors.
 
-use super::{Choice, EffectError, Kind, Local, Plant, Role, Scope, Spec, channel};
-use crate::drive::{Base, Drive, Spring, Wrench};
+use super::{EffectChoice, EffectError, EffectKind, Local, ParameterRole, PlantKind, Scope, Spec, channel};
+use crate::drive::{BaseMotion, BaseWrench, DriveTrain, Spring};
 use crate::friction::Levels;
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Sizes};
+use trueup_numerics::hybrid::{At, ModelSizes};
 
 /// One effect in a plant: where its values begin.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
+pub struct PlacedEffect {
     /// Which effect, and where it acts.
-    pub choice: Choice,
+    pub choice: EffectChoice,
     /// How many sites it has (joints, elements of an output, or 1).
     pub sites: usize,
     /// Begin of its values in each of the plant's vectors.
-    pub begin: Sizes,
+    pub begin: ModelSizes,
     /// First element of the output that a sensor effect acts on.
     pub channel: usize,
     /// It acts between an output and its reading.
     sensor: bool,
 }
 
-impl Placed {
+impl PlacedEffect {
     /// The specification.
     pub fn spec(&self) -> &'static Spec {
         self.choice.spec()
     }
-    fn kind(&self) -> Kind {
+    fn kind(&self) -> EffectKind {
         self.choice.kind
     }
     fn local<'a, T: Scalar>(&self, at: &At<'a, T>, site: usize) -> Local<'a, T> {
@@ -50,7 +50,7 @@ impl Placed {
 /// The effects of one plant, in the order in which they act.
 #[derive(Clone, Debug, Default)]
 pub struct EffectSet {
-    placed: Vec<Placed>,
+    placed: Vec<PlacedEffect>,
     friction: bool,
     sensed: bool,
 }
@@ -67,20 +67,20 @@ impl EffectSet {
     /// grows by them.
     pub fn place<S: AsRef<str>>(
         ids: &[S],
-        plant: Plant,
+        plant: PlantKind,
         joints: usize,
-        sizes: &mut Sizes,
+        sizes: &mut ModelSizes,
     ) -> Result<Self, EffectError> {
         let mut asked = Vec::new();
         for id in ids {
-            let choice = Choice::parse(id.as_ref(), plant)?;
+            let choice = EffectChoice::parse(id.as_ref(), plant)?;
             if asked.contains(&choice) {
                 return Err(EffectError::Twice(id.as_ref().to_owned()));
             }
             asked.push(choice);
         }
         let mut placed = Vec::new();
-        for choice in Choice::all(plant).filter(|c| asked.contains(c)) {
+        for choice in EffectChoice::all(plant).filter(|c| asked.contains(c)) {
             let spec = choice.spec();
             let (channel, sites) = match choice.scope() {
                 Scope::Joint => (0, joints),
@@ -91,7 +91,7 @@ impl EffectSet {
                 }
             };
             let sensor = choice.scope() == Scope::Channel;
-            placed.push(Placed { choice, sites, begin: *sizes, channel, sensor });
+            placed.push(PlacedEffect { choice, sites, begin: *sizes, channel, sensor });
             sizes.parameters += choice.parameters().len() * sites;
             sizes.states += spec.states.len() * sites;
             sizes.inputs += spec.inputs.len() * sites;
@@ -104,7 +104,7 @@ impl EffectSet {
         Ok(Self { placed, friction, sensed })
     }
     /// One after another.
-    pub fn iter(&self) -> impl Iterator<Item = &Placed> {
+    pub fn iter(&self) -> impl Iterator<Item = &PlacedEffect> {
         self.placed.iter()
     }
     /// The standard deviation of that parameter (by its index in the plant) is in its own unit: an angle to turn by has no size that a share
@@ -113,11 +113,11 @@ impl EffectSet {
         self.placed.iter().any(|e| {
             let own = parameter.checked_sub(e.begin.parameters).map(|k| k / e.sites);
             let spec = own.and_then(|k| e.choice.parameters().get(k));
-            spec.is_some_and(|s| s.role == Role::Shape && s.unit == "rad" && !s.log)
+            spec.is_some_and(|s| s.role == ParameterRole::Shape && s.unit == "rad" && !s.log)
         })
     }
     /// The servo that drives the joints, where there is one.
-    pub fn servo(&self) -> Option<&Placed> {
+    pub fn servo(&self) -> Option<&PlacedEffect> {
         self.placed.iter().find(|e| e.spec().servo)
     }
     /// One of them needs motor friction.
@@ -128,16 +128,16 @@ impl EffectSet {
     pub fn sensors_have_states(&self) -> bool {
         self.sensed
     }
-    fn at_joint(&self, joint: usize) -> impl Iterator<Item = &Placed> {
+    fn at_joint(&self, joint: usize) -> impl Iterator<Item = &PlacedEffect> {
         self.placed.iter().filter(move |e| e.acts_at(joint))
     }
 
     /// What the gear does to a joint's deflection.
-    pub fn gear<T: Scalar>(&self, at: &At<T>, joint: usize, d: &mut Drive<T>) {
+    pub fn gear<T: Scalar>(&self, at: &At<T>, joint: usize, d: &mut DriveTrain<T>) {
         self.at_joint(joint).for_each(|e| e.kind().gear(&e.local(at, joint), d));
     }
     /// Motor torque of a joint after the amplifier.
-    pub fn actuator<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
+    pub fn actuator<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>) -> T {
         self.at_joint(joint).fold(d.command, |torque, e| e.kind().actuator(&e.local(at, joint), d, torque))
     }
     /// Friction levels of a joint in direction +1 or -1, beginning with the plant's own.
@@ -145,7 +145,7 @@ impl EffectSet {
         &self,
         at: &At<T>,
         joint: usize,
-        d: &Drive<T>,
+        d: &DriveTrain<T>,
         direction: f64,
         own: Levels<T>,
     ) -> Levels<T> {
@@ -162,18 +162,18 @@ impl EffectSet {
         &self,
         at: &At<T>,
         joint: usize,
-        d: &Drive<T>,
+        d: &DriveTrain<T>,
         mut spring: Spring<T>,
     ) -> Spring<T> {
         self.at_joint(joint).for_each(|e| e.kind().spring(&e.local(at, joint), d, &mut spring));
         spring
     }
     /// Torque on the link of a joint from outside the drive train.
-    pub fn link_torque<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
+    pub fn link_torque<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>) -> T {
         self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind().link_torque(&e.local(at, joint), d))
     }
     /// Torque between the link of a joint and the body that carries it.
-    pub fn joint_torque<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
+    pub fn joint_torque<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>) -> T {
         self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind().joint_torque(&e.local(at, joint), d))
     }
     /// The uniform acceleration field.
@@ -184,12 +184,12 @@ impl EffectSet {
         })
     }
     /// The wrench on the base.
-    pub fn base<T: Scalar>(&self, at: &At<T>, b: &Base<T>) -> Wrench<T> {
-        self.placed.iter().fold(Wrench::default(), |sum, e| sum.plus(e.kind().base(&e.local(at, 0), b)))
+    pub fn base<T: Scalar>(&self, at: &At<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
+        self.placed.iter().fold(BaseWrench::default(), |sum, e| sum.plus(e.kind().base(&e.local(at, 0), b)))
     }
     /// The wrench on the last link at its tip.
-    pub fn tip<T: Scalar>(&self, at: &At<T>, b: &Base<T>) -> Wrench<T> {
-        self.placed.iter().fold(Wrench::default(), |sum, e| sum.plus(e.kind().tip(&e.local(at, 0), b)))
+    pub fn tip<T: Scalar>(&self, at: &At<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
+        self.placed.iter().fold(BaseWrench::default(), |sum, e| sum.plus(e.kind().tip(&e.local(at, 0), b)))
     }
     /// Turns the plant's outputs into what the sensors show.
     pub fn sense<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
@@ -226,18 +226,18 @@ impl EffectSet {
         }
     }
     /// Energy of their own at a joint: kinetic, potential.
-    pub fn energy<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> [T; 2] {
+    pub fn energy<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>) -> [T; 2] {
         self.at_joint(joint).fold([T::zero(); 2], |sum, e| {
             let own = e.kind().energy(&e.local(at, joint), d);
             [sum[0] + own[0], sum[1] + own[1]]
         })
     }
     /// Angular momentum of their own at a joint.
-    pub fn angular_momentum<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
+    pub fn angular_momentum<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>) -> T {
         self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind().angular_momentum(&e.local(at, joint), d))
     }
     /// Initial states at a joint into the plant's `x`.
-    pub fn start<T: Scalar>(&self, p: &[T], joint: usize, d: &Drive<T>, x: &mut [T]) {
+    pub fn start<T: Scalar>(&self, p: &[T], joint: usize, d: &DriveTrain<T>, x: &mut [T]) {
         for e in self.at_joint(joint) {
             let mut own = [T::zero(); MOST];
             e.kind().start(&e.local_of(&p[e.begin.parameters..], &[], &[], joint), d, &mut own);
@@ -245,8 +245,8 @@ impl EffectSet {
         }
     }
     /// Rates of the states at a joint into the plant's `dx`.
-    pub fn rates<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, s: &Spring<T>, dx: &mut [T]) {
-        let mut d = Drive { torque: d.command, ..*d };
+    pub fn rates<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>, s: &Spring<T>, dx: &mut [T]) {
+        let mut d = DriveTrain { torque: d.command, ..*d };
         for e in self.at_joint(joint) {
             let l = e.local(at, joint);
             if !e.spec().states.is_empty() {
@@ -258,7 +258,7 @@ impl EffectSet {
         }
     }
     /// Outputs at a joint into the plant's `y`.
-    pub fn outputs<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, y: &mut [T]) {
+    pub fn outputs<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>, y: &mut [T]) {
         for e in self.at_joint(joint).filter(|e| !e.spec().outputs.is_empty()) {
             let mut own = [T::zero(); MOST];
             e.kind().outputs(&e.local(at, joint), d, &mut own);
@@ -266,7 +266,7 @@ impl EffectSet {
         }
     }
     /// Event indicators at a joint into the plant's `z`.
-    pub fn indicators<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, z: &mut [T]) {
+    pub fn indicators<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>, z: &mut [T]) {
         for e in self.at_joint(joint).filter(|e| e.spec().indicators > 0) {
             let mut own = [T::one(); MOST];
             e.kind().indicators(&e.local(at, joint), d, &mut own);
@@ -274,7 +274,7 @@ impl EffectSet {
         }
     }
     /// Modes at a joint into `modes`; true where one changed.
-    pub fn update(&self, at: &At<f64>, joint: usize, d: &Drive<f64>, modes: &mut [i32]) -> bool {
+    pub fn update(&self, at: &At<f64>, joint: usize, d: &DriveTrain<f64>, modes: &mut [i32]) -> bool {
         let mut changed = false;
         for e in self.at_joint(joint).filter(|e| e.spec().modes > 0) {
             let (n, stretch) = (e.spec().modes, &mut modes[e.begin.modes..]);
@@ -316,16 +316,16 @@ mod tests {
 
     #[test]
     fn every_effect_fits_and_names_are_unique() {
-        for plant in [Plant::Joint, Plant::Arm] {
+        for plant in [PlantKind::Joint, PlantKind::Arm] {
             let mut names = Vec::new();
-            for choice in Choice::all(plant) {
+            for choice in EffectChoice::all(plant) {
                 let (spec, id) = (choice.spec(), choice.id());
-                assert_eq!(Choice::parse(&id, plant), Ok(choice));
+                assert_eq!(EffectChoice::parse(&id, plant), Ok(choice));
                 assert!(spec.states.len() <= MOST && spec.outputs.len() <= MOST, "{id}");
                 assert!(spec.indicators <= MOST && spec.modes <= MOST, "{id}");
                 assert!(!choice.component().is_empty() && !spec.summary.is_empty(), "{id}");
                 for p in choice.parameters() {
-                    let start = if plant == Plant::Joint { p.joint_start } else { p.arm_start };
+                    let start = if plant == PlantKind::Joint { p.joint_start } else { p.arm_start };
                     let fits = start <= p.max && (start > p.min || (start == p.min && !p.above_min));
                     assert!(fits, "{id}: start of {}", p.name);
                     let name = choice.variable(p.name);
@@ -338,12 +338,13 @@ mod tests {
 
     #[test]
     fn a_wrong_effect_is_refused_with_the_mend() {
-        let mut s = Sizes::default();
-        let place =
-            |ids: &[&str], plant, s: &mut Sizes| EffectSet::place(ids, plant, 3, s).unwrap_err().to_string();
-        assert!(place(&["slop"], Plant::Joint, &mut s).contains("backlash"));
-        assert!(place(&["base-drag"], Plant::Joint, &mut s).contains("PlanarManipulator"));
-        assert!(place(&["backlash", "backlash"], Plant::Arm, &mut s).contains("twice"));
-        assert!(place(&["backlash:here"], Plant::Arm, &mut s).contains("choose from backlash"));
+        let mut s = ModelSizes::default();
+        let place = |ids: &[&str], plant, s: &mut ModelSizes| {
+            EffectSet::place(ids, plant, 3, s).unwrap_err().to_string()
+        };
+        assert!(place(&["slop"], PlantKind::Joint, &mut s).contains("backlash"));
+        assert!(place(&["base-drag"], PlantKind::Joint, &mut s).contains("PlanarManipulator"));
+        assert!(place(&["backlash", "backlash"], PlantKind::Arm, &mut s).contains("twice"));
+        assert!(place(&["backlash:here"], PlantKind::Arm, &mut s).contains("choose from backlash"));
     }
 }

@@ -2,7 +2,7 @@
 
 /// The two plants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plant {
+pub enum PlantKind {
     /// TwoMassJoint: angles and torques of the drive are referred to the motor.
     Joint,
     /// PlanarManipulator: they are referred to the joint.
@@ -22,7 +22,7 @@ pub enum Scope {
 
 /// What kind of number a parameter is, for an estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum ParameterRole {
     /// The effect grows with it; where all amplitudes are neutral the effect vanishes.
     Amplitude,
     /// Forms the effect; without meaning where the amplitudes are neutral.
@@ -80,14 +80,14 @@ pub enum Measure {
 /// A size at which a parameter of an effect becomes visible: a factor times powers of [`Measure`]s. It serves as the
 /// standard deviation of a prior on an amplitude, and as the middle of one on a shape.
 #[derive(Clone, Copy, Debug)]
-pub struct Scale {
+pub struct EffectScale {
     /// Share of the product, or the value itself where there are no powers.
     pub factor: f64,
     /// Measures and their exponents.
     pub powers: &'static [(Measure, i32)],
 }
 
-impl Scale {
+impl EffectScale {
     /// A plain number in the parameter's unit.
     pub const fn plain(value: f64) -> Self {
         Self { factor: value, powers: &[] }
@@ -104,7 +104,7 @@ impl Scale {
 
 /// Where an estimator looks for a parameter.
 #[derive(Clone, Copy, Debug)]
-pub struct Search {
+pub struct SearchRange {
     /// Values to begin from, as multiples of the parameter's size; empty: those that are usual in its role.
     pub looks: &'static [f64],
     /// Largest value that it tries, if less than `max`.
@@ -113,7 +113,7 @@ pub struct Search {
     pub doubt: f64,
 }
 
-impl Search {
+impl SearchRange {
     /// As is usual in a parameter's role.
     pub const USUAL: Self = Self { looks: &[], most: f64::INFINITY, doubt: 1.0 };
     /// From these multiples of its size.
@@ -141,25 +141,25 @@ pub struct ParameterSpec {
     /// Largest value.
     pub max: f64,
     /// How far below 0 an estimator may take it, if less far than `min`: beyond, the model is not meant.
-    pub below: Option<Scale>,
-    /// Start value when packed into a [`Plant::Joint`] (DELIAN joint 1): visible, not neutral.
+    pub below: Option<EffectScale>,
+    /// Start value when packed into a [`PlantKind::Joint`] (DELIAN joint 1): visible, not neutral.
     pub joint_start: f64,
-    /// Start value when packed into a [`Plant::Arm`] (CBK PAN test-bed).
+    /// Start value when packed into a [`PlantKind::Arm`] (CBK PAN test-bed).
     pub arm_start: f64,
     /// What kind of number it is.
-    pub role: Role,
+    pub role: ParameterRole,
     /// Value of an amplitude at which the effect vanishes exactly.
     pub neutral: f64,
     /// Its size.
-    pub scale: Scale,
+    pub scale: EffectScale,
     /// Estimated best by its logarithm.
     pub log: bool,
     /// It counts periods per turn of a shaft: looked for within [`SEARCHED_ORDERS`].
     pub order: bool,
     /// Where it is looked for.
-    pub search: Search,
-    /// Where it is looked for on a [`Plant::Arm`], if elsewhere.
-    pub arm_search: Option<Search>,
+    pub search: SearchRange,
+    /// Where it is looked for on a [`PlantKind::Arm`], if elsewhere.
+    pub arm_search: Option<SearchRange>,
 }
 
 impl ParameterSpec {
@@ -174,20 +174,21 @@ impl ParameterSpec {
         below: None,
         joint_start: 0.0,
         arm_start: 0.0,
-        role: Role::Amplitude,
+        role: ParameterRole::Amplitude,
         neutral: 0.0,
-        scale: Scale::plain(1.0),
+        scale: EffectScale::plain(1.0),
         log: false,
         order: false,
-        search: Search::USUAL,
+        search: SearchRange::USUAL,
         arm_search: None,
     };
     /// What a shape is filled up with: positive, by its logarithm.
-    pub const SHAPE: Self = Self { min: 0.0, above_min: true, role: Role::Shape, log: true, ..Self::NONE };
+    pub const SHAPE: Self =
+        Self { min: 0.0, above_min: true, role: ParameterRole::Shape, log: true, ..Self::NONE };
 
     /// Where it is looked for in that plant.
-    pub fn search_in(&self, plant: Plant) -> Search {
-        self.arm_search.filter(|_| plant == Plant::Arm).unwrap_or(self.search)
+    pub fn search_in(&self, plant: PlantKind) -> SearchRange {
+        self.arm_search.filter(|_| plant == PlantKind::Arm).unwrap_or(self.search)
     }
 }
 
@@ -204,7 +205,7 @@ pub struct Borrowed {
     /// Where it makes the effect vanish.
     pub neutral: Neutral,
     /// Its size.
-    pub scale: Scale,
+    pub scale: EffectScale,
     /// Multiples of its size that an estimator begins from.
     pub looks: &'static [f64],
     /// A plant without the effect has it too: a value that the plant gives it needs no estimate.
@@ -243,14 +244,14 @@ pub struct SignalSpec {
 
 impl SignalSpec {
     /// Its name in that plant, without the place's prefix.
-    pub fn name_in(&self, plant: Plant) -> &'static str {
-        if plant == Plant::Arm && !self.arm_name.is_empty() { self.arm_name } else { self.name }
+    pub fn name_in(&self, plant: PlantKind) -> &'static str {
+        if plant == PlantKind::Arm && !self.arm_name.is_empty() { self.arm_name } else { self.name }
     }
 }
 
 /// One of the places in which an effect can act, where it has several: `id:name`.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct EffectPlace {
     /// Behind the colon of the id.
     pub name: &'static str,
     /// Begin of the names of parameters and states there.
@@ -258,7 +259,7 @@ pub struct Place {
     /// Where it acts.
     pub component: &'static str,
     /// The plants that have this place.
-    pub plants: &'static [Plant],
+    pub plants: &'static [PlantKind],
     /// How often it occurs there.
     pub scope: Scope,
     /// Unit of the channel, for a sensor.
@@ -284,9 +285,9 @@ pub struct Spec {
     /// Once per joint, or once.
     pub scope: Scope,
     /// The plants that it can act in.
-    pub plants: &'static [Plant],
+    pub plants: &'static [PlantKind],
     /// The places in which it can act, the first of a plant being meant where none is named; none: one way only.
-    pub places: &'static [Place],
+    pub places: &'static [EffectPlace],
     /// Parameters of its own.
     pub parameters: &'static [ParameterSpec],
     /// Parameters of the plant that belong to it.
@@ -366,15 +367,15 @@ impl Spec {
         along: None,
     };
     /// A plant can have it; of an arm it matters whether its base is fixed.
-    pub fn acts_in(&self, plant: Plant, fixed_base: bool) -> bool {
-        self.plants.contains(&plant) && (plant == Plant::Joint || fixed_base || !self.fixed_base)
+    pub fn acts_in(&self, plant: PlantKind, fixed_base: bool) -> bool {
+        self.plants.contains(&plant) && (plant == PlantKind::Joint || fixed_base || !self.fixed_base)
     }
     /// It makes a rigid joint flexible: what it borrows is of another structure.
     pub fn loosens(&self) -> bool {
         self.borrows.iter().any(|b| b.neutral == Neutral::Structure)
     }
     /// The places that a plant has.
-    pub fn places_in(&self, plant: Plant) -> impl Iterator<Item = &'static Place> {
+    pub fn places_in(&self, plant: PlantKind) -> impl Iterator<Item = &'static EffectPlace> {
         self.places.iter().filter(move |p| p.plants.contains(&plant))
     }
 }

@@ -18,7 +18,7 @@ impl Effect for StribeckFriction {
         noun: "break-away (Stribeck) friction",
         check: "Raise the current slowly until the motor breaks loose, then lower it until it stops: are the two currents different?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         friction: true,
         passive: true,
         borrows: &[Borrowed {
@@ -26,7 +26,7 @@ impl Effect for StribeckFriction {
             arm_name: "staticFriction",
             unit: "N.m",
             neutral: Neutral::Of("coulombFriction"),
-            scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
+            scale: EffectScale::of(0.2, &[(Measure::Torque, 1)]),
             looks: &[1.0],
             known: false,
         }],
@@ -36,13 +36,13 @@ impl Effect for StribeckFriction {
             description: "Motor speed at which the excess of break-away over Coulomb friction has fallen to 1/e, omega_s (EF-2)",
             joint_start: 20.0,
             arm_start: 0.05,
-            scale: Scale::of(0.05, &[(Measure::Speed, 1)]),
+            scale: EffectScale::of(0.05, &[(Measure::Speed, 1)]),
             ..ParameterSpec::SHAPE
         }],
         ..Spec::NONE
     };
 
-    fn friction<T: Scalar>(l: &Local<T>, d: &Drive<T>, direction: f64, levels: &mut Levels<T>) {
+    fn friction<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, direction: f64, levels: &mut Levels<T>) {
         // At rest the sliding level is the Coulomb level: what came before has no speed-dependent part there.
         let speed = d.omega * direction;
         let coulomb = levels.coulomb;
@@ -61,7 +61,7 @@ mod tests {
         let l = Local::<f64>::new(&p, &x, &m, 0, 1);
         let at = |omega: f64| {
             let mut levels = paper(1.0, 4.0, 0.0, omega);
-            StribeckFriction::friction(&l, &Drive { omega, ..Drive::default() }, 1.0, &mut levels);
+            StribeckFriction::friction(&l, &DriveTrain { omega, ..DriveTrain::default() }, 1.0, &mut levels);
             levels.braking()
         };
         assert_eq!(at(0.0), 4.0);

@@ -14,14 +14,14 @@ impl Effect for TableTilt {
         noun: "a tilted table",
         check: "Leave the base floating at rest at several places: does it slide the same way? Check with a level.",
         scope: Scope::Once,
-        plants: &[Plant::Arm],
+        plants: &[PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "tiltAccelerationX",
                 unit: "m/s2",
                 description: "Gravity in the table's plane along inertial x, a_x (EF-8); 1 mrad of tilt makes 0.0098",
                 arm_start: 0.002,
-                scale: Scale::plain(0.005),
+                scale: EffectScale::plain(0.005),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -29,7 +29,7 @@ impl Effect for TableTilt {
                 unit: "m/s2",
                 description: "The same along inertial y, a_y (EF-8)",
                 arm_start: 0.0,
-                scale: Scale::plain(0.005),
+                scale: EffectScale::plain(0.005),
                 ..ParameterSpec::NONE
             },
         ],

@@ -18,7 +18,7 @@ impl Effect for TorqueRipple {
         noun: "a torque ripple of the motor",
         check: "Run slowly at constant speed and plot current over motor angle: does it repeat with the poles or slots?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "rippleSine",
@@ -28,14 +28,14 @@ impl Effect for TorqueRipple {
                 // A tenth of the smallest torque of the default experiment. Five times as much holds joints near its
                 // crests, where they balance: a disturbance of the start grows 1e7 times.
                 arm_start: 0.002,
-                scale: Scale::of(0.1, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.1, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "rippleCosine",
                 unit: "N.m",
                 description: "Torque that goes with the cosine of the shaft's angle, T_c (EF-12)",
-                scale: Scale::of(0.1, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.1, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -44,7 +44,7 @@ impl Effect for TorqueRipple {
                 description: "Periods per turn of the shaft, k (EF-12)",
                 joint_start: 4.0,
                 arm_start: 4.0,
-                scale: Scale::plain(4.0),
+                scale: EffectScale::plain(4.0),
                 order: true,
                 ..ParameterSpec::SHAPE
             },
@@ -52,21 +52,21 @@ impl Effect for TorqueRipple {
                 name: "rippleSine2",
                 unit: "N.m",
                 description: "Torque that goes with the sine of the double order, T_s2 (EF-12)",
-                scale: Scale::of(0.04, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.04, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "rippleCosine2",
                 unit: "N.m",
                 description: "Torque that goes with the cosine of the double order, T_c2 (EF-12)",
-                scale: Scale::of(0.04, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.04, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
         ],
         ..Spec::NONE
     };
 
-    fn actuator<T: Scalar>(l: &Local<T>, d: &Drive<T>, torque: T) -> T {
+    fn actuator<T: Scalar>(l: &Local<T>, d: &DriveTrain<T>, torque: T) -> T {
         let (sine, cosine) = (d.theta * d.shaft * l.p(2)).sin_cos();
         let (sine2, cosine2) = (sine * cosine * 2.0, cosine * cosine * 2.0 - 1.0);
         torque + (l.p(0) * sine + l.p(1) * cosine + l.p(3) * sine2 + l.p(4) * cosine2)
@@ -81,7 +81,7 @@ mod tests {
     fn ef12_does_no_work_over_a_turn() {
         let l = Local::new(&[0.3, -0.2, 3.0, 0.1, 0.05], &[], &[], 0, 1);
         let at = |theta: f64| {
-            TorqueRipple::actuator(&l, &Drive { theta, shaft: 10.0, ..Drive::default() }, 1.0) - 1.0
+            TorqueRipple::actuator(&l, &DriveTrain { theta, shaft: 10.0, ..DriveTrain::default() }, 1.0) - 1.0
         };
         // Over one period: the mean is 0, the mean square half the sum of the squares of both amplitudes.
         let period = 2.0 * core::f64::consts::PI / 30.0;

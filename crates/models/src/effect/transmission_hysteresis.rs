@@ -17,7 +17,7 @@ impl Effect for TransmissionHysteresis {
         noun: "hysteresis of the transmission",
         check: "Block the load, raise and lower the motor torque slowly: does the twist come back by another way?",
         scope: Scope::Joint,
-        plants: &[Plant::Joint, Plant::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm],
         parameters: &[
             ParameterSpec {
                 name: "hysteresisTorque",
@@ -26,7 +26,7 @@ impl Effect for TransmissionHysteresis {
                 min: 0.0,
                 joint_start: 1.0e-5,
                 arm_start: 0.02,
-                scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
+                scale: EffectScale::of(0.2, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -35,7 +35,7 @@ impl Effect for TransmissionHysteresis {
                 description: "Deflection over which the loop closes after a reversal, x_h (EF-5)",
                 joint_start: 0.5,
                 arm_start: 0.002,
-                scale: Scale::of(0.3, &[(Measure::Deflection, 1)]),
+                scale: EffectScale::of(0.3, &[(Measure::Deflection, 1)]),
                 ..ParameterSpec::SHAPE
             },
         ],
@@ -54,12 +54,12 @@ impl Effect for TransmissionHysteresis {
         ..Spec::NONE
     };
 
-    fn spring<T: Scalar>(l: &Local<T>, _d: &Drive<T>, s: &mut Spring<T>) {
+    fn spring<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, s: &mut Spring<T>) {
         if s.engaged {
             s.extra += l.p(0) * l.x(0);
         }
     }
-    fn rates<T: Scalar>(l: &Local<T>, _d: &Drive<T>, s: &Spring<T>, dx: &mut [T]) {
+    fn rates<T: Scalar>(l: &Local<T>, _d: &DriveTrain<T>, s: &Spring<T>, dx: &mut [T]) {
         dx[0] = (s.rate - s.rate.abs() * l.x(0)) / l.p(1);
     }
 }
@@ -79,7 +79,7 @@ mod tests {
                 let mut dx = [0.0];
                 TransmissionHysteresis::rates(
                     &Local::new(&p, &[z], &[], 0, 1),
-                    &Drive::default(),
+                    &DriveTrain::default(),
                     &s,
                     &mut dx,
                 );

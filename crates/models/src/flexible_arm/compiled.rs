@@ -3,7 +3,7 @@
 use super::FlexibleArm;
 use super::layout::{Parameters, inputs, outputs, parameters};
 use crate::compiled::{self, PlantModel};
-use crate::space::Led;
+use crate::space::PrescribedAccelerations;
 use crate::space::layout::{Inputs, States};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid};
@@ -44,7 +44,12 @@ impl PlantModel for FlexibleArm {
     fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
-        self.bodies().rates_under(own, Led { base: None, joints: &[], motors: &stuck }, force, dx);
+        self.bodies().rates_under(
+            own,
+            PrescribedAccelerations { base: None, joints: &[], motors: &stuck },
+            force,
+            dx,
+        );
     }
 
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {

@@ -4,7 +4,7 @@ use super::MAX_JOINTS;
 use super::model::{FlexibleArm, MAX_STATES};
 use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Update};
+use trueup_numerics::hybrid::{At, EventUpdate};
 
 impl FlexibleArm {
     fn dry(&self, p: &[f64], joint: usize) -> bool {
@@ -65,7 +65,7 @@ impl FlexibleArm {
         u: &[f64],
         p: &[f64],
         modes: &mut [i32],
-    ) -> Update {
+    ) -> EventUpdate {
         let (mut changed, mut stopped) = (false, false);
         for j in 0..self.joints() {
             let (mode, stops) = self.by_velocity(&At { t, x, u, p, modes }, j, modes[j]);
@@ -80,7 +80,7 @@ impl FlexibleArm {
             modes[j] = way;
             changed = true;
         }
-        Update { modes: changed, states: stopped }
+        EventUpdate { modes: changed, states: stopped }
     }
 
     /// Brings the sticking motors to rest by an impulse of their friction; it acts on what they carry through their gears.

@@ -1,8 +1,8 @@
 //! The variables of [`FlexibleArm`](super::FlexibleArm) in addition to those of its bodies.
 
-use super::structure::Structure;
-use crate::layout::Allowed::{Any, NotNegative};
-use crate::layout::{Entry, Items, Parameter, Shows, Start, layout};
+use super::structure::FlexibleArmStructure;
+use crate::layout::AllowedValues::{Any, NotNegative};
+use crate::layout::{InputStart, Items, LayoutEntry, Parameter, Shows, layout};
 use crate::space::layout as space;
 
 /// Name of the structural choice [`DRIVE`].
@@ -59,7 +59,7 @@ pub static LINKS: Items = Items {
 
 layout! {
     /// Where parameters begin that the bodies have not.
-    Parameters of Parameter, s: Structure:
+    Parameters of Parameter, s: FlexibleArmStructure:
     torque_constant "torqueConstant" [s.robot.bodies()] if s.by_current, "N.m/A", Parameter::tunable(Any),
         "K_t, at the motor: its torque on the joint's side is gearRatio K_t I (LNK-6)";
     coulomb_friction "coulombFriction" [s.robot.bodies()], "N.m", Parameter::tunable(NotNegative), "At the motor, joint side, tau_c (S3 eq. 3)";
@@ -70,7 +70,7 @@ layout! {
 
 layout! {
     /// Where outputs begin that the bodies have not.
-    Outputs of Shows, s: Structure:
+    Outputs of Shows, s: FlexibleArmStructure:
     motor_torque "motorTorque" [s.robot.bodies()], "N.m", Shows::All, "Of the motors, joint side, friction not counted (LNK-6)";
     transmission_torque "transmissionTorque" [s.robot.bodies()], "N.m", Shows::States,
         "Of the joint's spring and damper on the body, joint side, tau_lm (S3 4.1); 0 of a rigid joint";
@@ -81,12 +81,12 @@ layout! {
 }
 
 /// All parameters, in order.
-pub fn parameters(s: &Structure) -> Vec<Entry<Parameter>> {
+pub fn parameters(s: &FlexibleArmStructure) -> Vec<LayoutEntry<Parameter>> {
     [space::Parameters::list(&s.robot), Parameters::list(s)].concat()
 }
 
 /// All inputs, in order.
-pub fn inputs(s: &Structure) -> Vec<Entry<Start>> {
+pub fn inputs(s: &FlexibleArmStructure) -> Vec<LayoutEntry<InputStart>> {
     let mut all = space::Inputs::list(&s.robot);
     if let Some(drive) = all.iter_mut().find(|e| e.name == "jointTorque").filter(|_| s.by_current) {
         (drive.name, drive.unit) = ("motorCurrent", "A");
@@ -96,6 +96,6 @@ pub fn inputs(s: &Structure) -> Vec<Entry<Start>> {
 }
 
 /// All outputs, in order.
-pub fn outputs(s: &Structure) -> Vec<Entry<Shows>> {
+pub fn outputs(s: &FlexibleArmStructure) -> Vec<LayoutEntry<Shows>> {
     [space::Outputs::list(&s.robot), Outputs::list(s)].concat()
 }

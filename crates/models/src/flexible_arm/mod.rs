@@ -11,7 +11,7 @@ pub mod presets;
 mod structure;
 
 pub use model::FlexibleArm;
-pub use structure::Structure;
+pub use structure::FlexibleArmStructure;
 
 /// Most joints.
 pub const MAX_JOINTS: usize = 8;

@@ -2,14 +2,14 @@
 
 use super::MAX_JOINTS;
 use super::layout::{Outputs, Parameters};
-use super::structure::Structure;
+use super::structure::FlexibleArmStructure;
 use crate::friction::{self, Levels, STUCK};
 use crate::space::layout::{self as space, States};
 use crate::space::stiff::Brake;
-use crate::space::{Led, MAX_TIPS, SpatialFreeFlyer};
+use crate::space::{MAX_TIPS, PrescribedAccelerations, SpatialFreeFlyer};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, StiffPart, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes, StiffPart};
 
 /// Inputs of the bodies at most: torques of the joints, wrenches at the tips.
 const MAX_INPUTS: usize = MAX_JOINTS + 6 * MAX_TIPS;
@@ -23,7 +23,7 @@ const MAX_INPUTS: usize = MAX_JOINTS + 6 * MAX_TIPS;
 /// spin stiffens it; the joint's spring is linear; friction knows no temperature, no load, no pre-sliding.
 #[derive(Clone, Debug)]
 pub struct FlexibleArm {
-    structure: Structure,
+    structure: FlexibleArmStructure,
     pub(super) bodies: SpatialFreeFlyer,
     pub(super) state: States,
     pub(super) input: space::Inputs,
@@ -31,7 +31,7 @@ pub struct FlexibleArm {
     pub(super) parameter: Parameters,
     output: Outputs,
     body_output: space::Outputs,
-    sizes: Sizes,
+    sizes: ModelSizes,
 }
 
 /// Of all joints.
@@ -42,7 +42,7 @@ impl FlexibleArm {
     ///
     /// # Errors
     /// What of it cannot be, with the mend.
-    pub fn new(structure: Structure) -> Result<Self, String> {
+    pub fn new(structure: FlexibleArmStructure) -> Result<Self, String> {
         let s = &structure.robot;
         let n = s.bodies();
         if n == 0 || n > MAX_JOINTS {
@@ -62,8 +62,13 @@ impl FlexibleArm {
         let own = bodies.sizes();
         let parameter = Parameters::new(&structure).behind(own.parameters);
         let output = Outputs::new(&structure).behind(own.outputs);
-        let sizes =
-            Sizes { parameters: parameter.count, outputs: output.count, modes: n, indicators: 2 * n, ..own };
+        let sizes = ModelSizes {
+            parameters: parameter.count,
+            outputs: output.count,
+            modes: n,
+            indicators: 2 * n,
+            ..own
+        };
         Ok(Self {
             state: States::new(s),
             input: space::Inputs::new(s),
@@ -78,7 +83,7 @@ impl FlexibleArm {
     }
 
     /// What is fixed.
-    pub fn structure(&self) -> &Structure {
+    pub fn structure(&self) -> &FlexibleArmStructure {
         &self.structure
     }
     /// Its bodies, which have the first of its parameters, all of its states and inputs, the first of its outputs.
@@ -179,7 +184,12 @@ impl FlexibleArm {
         let (u, stuck) = self.driven(at);
         let own = At { u: &u[..at.u.len()], ..*at };
         let mut needed: PerJoint<T> = (0..self.joints()).map(|_| T::zero()).collect();
-        self.bodies.rates_with_torques(own, Led { base: None, joints: &[], motors: &stuck }, dx, &mut needed);
+        self.bodies.rates_with_torques(
+            own,
+            PrescribedAccelerations { base: None, joints: &[], motors: &stuck },
+            dx,
+            &mut needed,
+        );
         self.balance(at, &u, &mut needed);
         needed
     }
@@ -200,7 +210,7 @@ impl FlexibleArm {
 const TORQUE_CONSTANT: f64 = 0.02;
 
 impl Hybrid for FlexibleArm {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         self.sizes
     }
 
@@ -215,14 +225,19 @@ impl Hybrid for FlexibleArm {
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
-        self.bodies.rates_led(own, Led { base: None, joints: &[], motors: &stuck }, dx);
+        self.bodies.rates_led(own, PrescribedAccelerations { base: None, joints: &[], motors: &stuck }, dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
         let mut held: PerJoint<T> = (0..self.joints()).map(|_| T::zero()).collect();
-        self.bodies.outputs_led(own, Led { base: None, joints: &[], motors: &stuck }, y, &mut held);
+        self.bodies.outputs_led(
+            own,
+            PrescribedAccelerations { base: None, joints: &[], motors: &stuck },
+            y,
+            &mut held,
+        );
         self.balance(&at, &u, &mut held);
         let to = &self.output;
         for j in 0..self.joints() {
@@ -244,7 +259,7 @@ impl Hybrid for FlexibleArm {
         self.friction_indicators(&at, z);
     }
 
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         self.update_friction(t, x, u, p, modes)
     }
 
@@ -265,7 +280,7 @@ impl StiffPart for FlexibleArm {
             STUCK => Brake::Stuck,
             _ => Brake::Viscous(at.p[self.parameter.viscous_friction + j]),
         };
-        let led = Led { base: None, joints: &[], motors: &stuck };
+        let led = PrescribedAccelerations { base: None, joints: &[], motors: &stuck };
         self.bodies.factor_stiff(&own, led, (g, brake), room, dx)
     }
 

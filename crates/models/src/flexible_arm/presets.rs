@@ -2,12 +2,12 @@
 
 use super::layout::Parameters;
 use super::model::FlexibleArm;
-use super::structure::Structure;
+use super::structure::FlexibleArmStructure;
 use crate::space::appendage::Shapes;
-use crate::space::design::{Design, Flexure, Link, Motor, Tip};
+use crate::space::design::{DesignLink, DesignMotor, DesignTip, Flexure, RobotDesign};
 use crate::space::layout as space;
-use crate::space::tree::Joint;
-use crate::space::vector::Vector;
+use crate::space::tree::JointType;
+use crate::space::vector::Vector3;
 
 /// Name of the preset.
 pub const DELIAN: &str = "delian";
@@ -52,14 +52,14 @@ const PRINTED: [MotorSide; 3] = [
 const CLASS: [f64; 3] = [0.8, 0.8354, 0.4];
 
 /// A body that is nearly a point on the x axis: mass, its place, half the edge of a cube of that inertia.
-fn block(mass: f64, x: f64, half: f64) -> (f64, Vector<f64>, [[f64; 3]; 3]) {
+fn block(mass: f64, x: f64, half: f64) -> (f64, Vector3<f64>, [[f64; 3]; 3]) {
     let moment = 2.0 / 3.0 * mass * half * half;
     (mass, [x, 0.0, 0.0], [[moment, 0.0, 0.0], [0.0, moment, 0.0], [0.0, 0.0, moment]])
 }
 
 /// Bodies, motors, links of DELIAN: yaw and pitch at the shoulder, pitch and roll at the elbow, pitch and roll at the wrist. Axes
 /// of all bodies at angle 0 are those of the base, z up, the arm stretched along x; a pitch turns it up. The hand carries 2.15 kg.
-pub fn delian() -> Design {
+pub fn delian() -> RobotDesign {
     let yaw = [0.0, 0.0, 1.0];
     let pitch = [0.0, -1.0, 0.0];
     let roll = [1.0, 0.0, 0.0];
@@ -82,10 +82,10 @@ pub fn delian() -> Design {
         ("wrist pitch", block(0.4, 0.03, 0.035), [0.58, 0.0, 0.0], pitch),
         ("wrist roll", hand, [0.07, 0.0, 0.0], roll),
     ];
-    let link = |(k, (name, (mass, center, inertia), position, axis))| Link {
+    let link = |(k, (name, (mass, center, inertia), position, axis))| DesignLink {
         name: String::from(name),
         parent: k,
-        joint: Joint::Revolute,
+        joint: JointType::Revolute,
         mass,
         center_of_mass: center,
         inertia,
@@ -94,12 +94,12 @@ pub fn delian() -> Design {
         axis,
         motor: motor(k),
     };
-    Design {
+    RobotDesign {
         name: DELIAN.into(),
         base_mass: 10.0,
         base_inertia: block(10.0, 0.0, 0.2).2,
         links: rows.into_iter().enumerate().map(link).collect(),
-        tips: vec![Tip { name: "tool".into(), body: 6, offset: [0.15, 0.0, 0.0], mount: [0.0; 3] }],
+        tips: vec![DesignTip { name: "tool".into(), body: 6, offset: [0.15, 0.0, 0.0], mount: [0.0; 3] }],
         thrusters: Vec::new(),
         appendages: Vec::new(),
         tables: Vec::new(),
@@ -122,10 +122,10 @@ fn values(joint: usize) -> (&'static MotorSide, f64) {
     (&PRINTED[joint.min(2)], share)
 }
 
-fn motor(joint: usize) -> Motor {
+fn motor(joint: usize) -> DesignMotor {
     let (m, share) = values(joint);
     let square = m.gear_ratio * m.gear_ratio;
-    Motor {
+    DesignMotor {
         flexible: true,
         inertia: ROTOR * square,
         gear_ratio: m.gear_ratio,
@@ -135,7 +135,7 @@ fn motor(joint: usize) -> Motor {
 }
 
 /// A tube along the body's x whose own x is the body's z, so that it first bends up.
-fn tube(body: usize, position: Vector<f64>, length: f64, mass: f64, modulus: f64, moment: f64) -> Flexure {
+fn tube(body: usize, position: Vector3<f64>, length: f64, mass: f64, modulus: f64, moment: f64) -> Flexure {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     Flexure {
         body,
@@ -155,12 +155,12 @@ fn tube(body: usize, position: Vector<f64>, length: f64, mass: f64, modulus: f64
 }
 
 /// The structure of DELIAN; the motors driven by currents, or by torques.
-pub fn structure(by_current: bool) -> Structure {
-    Structure { robot: delian().structure(), by_current }
+pub fn structure(by_current: bool) -> FlexibleArmStructure {
+    FlexibleArmStructure { robot: delian().structure(), by_current }
 }
 
 /// Values of all parameters of DELIAN as a model with this structure: on the ground, in the posture of Table 4 and at rest.
-pub fn parameters(model: &FlexibleArm, design: &Design) -> Vec<f64> {
+pub fn parameters(model: &FlexibleArm, design: &RobotDesign) -> Vec<f64> {
     let s = model.structure();
     let (own, body) = (&model.parameter, space::Parameters::new(&s.robot));
     let mut p = model.defaults();
@@ -177,7 +177,7 @@ fn put(p: &mut [f64], begin: usize, values: &[f64]) {
     p[begin..][..values.len()].copy_from_slice(values);
 }
 
-fn frictions(at: &Parameters, s: &Structure, p: &mut [f64]) {
+fn frictions(at: &Parameters, s: &FlexibleArmStructure, p: &mut [f64]) {
     for j in 0..s.robot.bodies().min(PRINTED.len() + CLASS.len()) {
         let (m, share) = values(j);
         let n = m.gear_ratio;

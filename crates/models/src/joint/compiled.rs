@@ -2,7 +2,7 @@
 
 use super::{JointLayout, TwoMassJoint, input, output, parameter, states};
 use crate::compiled::{self, PlantModel};
-use crate::effect::{EffectSet, Plant as EffectPlant};
+use crate::effect::{EffectSet, PlantKind as EffectPlant};
 use crate::presets;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;

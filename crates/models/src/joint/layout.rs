@@ -1,6 +1,6 @@
 //! The variables of [`TwoMassJoint`](super::TwoMassJoint): what each is, and where its value is in the vectors.
 
-use crate::layout::{Entry, Shows, State, TermFactor};
+use crate::layout::{LayoutEntry, LayoutState, Shows, TermFactor};
 
 /// What of a joint decides which variables it has, and what they say.
 #[derive(Clone, Copy, Debug)]
@@ -24,9 +24,9 @@ macro_rules! variables {
         /// FMU variables with their units.
         pub const NAMES: [(&str, &str); COUNT] = [$(($name, $unit)),*];
         /// The variables in order.
-        pub fn list($s: &JointLayout) -> Vec<Entry<$kind>> {
+        pub fn list($s: &JointLayout) -> Vec<LayoutEntry<$kind>> {
             let _ = $s;
-            vec![$(Entry { name: $name, dimensions: Vec::new(), unit: $unit, kind: $more, text: $text }),*]
+            vec![$(LayoutEntry { name: $name, dimensions: Vec::new(), unit: $unit, kind: $more, text: $text }),*]
         }
     };
 }
@@ -40,8 +40,8 @@ macro_rules! unless_flexible {
 
 /// Indices of the parameters.
 pub mod parameter {
-    use super::{Entry, JointLayout};
-    use crate::layout::Allowed::{Any, NotNegative, Positive};
+    use super::{JointLayout, LayoutEntry};
+    use crate::layout::AllowedValues::{Any, NotNegative, Positive};
     use crate::layout::Parameter;
 
     variables! { Parameter, s:
@@ -68,10 +68,10 @@ pub mod parameter {
 
 /// Indices of the inputs.
 pub mod input {
-    use super::{Entry, JointLayout};
-    use crate::layout::Start;
+    use super::{JointLayout, LayoutEntry};
+    use crate::layout::InputStart;
 
-    variables! { Start, s:
+    variables! { InputStart, s:
         MOTOR_CURRENT "motorCurrent" "A", &[], "Motor current, I (TMJ-1); positive drives the motor forward";
         EXTERNAL_TORQUE "externalTorque" "N.m", &[], "Torque on the load, tau_ext (TMJ-3); positive drives the load forward";
     }
@@ -98,7 +98,7 @@ fn linear(s: &JointLayout, terms: &'static [(&'static str, TermFactor)], with_ef
 
 /// Indices of the outputs.
 pub mod output {
-    use super::{ANGLE, Entry, JointLayout, LOAD, PUSHED, SPRING, TWIST, TermFactor, VELOCITY, linear};
+    use super::{ANGLE, JointLayout, LOAD, LayoutEntry, PUSHED, SPRING, TWIST, TermFactor, VELOCITY, linear};
     use crate::layout::Shows;
 
     fn load_angle(s: &JointLayout) -> Shows {
@@ -138,12 +138,12 @@ pub mod output {
 
 /// The states in order. Magnitudes are what a solver should resolve, not what the joint reaches: tolerances are relative to
 /// them near zero.
-pub fn states(s: &JointLayout) -> Vec<Entry<State>> {
-    let state = |name, unit, rate, nominal, depends, text| Entry {
+pub fn states(s: &JointLayout) -> Vec<LayoutEntry<LayoutState>> {
+    let state = |name, unit, rate, nominal, depends, text| LayoutEntry {
         name,
         dimensions: Vec::new(),
         unit,
-        kind: State::new(rate, nominal, depends),
+        kind: LayoutState::new(rate, nominal, depends),
         text,
     };
     let mut all = vec![

@@ -2,44 +2,44 @@
 //! momentum form (S2 eq. 1-14).
 
 use super::composite::{BASE, forces, mass_matrix, rotor_rows};
-use super::joint_drive::{Drive, Moves, Rotor};
-use super::snapshot::Snapshot;
-use super::spatial::{Motion, Rigid, Wrench};
-use super::tree::{All, Body, Joint, Tree};
-use super::vector::{Vector, cross, dot, sub, times, zero};
-use super::{MAX_BODIES, MAX_DOFS, spatial::Frame};
+use super::joint_drive::{JointDrive, Moves, Rotor};
+use super::snapshot::RobotSnapshot;
+use super::spatial::{Rigid, SpatialMotion, SpatialWrench};
+use super::tree::{JointType, PerBody, Tree, TreeBody};
+use super::vector::{Vector3, cross, dot, sub, times, zero};
+use super::{MAX_BODIES, MAX_DOFS, spatial::SpatialFrame};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
 /// A robot with its values, joints rigid or locked to their motors.
 #[derive(Clone, Debug)]
-pub struct Robot<T> {
+pub struct RigidRobot<T> {
     /// Which body hangs on which.
     pub tree: Tree,
     /// The base.
     pub base: Rigid<T>,
     /// The bodies; element 0 is not used.
-    pub bodies: All<Body<T>>,
+    pub bodies: PerBody<TreeBody<T>>,
 }
 
 /// One column of six: force (N) and torque (N.m) per unit of what moves.
-pub type Column<T> = Wrench<T>;
+pub type SpatialColumn<T> = SpatialWrench<T>;
 
 /// What the arms' motion puts on the base at rest, base axes, torque about a point of the base: the wrench that the base
 /// has to give is B q'' + N_R (rates in pairs) + N_C (rates squared) (SFF-3).
 #[derive(Clone, Debug)]
 pub struct Reaction<T> {
     /// B: per joint.
-    pub inertial: Vec<Column<T>>,
+    pub inertial: Vec<SpatialColumn<T>>,
     /// N_C: per joint, of its rate squared.
-    pub centrifugal: Vec<Column<T>>,
+    pub centrifugal: Vec<SpatialColumn<T>>,
     /// N_R: per pair of joints (first, second), of the product of their rates.
-    pub coriolis: Vec<(usize, usize, Column<T>)>,
+    pub coriolis: Vec<(usize, usize, SpatialColumn<T>)>,
 }
 
-impl<T: Scalar> Robot<T> {
-    fn drives(&self, rates: &[T]) -> Vec<Drive<T>> {
-        let drive = |rate: &T| Drive {
+impl<T: Scalar> RigidRobot<T> {
+    fn drives(&self, rates: &[T]) -> Vec<JointDrive<T>> {
+        let drive = |rate: &T| JointDrive {
             moves: Moves::Driven(T::zero()),
             rotor: Rotor::Geared,
             inertia: T::zero(),
@@ -51,20 +51,20 @@ impl<T: Scalar> Robot<T> {
 
     /// Wrench on the base about `point` at these rates and accelerations of the joints, the base at rest at the inertial
     /// origin.
-    fn wrench(&self, q: &[T], rates: &[T], accelerations: &[T], point: Vector<T>) -> Wrench<T> {
-        let here = Frame { rotation: super::vector::identity(), origin: zero() };
-        let placed = self.tree.place(&self.bodies, (here, Motion::zero()), q, rates);
+    fn wrench(&self, q: &[T], rates: &[T], accelerations: &[T], point: Vector3<T>) -> SpatialWrench<T> {
+        let here = SpatialFrame { rotation: super::vector::identity(), origin: zero() };
+        let placed = self.tree.place(&self.bodies, (here, SpatialMotion::zero()), q, rates);
         let mut out = [T::zero(); MAX_DOFS];
-        let given = (Motion::zero(), accelerations, accelerations);
+        let given = (SpatialMotion::zero(), accelerations, accelerations);
         let drives = self.drives(rates);
-        let now = Snapshot::rigid(&self.tree, &self.base, &self.bodies, &placed, &drives);
+        let now = RobotSnapshot::rigid(&self.tree, &self.base, &self.bodies, &placed, &drives);
         forces(&now, given, &[], &mut out);
         let (force, torque) = ([out[0], out[1], out[2]], [out[3], out[4], out[5]]);
-        Wrench { force, torque: sub(torque, cross(point, force)) }
+        SpatialWrench { force, torque: sub(torque, cross(point, force)) }
     }
 
     /// How joints at angles `q` pull at the base, torques about `point` (base axes, m).
-    pub fn reaction(&self, q: &[T], point: Vector<T>) -> Reaction<T> {
+    pub fn reaction(&self, q: &[T], point: Vector3<T>) -> Reaction<T> {
         let n = self.tree.bodies();
         let none = [T::zero(); MAX_BODIES];
         let unit = |joints: &[usize]| {
@@ -75,7 +75,7 @@ impl<T: Scalar> Robot<T> {
         let at = |rates: &[T], accelerations: &[T]| self.wrench(q, &rates[..n], &accelerations[..n], point);
         let inertial = (0..n).map(|j| at(&none, &unit(&[j]))).collect(); // (SFF-3)
         // The wrench is a form of second degree in the rates: its coefficients are values of it, no differences.
-        let centrifugal: Vec<Column<T>> = (0..n).map(|j| at(&unit(&[j]), &none)).collect();
+        let centrifugal: Vec<SpatialColumn<T>> = (0..n).map(|j| at(&unit(&[j]), &none)).collect();
         let mut coriolis = Vec::new();
         for j in 0..n {
             for k in j + 1..n {
@@ -103,23 +103,29 @@ pub struct MomentumForm {
     /// J_M of (6), 6 x n.
     pub j_m: Vec<f64>,
     /// Position of the tip, m.
-    pub tip: Vector<f64>,
+    pub tip: Vector3<f64>,
 }
 
-impl Robot<f64> {
+impl RigidRobot<f64> {
     /// The matrices of S2 for the tip at `offset` (own axes) of body `tip`, the base at this frame.
-    pub fn momentum_form(&self, base: Frame<f64>, q: &[f64], tip: (usize, Vector<f64>)) -> MomentumForm {
+    pub fn momentum_form(
+        &self,
+        base: SpatialFrame<f64>,
+        q: &[f64],
+        tip: (usize, Vector3<f64>),
+    ) -> MomentumForm {
         let n = self.tree.bodies();
         let rates = vec![0.0; n];
-        let placed = self.tree.place(&self.bodies, (base, Motion::zero()), q, &rates);
+        let placed = self.tree.place(&self.bodies, (base, SpatialMotion::zero()), q, &rates);
         let frames = self.tree.inertial(&placed);
         let drives = self.drives(&rates);
         let (_, size) = rotor_rows(&self.tree, &drives);
         let mut own = vec![0.0; size * size];
-        mass_matrix(&Snapshot::rigid(&self.tree, &self.base, &self.bodies, &placed, &drives), &mut own);
+        mass_matrix(&RobotSnapshot::rigid(&self.tree, &self.base, &self.bodies, &placed, &drives), &mut own);
         // Base rows and columns from base axes to inertial ones.
-        let turn =
-            |rows: &mut dyn FnMut(usize) -> Vector<f64>| [rows(0), rows(1)].map(|v| times(&base.rotation, v));
+        let turn = |rows: &mut dyn FnMut(usize) -> Vector3<f64>| {
+            [rows(0), rows(1)].map(|v| times(&base.rotation, v))
+        };
         let mut half = own.clone();
         for j in 0..size {
             let turned = turn(&mut |b| [0, 1, 2].map(|i| own[(3 * b + i) * size + j]));
@@ -163,8 +169,8 @@ impl Robot<f64> {
         while body > 0 {
             let axis = times(&frames[body].rotation, self.bodies[body].axis);
             let (linear, angular) = match self.tree.joint[body - 1] {
-                Joint::Revolute => (cross(axis, sub(point, frames[body].origin)), axis), // (SFF-7)
-                Joint::Prismatic => (axis, zero()),
+                JointType::Revolute => (cross(axis, sub(point, frames[body].origin)), axis), // (SFF-7)
+                JointType::Prismatic => (axis, zero()),
             };
             for i in 0..3 {
                 j_m[i * n + body - 1] = linear[i];
@@ -204,6 +210,6 @@ impl MomentumForm {
 }
 
 /// Frobenius norm of columns.
-pub fn norm<T: Scalar>(columns: &[Vector<T>]) -> f64 {
+pub fn norm<T: Scalar>(columns: &[Vector3<T>]) -> f64 {
     columns.iter().map(|c| dot(*c, *c).value()).sum::<f64>().sqrt()
 }

@@ -1,12 +1,12 @@
 //! What bends on a body, as parameters have it: uniform beams, and tables of modes as tools for structures export them.
 
-use super::flexible::{Appendages, Function, LinkEnd, Mode, Part};
+use super::flexible::{Appendages, FlexibleAppendage, Function, LinkEnd, ModalCoordinate};
 use super::ritz;
 use super::second_order::SecondOrder;
 pub use super::shapes::Shapes;
-use super::shapes::{MAX_SHAPES, Shape, bending, bending_at, torsion};
-use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
-use super::vector::{Matrix, Vector, add, cross, scale, times, transposed, zero};
+use super::shapes::{BeamShape, MAX_SHAPES, bending, bending_at, torsion};
+use super::spatial::{Articulated, Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use super::vector::{Matrix3, Vector3, add, cross, scale, times, transposed, zero};
 use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL, MAX_MODES_OF_LINK};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::ldl_factor;
@@ -15,7 +15,7 @@ use trueup_numerics::linear::ldl_factor;
 #[derive(Clone, Copy, Debug)]
 pub struct Beam<T> {
     /// Its axes in those of the body; the origin is the root.
-    pub frame: Frame<T>,
+    pub frame: SpatialFrame<T>,
     /// m.
     pub length: T,
     /// kg/m.
@@ -38,7 +38,7 @@ pub struct TableMode<T> {
     /// Of critical.
     pub damping_ratio: T,
     /// Momentum and angular momentum about the root per unit of its rate, appendage's axes.
-    pub participation: Wrench<T>,
+    pub participation: SpatialWrench<T>,
 }
 
 /// An appendage that does not fit.
@@ -95,7 +95,7 @@ impl std::fmt::Display for AppendageError {
 impl std::error::Error for AppendageError {}
 
 /// A slender beam about its root, unbent, along the unit vector `z`; it has no rotary inertia but `polar`, about z.
-pub(super) fn rod<T: Scalar>(mass: T, length: T, polar: T, z: Vector<T>) -> Rigid<T> {
+pub(super) fn rod<T: Scalar>(mass: T, length: T, polar: T, z: Vector3<T>) -> Rigid<T> {
     let across = mass * length * length / 3.0;
     let mut inertia = [zero(); 3];
     for i in 0..3 {
@@ -105,19 +105,19 @@ pub(super) fn rod<T: Scalar>(mass: T, length: T, polar: T, z: Vector<T>) -> Rigi
     Rigid { mass, first: scale(mass * length * 0.5, z), inertia }
 }
 
-impl<T: Scalar> Mode<T> {
+impl<T: Scalar> ModalCoordinate<T> {
     /// Of a beam of this mass (polar inertia), of 1 over it, of this stiffness, and of this damping where critical damping is 1.
-    fn of(shape: &Shape, mass: T, inverse: T, stiffness: T, damping: T) -> Self {
+    fn of(shape: &BeamShape, mass: T, inverse: T, stiffness: T, damping: T) -> Self {
         Self {
             along: zero(),
-            fixed: Wrench::zero(),
+            fixed: SpatialWrench::zero(),
             mass: mass * shape.square,
             inverse: inverse / shape.square,
             stiffness: stiffness * shape.stiffness,
             damping: damping * shape.critical,
         }
     }
-    fn along(self, direction: Vector<T>) -> Self {
+    fn along(self, direction: Vector3<T>) -> Self {
         Self { along: direction, ..self }
     }
 }
@@ -157,7 +157,7 @@ impl<T: Scalar> Appendages<T> {
         on: usize,
         shapes: Shapes,
         beam: &Beam<T>,
-        end: Option<(Vector<T>, bool)>,
+        end: Option<(Vector3<T>, bool)>,
     ) -> Result<(), AppendageError> {
         let Beam { frame, length, mass_per_length, polar_inertia_per_length, .. } = *beam;
         let [ex, ey, ez] = transposed(&frame.rotation);
@@ -191,8 +191,8 @@ impl<T: Scalar> Appendages<T> {
                 let (s, slope) = bent(j)?;
                 self.functions[from + j].modes[side] = Some(self.modes.len());
                 let turn = scale(T::constant(slope) / length, cross(ez, direction)); // (LNK-1)
-                let reach = Motion { angular: turn, linear: direction };
-                let own = Mode::of(&s, mass, inverse[0], stiffness, damping).along(direction);
+                let reach = SpatialMotion { angular: turn, linear: direction };
+                let own = ModalCoordinate::of(&s, mass, inverse[0], stiffness, damping).along(direction);
                 self.put(&part, own, reach)?;
             }
         }
@@ -200,9 +200,12 @@ impl<T: Scalar> Appendages<T> {
         let damping = beam.damping_ratio * (polar * stiffness).sqrt();
         for j in 0..shapes.torsion {
             let s = twisted(j)?;
-            let turning = Wrench { torque: scale(polar * s.area, ez), force: zero() };
-            let own = Mode { fixed: turning, ..Mode::of(&s, polar, inverse[1], stiffness, damping) };
-            self.put(&part, own, Motion { angular: ez, linear: zero() })?;
+            let turning = SpatialWrench { torque: scale(polar * s.area, ez), force: zero() };
+            let own = ModalCoordinate {
+                fixed: turning,
+                ..ModalCoordinate::of(&s, polar, inverse[1], stiffness, damping)
+            };
+            self.put(&part, own, SpatialMotion { angular: ez, linear: zero() })?;
         }
         part.functions.1 = self.functions.len();
         part.modes.1 = self.modes.len();
@@ -228,12 +231,12 @@ impl<T: Scalar> Appendages<T> {
     pub fn add_table(
         &mut self,
         on: usize,
-        frame: &Frame<T>,
+        frame: &SpatialFrame<T>,
         rigid: &Rigid<T>,
         table: &[TableMode<T>],
     ) -> Result<(), AppendageError> {
         participation(rigid, table)?;
-        self.put_table(on, frame, rigid, table.iter().map(|m| (*m, Motion::zero())), None)
+        self.put_table(on, frame, rigid, table.iter().map(|m| (*m, SpatialMotion::zero())), None)
     }
 
     /// Adds a table of modes that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end, which is
@@ -245,10 +248,10 @@ impl<T: Scalar> Appendages<T> {
     pub fn add_link_table(
         &mut self,
         on: usize,
-        frame: &Frame<T>,
+        frame: &SpatialFrame<T>,
         rigid: &Rigid<T>,
-        table: &[(TableMode<T>, Motion<T>)],
-        end: Vector<T>,
+        table: &[(TableMode<T>, SpatialMotion<T>)],
+        end: Vector3<T>,
     ) -> Result<(), AppendageError> {
         let modes: Vec<_> = table.iter().map(|m| m.0).collect();
         participation(rigid, &modes)?;
@@ -262,10 +265,10 @@ impl<T: Scalar> Appendages<T> {
     pub(super) fn put_table(
         &mut self,
         on: usize,
-        frame: &Frame<T>,
+        frame: &SpatialFrame<T>,
         rigid: &Rigid<T>,
-        table: impl ExactSizeIterator<Item = (TableMode<T>, Motion<T>)>,
-        end: Option<Vector<T>>,
+        table: impl ExactSizeIterator<Item = (TableMode<T>, SpatialMotion<T>)>,
+        end: Option<Vector3<T>>,
     ) -> Result<(), AppendageError> {
         if end.is_some() && table.len() > MAX_MODES_OF_LINK {
             return Err(AppendageError::Modes);
@@ -273,7 +276,7 @@ impl<T: Scalar> Appendages<T> {
         self.whole(|all| {
             let mut part = all.open(on, rigid.outwards(frame), table.len())?;
             for (mode, moved) in table {
-                let own = Mode {
+                let own = ModalCoordinate {
                     along: zero(),
                     fixed: frame.outwards(mode.participation),
                     mass: T::one(),
@@ -281,8 +284,8 @@ impl<T: Scalar> Appendages<T> {
                     stiffness: mode.frequency * mode.frequency,
                     damping: mode.damping_ratio * mode.frequency * 2.0,
                 };
-                let turned = |v: Vector<T>| times(&frame.rotation, v);
-                let reach = Motion { angular: turned(moved.angular), linear: turned(moved.linear) };
+                let turned = |v: Vector3<T>| times(&frame.rotation, v);
+                let reach = SpatialMotion { angular: turned(moved.angular), linear: turned(moved.linear) };
                 all.put(&part, own, reach)?;
             }
             part.modes.1 = all.modes.len();
@@ -310,7 +313,7 @@ impl<T: Scalar> Appendages<T> {
     }
 
     /// Begins an appendage, for which there is room.
-    fn open(&self, on: usize, rigid: Rigid<T>, modes: usize) -> Result<Part<T>, AppendageError> {
+    fn open(&self, on: usize, rigid: Rigid<T>, modes: usize) -> Result<FlexibleAppendage<T>, AppendageError> {
         if modes > self.modes.remaining_capacity() {
             return Err(AppendageError::Modes);
         }
@@ -318,7 +321,7 @@ impl<T: Scalar> Appendages<T> {
             return Err(AppendageError::Appendages);
         }
         let (functions, first) = (self.functions.len(), self.modes.len());
-        Ok(Part {
+        Ok(FlexibleAppendage {
             on,
             rigid,
             functions: (functions, functions),
@@ -328,7 +331,12 @@ impl<T: Scalar> Appendages<T> {
         })
     }
     /// A mode and how it moves the end.
-    fn put(&mut self, part: &Part<T>, mode: Mode<T>, reach: Motion<T>) -> Result<(), AppendageError> {
+    fn put(
+        &mut self,
+        part: &FlexibleAppendage<T>,
+        mode: ModalCoordinate<T>,
+        reach: SpatialMotion<T>,
+    ) -> Result<(), AppendageError> {
         if mode.mass.value() <= 0.0 || !mode.mass.value().is_finite() {
             return Err(AppendageError::Massless(self.modes.len() - part.modes.0));
         }
@@ -344,7 +352,7 @@ impl<T: Scalar> Appendages<T> {
 /// It is not.
 pub fn participation<T: Scalar>(rigid: &Rigid<T>, table: &[TableMode<T>]) -> Result<(), AppendageError> {
     let mut left = Articulated::rigid(rigid);
-    let diagonal = |m: &Matrix<T>| (m[0][0] + m[1][1] + m[2][2]).value();
+    let diagonal = |m: &Matrix3<T>| (m[0][0] + m[1][1] + m[2][2]).value();
     // A complete set leaves nothing, and a rod nothing about its axis.
     let little = [diagonal(&left.angular), diagonal(&left.linear)].map(|d| 1e-9 * d);
     table.iter().for_each(|m| left.take(&m.participation, T::one()));
@@ -363,7 +371,7 @@ pub fn participation<T: Scalar>(rigid: &Rigid<T>, table: &[TableMode<T>]) -> Res
     }
     let direction = (0..6).find_map(|k| {
         let there = if k < 3 { rigid.mass } else { rigid.inertia[k - 3][k - 3] }.value();
-        let part = |w: &Wrench<T>| if k < 3 { w.force[k] } else { w.torque[k - 3] }.value();
+        let part = |w: &SpatialWrench<T>| if k < 3 { w.force[k] } else { w.torque[k - 3] }.value();
         let moved: f64 = table.iter().map(|m| part(&m.participation).powi(2)).sum();
         (moved > there).then_some((k, moved, there))
     });
@@ -388,11 +396,11 @@ impl Beam<f64> {
 
 impl<T: Scalar> Beam<T> {
     /// The tip at these modal coordinates of this beam, axes of the body that carries it, m.
-    pub fn tip(&self, shapes: Shapes, eta: &[T]) -> Vector<T> {
+    pub fn tip(&self, shapes: Shapes, eta: &[T]) -> Vector3<T> {
         self.point(shapes, eta, 1.0)
     }
     /// The point at the share `z` (0 .. 1) of the length.
-    pub fn point(&self, shapes: Shapes, eta: &[T], z: f64) -> Vector<T> {
+    pub fn point(&self, shapes: Shapes, eta: &[T], z: f64) -> Vector3<T> {
         let along = |from: usize, count: usize| {
             (0..count).fold(T::zero(), |sum, j| sum + eta[from + j] * bending_at(j, z))
         };

@@ -1,20 +1,20 @@
 //! Accelerations by articulated bodies, in one sweep from the tips and one back: O(n) (Featherstone 2008, chapter 7, with
 //! given accelerations as in section 9.2; rotors as in SFF-12; modes of appendages as in SFF-6, of links as in LNK-3).
 
-pub use super::joint_drive::{Drive, Moves, Rotor};
+pub use super::joint_drive::{JointDrive, Moves, Rotor};
 use super::link::{Bending, eliminate, resolve};
-use super::snapshot::Snapshot;
-use super::spatial::{Articulated, Motion, Wrench};
-use super::tree::All;
+use super::snapshot::RobotSnapshot;
+use super::spatial::{Articulated, SpatialMotion, SpatialWrench};
+use super::tree::PerBody;
 use super::vector::{cross, dot, scale};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
 /// What is kept of a body on the way from the tips.
 #[derive(Clone, Copy)]
-struct Kept<T> {
+struct KeptBody<T> {
     /// Articulated inertia times the joint's axis.
-    axis: Wrench<T>,
+    axis: SpatialWrench<T>,
     /// 1 / (what the joint's own acceleration meets).
     inverse: T,
     /// The torque that is left for it.
@@ -23,7 +23,7 @@ struct Kept<T> {
 
 /// Where [`accelerations`] puts what it found: as much memory as there are joints and modes, or more.
 #[derive(Debug)]
-pub struct Found<'a, T> {
+pub struct SweepResult<'a, T> {
     /// Of the joints, rad/s2 (m/s2).
     pub joint: &'a mut [T],
     /// Of the rotors, joint side, rad/s2; of the prescribed ones: the torque that it takes, N.m.
@@ -36,16 +36,16 @@ pub struct Found<'a, T> {
 /// own axes and origins. `held`: the base does not accelerate but by this much (own axes; a field of gravity g is a base that
 /// accelerates by -g).
 pub fn accelerations<T: Scalar>(
-    at: &Snapshot<'_, T>,
-    applied: &[Wrench<T>],
-    held: Option<Motion<T>>,
-    mut out: Found<'_, T>,
-) -> Motion<T> {
-    let mut m = Memory {
-        inertia: All::new(),
-        bias: All::new(),
-        kept: All::new(),
-        acceleration: All::new(),
+    at: &RobotSnapshot<'_, T>,
+    applied: &[SpatialWrench<T>],
+    held: Option<SpatialMotion<T>>,
+    mut out: SweepResult<'_, T>,
+) -> SpatialMotion<T> {
+    let mut m = SweepMemory {
+        inertia: PerBody::new(),
+        bias: PerBody::new(),
+        kept: PerBody::new(),
+        acceleration: PerBody::new(),
         bending: Bending::new(),
     };
     inwards(at, applied, &mut m);
@@ -56,24 +56,24 @@ pub fn accelerations<T: Scalar>(
 }
 
 /// Memory of the sweeps.
-struct Memory<T> {
-    inertia: All<Articulated<T>>,
-    bias: All<Wrench<T>>,
-    kept: All<Kept<T>>,
-    acceleration: All<Motion<T>>,
+struct SweepMemory<T> {
+    inertia: PerBody<Articulated<T>>,
+    bias: PerBody<SpatialWrench<T>>,
+    kept: PerBody<KeptBody<T>>,
+    acceleration: PerBody<SpatialMotion<T>>,
     bending: Bending<T>,
 }
 
 /// From the tips to the base.
 #[inline(never)]
 fn inwards<T: Scalar>(
-    now: &Snapshot<'_, T>,
-    applied: &[Wrench<T>],
-    Memory { inertia, bias, kept, bending, .. }: &mut Memory<T>,
+    now: &RobotSnapshot<'_, T>,
+    applied: &[SpatialWrench<T>],
+    SweepMemory { inertia, bias, kept, bending, .. }: &mut SweepMemory<T>,
 ) {
-    let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
+    let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
-    let nothing = Kept { axis: Wrench::zero(), inverse: T::zero(), rest: T::zero() };
+    let nothing = KeptBody { axis: SpatialWrench::zero(), inverse: T::zero(), rest: T::zero() };
     for i in 0..=n {
         let (rigid, velocity) = (if i == 0 { now.base } else { &bodies[i].rigid }, placed[i].velocity);
         inertia.push(Articulated::rigid(rigid));
@@ -142,7 +142,7 @@ fn inwards<T: Scalar>(
                     out.torque = axpy(reach, k, out.torque);
                 }
                 let (inverse, rest) = (T::one() / met, torque - joint.power(axis, &force));
-                kept[i] = Kept { axis: out, inverse, rest };
+                kept[i] = KeptBody { axis: out, inverse, rest };
                 carrier.take(&out, inverse); // (SFF-11)
                 on_parent = at.frame.outwards(force).plus(out.times(rest * inverse));
             }
@@ -162,13 +162,13 @@ fn inwards<T: Scalar>(
 /// From the base, whose acceleration is the first of `all`, to the tips.
 #[inline(never)]
 fn outwards<T: Scalar>(
-    now: &Snapshot<'_, T>,
-    kept: &[Kept<T>],
+    now: &RobotSnapshot<'_, T>,
+    kept: &[KeptBody<T>],
     bending: &Bending<T>,
-    all: &mut All<Motion<T>>,
-    found: &mut Found<'_, T>,
+    all: &mut PerBody<SpatialMotion<T>>,
+    found: &mut SweepResult<'_, T>,
 ) {
-    let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
+    let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     for i in 1..=tree.bodies() {
         let (carrier, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
         let parent = now.carrier_acceleration(carrier, all[carrier], found.modal);
@@ -207,7 +207,7 @@ fn axpy<T: Scalar>(s: T, a: [T; 3], b: [T; 3]) -> [T; 3] {
 
 /// The acceleration at which an articulated inertia needs no wrench beyond -bias. Not positive definite: NaN, which the caller
 /// steps the model refuses.
-fn solve<T: Scalar>(inertia: &Articulated<T>, bias: Wrench<T>) -> Motion<T> {
+fn solve<T: Scalar>(inertia: &Articulated<T>, bias: SpatialWrench<T>) -> SpatialMotion<T> {
     let mut m = [T::zero(); 36];
     for i in 0..3 {
         for j in 0..3 {
@@ -223,5 +223,5 @@ fn solve<T: Scalar>(inertia: &Articulated<T>, bias: Wrench<T>) -> Motion<T> {
     } else {
         a = [T::constant(f64::NAN); 6];
     }
-    Motion { angular: [a[0], a[1], a[2]], linear: [a[3], a[4], a[5]] }
+    SpatialMotion { angular: [a[0], a[1], a[2]], linear: [a[3], a[4], a[5]] }
 }

@@ -1,6 +1,6 @@
 //! Attitude by quaternions (w, x, y, z), from body axes to those of the parent or the inertial frame.
 
-use super::vector::{Matrix, Vector, dot};
+use super::vector::{Matrix3, Vector3, dot};
 use trueup_numerics::Scalar;
 
 /// A quaternion, w first.
@@ -20,7 +20,7 @@ pub fn square<T: Scalar>(q: Quaternion<T>) -> T {
 }
 
 /// The rotation matrix of Q / |Q|: body axes to the parent's.
-pub fn rotation<T: Scalar>(q: Quaternion<T>) -> Matrix<T> {
+pub fn rotation<T: Scalar>(q: Quaternion<T>) -> Matrix3<T> {
     let s = T::constant(2.0) / square(q);
     let [w, x, y, z] = q;
     let (xs, ys, zs) = (x * s, y * s, z * s);
@@ -48,13 +48,13 @@ pub fn product<T: Scalar>(a: Quaternion<T>, b: Quaternion<T>) -> Quaternion<T> {
 }
 
 /// The turn about a unit axis by an angle.
-pub fn about_axis<T: Scalar>(axis: Vector<T>, angle: T) -> Quaternion<T> {
+pub fn about_axis<T: Scalar>(axis: Vector3<T>, angle: T) -> Quaternion<T> {
     let (sin, cos) = (angle * 0.5).sin_cos();
     [cos, axis[0] * sin, axis[1] * sin, axis[2] * sin]
 }
 
 /// d(Q)/dt for the rate omega in body axes: 1/2 Q (0, omega), and back to length 1 (SFF-1).
-pub fn rate<T: Scalar>(q: Quaternion<T>, omega: Vector<T>) -> Quaternion<T> {
+pub fn rate<T: Scalar>(q: Quaternion<T>, omega: Vector3<T>) -> Quaternion<T> {
     let [w, x, y, z] = q;
     let [a, b, c] = omega;
     let back = (square(q) - 1.0) * (-0.5 * KAPPA); // (SFF-1)
@@ -67,7 +67,7 @@ pub fn rate<T: Scalar>(q: Quaternion<T>, omega: Vector<T>) -> Quaternion<T> {
 }
 
 /// The rotation about a unit axis by an angle: turned axes to the axes before (Rodrigues).
-pub fn about<T: Scalar>(axis: Vector<T>, angle: T) -> Matrix<T> {
+pub fn about<T: Scalar>(axis: Vector3<T>, angle: T) -> Matrix3<T> {
     let (sin, cos) = angle.sin_cos();
     let v = -cos + 1.0;
     let [x, y, z] = axis;
@@ -78,7 +78,7 @@ pub fn about<T: Scalar>(axis: Vector<T>, angle: T) -> Matrix<T> {
 }
 
 /// a / |a|; 0 stays 0.
-pub fn unit<T: Scalar>(a: Vector<T>) -> Vector<T> {
+pub fn unit<T: Scalar>(a: Vector3<T>) -> Vector3<T> {
     let square = dot(a, a);
     if square.value() == 1.0 || square.value() == 0.0 {
         return a;

@@ -1,10 +1,10 @@
 //! Appendages at one instant: how modes move them, what they take and what acts on them (SFF-5).
 
 use super::MAX_APPENDAGES;
-use super::end::{End, Ends};
-use super::flexible::{Appendages, Function, Modal, Mode, Part};
-use super::spatial::{Motion, Rigid, Wrench};
-use super::tree::Placed;
+use super::end::{Ends, LinkEndMotion};
+use super::flexible::{Appendages, FlexibleAppendage, Function, Modal, ModalCoordinate};
+use super::spatial::{Rigid, SpatialMotion, SpatialWrench};
+use super::tree::PlacedBody;
 use super::vector::{add, cross, dot, scale, spread, times, zero};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
@@ -12,9 +12,9 @@ use trueup_numerics::Scalar;
 impl<T: Scalar> Appendages<T> {
     /// How all appendages are bent and move: at these coordinates and rates, `placed` being the bodies' places. What acts on
     /// modes is then what springs and dampers do.
-    pub fn bend(&self, placed: &[Placed<T>], eta: &[T], rates: &[T], bent: &mut Bent<T>) {
+    pub fn bend(&self, placed: &[PlacedBody<T>], eta: &[T], rates: &[T], bent: &mut DeformedAppendages<T>) {
         bent.clear();
-        bent.coupling.extend(self.modes.iter().map(|_| Wrench::zero()));
+        bent.coupling.extend(self.modes.iter().map(|_| SpatialWrench::zero()));
         bent.bias.extend(self.modes.iter().map(|_| T::zero()));
         bent.rates.extend(self.modes.iter().zip(rates).map(|(_, r)| *r));
         let states = eta.iter().zip(rates);
@@ -23,13 +23,19 @@ impl<T: Scalar> Appendages<T> {
         self.parts.iter().for_each(|part| self.bend_one(part, placed, (eta, rates), bent));
     }
 
-    fn bend_one(&self, part: &Part<T>, placed: &[Placed<T>], (eta, rates): (&[T], &[T]), bent: &mut Bent<T>) {
+    fn bend_one(
+        &self,
+        part: &FlexibleAppendage<T>,
+        placed: &[PlacedBody<T>],
+        (eta, rates): (&[T], &[T]),
+        bent: &mut DeformedAppendages<T>,
+    ) {
         let velocity = placed[part.on].velocity;
         let (omega, v) = (velocity.angular, velocity.linear);
         let (first, last) = part.modes;
         let mut now = part.rigid;
         // Its momentum by the modes' rates, and how its inertia changes.
-        let (mut own, mut change) = (Wrench::zero(), [zero(); 3]);
+        let (mut own, mut change) = (SpatialWrench::zero(), [zero(); 3]);
         let mut fixed = first;
         for g in part.functions.0..part.functions.1 {
             let Function { square, area, moment, modes } = self.functions[g];
@@ -52,7 +58,7 @@ impl<T: Scalar> Appendages<T> {
             let pull = add(add(turned, cross(omega, cross(omega, arm))), scale(area, cross(omega, v)));
             for j in mine() {
                 let along = self.modes[j].along;
-                bent.coupling[j] = Wrench { torque: cross(arm, along), force: scale(area, along) }; // (SFF-5)
+                bent.coupling[j] = SpatialWrench { torque: cross(arm, along), force: scale(area, along) }; // (SFF-5)
                 bent.bias[j] = dot(along, pull); // (SFF-5)
                 fixed += 1;
             }
@@ -71,7 +77,7 @@ impl<T: Scalar> Appendages<T> {
             self.second_order[s].bend((eta, rates), (omega, v), modal, of_body)
         });
         // Momentum along a line is how the first moment changes.
-        let mut bias = Wrench {
+        let mut bias = SpatialWrench {
             torque: add(times(&change, omega), cross(own.force, v)),
             force: cross(omega, own.force),
         };
@@ -93,17 +99,17 @@ pub struct BentPart<T> {
     /// Its inertia, modes held.
     pub rigid: Rigid<T>,
     /// The wrench that it takes when neither carrier nor modes accelerate.
-    pub bias: Wrench<T>,
+    pub bias: SpatialWrench<T>,
     /// Its momentum.
-    pub momentum: Wrench<T>,
+    pub momentum: SpatialWrench<T>,
 }
 
 /// All appendages at an instant.
 #[derive(Clone, Debug)]
-pub struct Bent<T> {
+pub struct DeformedAppendages<T> {
     parts: ArrayVec<BentPart<T>, MAX_APPENDAGES>,
     /// Momentum per unit of each mode's rate, carrier's axes and origin.
-    coupling: Modal<Wrench<T>>,
+    coupling: Modal<SpatialWrench<T>>,
     bias: Modal<T>,
     rates: Modal<T>,
     /// What acts on each mode, N (N.m).
@@ -112,13 +118,13 @@ pub struct Bent<T> {
     pub ends: Ends<T>,
 }
 
-impl<T: Scalar> Default for Bent<T> {
+impl<T: Scalar> Default for DeformedAppendages<T> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Scalar> Bent<T> {
+impl<T: Scalar> DeformedAppendages<T> {
     /// Memory for [`Appendages::bend`].
     #[inline]
     pub fn new() -> Self {
@@ -134,7 +140,7 @@ impl<T: Scalar> Bent<T> {
         }
     }
     /// A wrench on what body `on` carries (body axes about its origin) does work on the modes of its link.
-    pub(super) fn push(&mut self, on: usize, wrench: Wrench<T>) {
+    pub(super) fn push(&mut self, on: usize, wrench: SpatialWrench<T>) {
         let Some((_, end)) = self.ends.of(on) else { return };
         (end.modes.0..end.modes.1).for_each(|j| self.force[j] += self.ends.column(j).power(wrench)); // (LNK-3)
     }
@@ -144,8 +150,8 @@ impl<T: Scalar> Bent<T> {
         [&mut self.bias, &mut self.rates, &mut self.force].into_iter().for_each(ArrayVec::clear);
     }
     /// With the appendages that it is of, as the sweeps over bodies read it.
-    pub fn of<'a>(&'a self, appendages: &'a Appendages<T>) -> Flexing<'a, T> {
-        Flexing {
+    pub fn of<'a>(&'a self, appendages: &'a Appendages<T>) -> DeformationView<'a, T> {
+        DeformationView {
             parts: appendages.parts(),
             modes: appendages.modes(),
             now: &self.parts,
@@ -160,15 +166,15 @@ impl<T: Scalar> Bent<T> {
 
 /// Appendages and how they are bent, as the sweeps over bodies read them.
 #[derive(Clone, Copy, Debug)]
-pub struct Flexing<'a, T> {
+pub struct DeformationView<'a, T> {
     /// The appendages.
-    pub parts: &'a [Part<T>],
+    pub parts: &'a [FlexibleAppendage<T>],
     /// Their modes.
-    pub modes: &'a [Mode<T>],
+    pub modes: &'a [ModalCoordinate<T>],
     /// The state of each appendage at this instant.
     pub now: &'a [BentPart<T>],
     /// Per mode momentum of the appendage per unit of its rate, carrier's axes and origin.
-    pub coupling: &'a [Wrench<T>],
+    pub coupling: &'a [SpatialWrench<T>],
     /// Per mode the force that it takes when neither it nor the carrier accelerates, N (N.m).
     pub bias: &'a [T],
     /// Per mode its rate, m/s (rad/s).
@@ -181,31 +187,36 @@ pub struct Flexing<'a, T> {
 
 /// The end of a link, which carries other bodies.
 #[derive(Clone, Copy)]
-pub(super) struct Carrying<'a, T> {
+pub(super) struct CarryingLinkEnd<'a, T> {
     pub(super) number: usize,
-    pub(super) end: &'a End<T>,
+    pub(super) end: &'a LinkEndMotion<T>,
     ends: &'a Ends<T>,
 }
 
-impl<T: Scalar> Carrying<'_, T> {
+impl<T: Scalar> CarryingLinkEnd<'_, T> {
     /// Its modes with its motion per unit of their rates.
-    pub(super) fn columns(&self) -> impl Iterator<Item = (usize, Motion<T>)> + '_ {
+    pub(super) fn columns(&self) -> impl Iterator<Item = (usize, SpatialMotion<T>)> + '_ {
         (self.end.modes.0..self.end.modes.1).map(|j| (j, self.ends.column(j)))
     }
     /// What its acceleration has beyond that of the body, which moves so, and that of the modes.
-    pub(super) fn bias(&self, velocity: Motion<T>) -> Motion<T> {
+    pub(super) fn bias(&self, velocity: SpatialMotion<T>) -> SpatialMotion<T> {
         velocity.cross(self.end.velocity).plus(self.end.bias) // (LNK-3)
     }
     /// Its acceleration, of a body with this acceleration and velocity, and with these of the modes.
-    pub(super) fn acceleration(&self, body: Motion<T>, velocity: Motion<T>, modal: &[T]) -> Motion<T> {
+    pub(super) fn acceleration(
+        &self,
+        body: SpatialMotion<T>,
+        velocity: SpatialMotion<T>,
+        modal: &[T],
+    ) -> SpatialMotion<T> {
         body.plus(self.bias(velocity)).plus(self.ends.moved(self.end, modal))
     }
 }
 
-impl<'a, T: Scalar> Flexing<'a, T> {
+impl<'a, T: Scalar> DeformationView<'a, T> {
     /// None.
     pub fn none() -> Self {
-        Flexing {
+        DeformationView {
             parts: &[],
             modes: &[],
             now: &[],
@@ -227,8 +238,8 @@ impl<'a, T: Scalar> Flexing<'a, T> {
     }
     /// The end of this body's link, if it bends.
     #[inline]
-    pub(super) fn end(&self, body: usize) -> Option<Carrying<'a, T>> {
+    pub(super) fn end(&self, body: usize) -> Option<CarryingLinkEnd<'a, T>> {
         let ends = self.ends?;
-        ends.of(body).map(|(number, end)| Carrying { number, end, ends })
+        ends.of(body).map(|(number, end)| CarryingLinkEnd { number, end, ends })
     }
 }

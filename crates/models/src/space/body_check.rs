@@ -1,7 +1,7 @@
 //! What no rigid body has: a quaternion that is not of length 1, an inertia that is none.
 
 use super::attitude::{Quaternion, square};
-use super::vector::{Matrix, cross, dot};
+use super::vector::{Matrix3, cross, dot};
 
 /// How far rounding in a file may take an inertia off symmetry and off the triangle inequality, relative.
 const ROUNDING: f64 = 1e-6;
@@ -16,7 +16,7 @@ pub(super) fn off_unit(q: Quaternion<f64>) -> bool {
 }
 
 /// What keeps a matrix from being a body's inertia about its centre of mass.
-pub(super) fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
+pub(super) fn inertia_fault(i: &Matrix3<f64>) -> Option<String> {
     let size = i[0][0].abs() + i[1][1].abs() + i[2][2].abs();
     for (a, b) in [(0, 1), (0, 2), (1, 2)] {
         if (i[a][b] - i[b][a]).abs() > ROUNDING * size {
@@ -42,7 +42,7 @@ pub(super) fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
 }
 
 /// What no body of matter has, though its motion can be computed: published tables and identified robots have it.
-pub(super) fn inertia_doubt(i: &Matrix<f64>) -> Option<String> {
+pub(super) fn inertia_doubt(i: &Matrix3<f64>) -> Option<String> {
     let moments = principal(i);
     (moments[2] > (moments[0] + moments[1]) * (1.0 + ROUNDING)).then(|| {
         format!(
@@ -53,7 +53,7 @@ pub(super) fn inertia_doubt(i: &Matrix<f64>) -> Option<String> {
 }
 
 /// Eigenvalues of a symmetric matrix, ascending (Smith 1961).
-fn principal(m: &Matrix<f64>) -> [f64; 3] {
+fn principal(m: &Matrix3<f64>) -> [f64; 3] {
     let off = m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2];
     let mean = (m[0][0] + m[1][1] + m[2][2]) / 3.0;
     let spread = (0..3).map(|k| (m[k][k] - mean).powi(2)).sum::<f64>() + 2.0 * off;
@@ -61,7 +61,7 @@ fn principal(m: &Matrix<f64>) -> [f64; 3] {
     if p == 0.0 {
         return [mean; 3];
     }
-    let b: Matrix<f64> =
+    let b: Matrix3<f64> =
         [0, 1, 2].map(|i| [0, 1, 2].map(|j| (m[i][j] - if i == j { mean } else { 0.0 }) / p));
     let det = dot(b[0], cross(b[1], b[2]));
     let angle = (0.5 * det).clamp(-1.0, 1.0).acos() / 3.0;

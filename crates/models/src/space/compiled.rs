@@ -1,10 +1,10 @@
 //! The robot in space as a [`Plant`](trueup_plant::Plant).
 
-use super::instant::Instant;
+use super::instant::RobotInstant;
 use super::layout::{Inputs, Outputs, Parameters, States};
 use super::model::SpatialFreeFlyer;
-use super::prescribed::Led;
-use super::tree::Joint;
+use super::prescribed::PrescribedAccelerations;
+use super::tree::JointType;
 use crate::compiled::{self, PlantModel};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
@@ -16,8 +16,14 @@ impl SpatialFreeFlyer {
     /// Rates of the states with forces on the coordinates, where some accelerations are given: of a base that floats the force
     /// on its centre of mass, inertial axes, and the torque, base axes; of each joint; of each motor that moves by itself. Empty:
     /// none. They do not act on prescribed motors.
-    pub(crate) fn rates_under<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, force: &[T], dx: &mut [T]) {
-        let mut now = Instant::new();
+    pub(crate) fn rates_under<T: Scalar>(
+        &self,
+        at: At<T>,
+        led: PrescribedAccelerations<'_, T>,
+        force: &[T],
+        dx: &mut [T],
+    ) {
+        let mut now = RobotInstant::new();
         now.set(self, &at);
         now.push(self, force);
         now.lead(self, &led);
@@ -98,7 +104,7 @@ impl PlantModel for SpatialFreeFlyer {
             }
         }
         let first = all.len();
-        let unit = |j: usize| if s.tree.joint[j] == Joint::Prismatic { "N" } else { "N.m" };
+        let unit = |j: usize| if s.tree.joint[j] == JointType::Prismatic { "N" } else { "N.m" };
         for (j, name) in elements("joint", &[s.bodies()]).into_iter().enumerate() {
             let kind = if self.motor_row(j).is_some() { CoordinateKind::Link } else { CoordinateKind::Motor };
             let states = (Some(row.joint_angle + j), row.joint_velocity + j);
@@ -119,7 +125,7 @@ impl PlantModel for SpatialFreeFlyer {
     }
 
     fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
-        SpatialFreeFlyer::rates_under(self, at, Led::none(), force, dx);
+        SpatialFreeFlyer::rates_under(self, at, PrescribedAccelerations::none(), force, dx);
     }
 
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {

@@ -6,10 +6,10 @@
 
 use super::MAX_APPENDAGES;
 use super::end::Ends;
-use super::joint_drive::{Drive, Rotor};
-use super::snapshot::Snapshot;
-use super::spatial::{Motion, Rigid, Wrench};
-use super::tree::{All, Tree, all, subspace};
+use super::joint_drive::{JointDrive, Rotor};
+use super::snapshot::RobotSnapshot;
+use super::spatial::{Rigid, SpatialMotion, SpatialWrench};
+use super::tree::{PerBody, Tree, all, subspace};
 use super::vector::{add, cross, dot, scale, times, zero};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
@@ -20,7 +20,7 @@ pub const BASE: usize = 6;
 /// Row of each rotor that moves by itself, and the number of coordinates.
 pub fn rotor_rows<T: Scalar>(
     tree: &Tree,
-    drives: &[Drive<T>],
+    drives: &[JointDrive<T>],
 ) -> ([Option<usize>; super::MAX_BODIES], usize) {
     let mut rows = [None; super::MAX_BODIES];
     let mut next = BASE + tree.bodies();
@@ -34,20 +34,21 @@ pub fn rotor_rows<T: Scalar>(
 }
 
 /// Of each body (own axes; index 0: the base) the rigid inertia of it and of all that it carries, appendages as they are bent.
-pub(super) fn composite_bodies<T: Scalar>(now: &Snapshot<'_, T>) -> All<Rigid<T>> {
+pub(super) fn composite_bodies<T: Scalar>(now: &RobotSnapshot<'_, T>) -> PerBody<Rigid<T>> {
     composites(now).0
 }
 
 /// The same, and of the end of each link what it carries, own axes of the link's body.
-fn composites<T: Scalar>(now: &Snapshot<'_, T>) -> (All<Rigid<T>>, Carried<Rigid<T>>) {
-    let Snapshot { tree, base, bodies, placed, flexing, .. } = *now;
+fn composites<T: Scalar>(now: &RobotSnapshot<'_, T>) -> (PerBody<Rigid<T>>, LinkEndComposite<Rigid<T>>) {
+    let RobotSnapshot { tree, base, bodies, placed, flexing, .. } = *now;
     let mut composite = all(tree.bodies(), *base);
     (1..=tree.bodies()).for_each(|i| composite[i] = bodies[i].rigid);
     for (part, bent) in flexing.parts.iter().zip(flexing.now) {
         composite[part.on] = composite[part.on].plus(&bent.rigid);
     }
     let nothing = Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] };
-    let mut carried: Carried<_> = (0..flexing.ends.map_or(0, Ends::count)).map(|_| nothing).collect();
+    let mut carried: LinkEndComposite<_> =
+        (0..flexing.ends.map_or(0, Ends::count)).map(|_| nothing).collect();
     for i in (1..=tree.bodies()).rev() {
         let parent = tree.parent[i - 1];
         let mine = composite[i].outwards(&placed[i].frame);
@@ -60,18 +61,18 @@ fn composites<T: Scalar>(now: &Snapshot<'_, T>) -> (All<Rigid<T>>, Carried<Rigid
 }
 
 /// Of all ends of links.
-type Carried<V> = ArrayVec<V, MAX_APPENDAGES>;
+type LinkEndComposite<V> = ArrayVec<V, MAX_APPENDAGES>;
 
 /// Of a wrench on body `at`, in its axes, what works on the coordinates of the joints and links that carry that body, and on
 /// the base's: `put` gets the row and the value.
 fn climb<T: Scalar>(
-    now: &Snapshot<'_, T>,
+    now: &RobotSnapshot<'_, T>,
     modal: usize,
-    mut f: Wrench<T>,
+    mut f: SpatialWrench<T>,
     mut at: usize,
     mut put: impl FnMut(usize, T),
 ) {
-    let Snapshot { tree, bodies, placed, flexing, .. } = *now;
+    let RobotSnapshot { tree, bodies, placed, flexing, .. } = *now;
     while at > 0 {
         put(BASE + at - 1, subspace(tree.joint[at - 1], bodies[at].axis).power(f));
         f = placed[at].frame.outwards(f);
@@ -84,8 +85,8 @@ fn climb<T: Scalar>(
 }
 
 /// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] gives, and those of the modes.
-pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
-    let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
+pub fn mass_matrix<T: Scalar>(now: &RobotSnapshot<'_, T>, m: &mut [T]) {
+    let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
     let (rotors, modal) = rotor_rows(tree, drives);
     let size = modal + flexing.modes.len();
@@ -153,8 +154,8 @@ pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
 }
 
 /// The motion of one unit of a base coordinate.
-fn unit<T: Scalar>(k: usize) -> Motion<T> {
-    let mut m = Motion::zero();
+fn unit<T: Scalar>(k: usize) -> SpatialMotion<T> {
+    let mut m = SpatialMotion::zero();
     if k < 3 {
         m.linear[k] = T::one()
     } else {
@@ -163,7 +164,7 @@ fn unit<T: Scalar>(k: usize) -> Motion<T> {
     m
 }
 /// The part of a wrench that works on a base coordinate.
-fn component<T: Scalar>(w: Wrench<T>, k: usize) -> T {
+fn component<T: Scalar>(w: SpatialWrench<T>, k: usize) -> T {
     if k < 3 { w.force[k] } else { w.torque[k - 3] }
 }
 
@@ -171,18 +172,18 @@ fn component<T: Scalar>(w: Wrench<T>, k: usize) -> T {
 /// by themselves, and the modes, springs and dampers not counted; in the order of the coordinates (SFF-2, SFF-6, SFF-11). With
 /// all 0 this is C v.
 pub fn forces<T: Scalar>(
-    now: &Snapshot<'_, T>,
-    acceleration: (Motion<T>, &[T], &[T]),
+    now: &RobotSnapshot<'_, T>,
+    acceleration: (SpatialMotion<T>, &[T], &[T]),
     modes: &[T],
     out: &mut [T],
 ) {
-    let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
+    let RobotSnapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
     let (rotors, modal) = rotor_rows(tree, drives);
     let mut a = all(n, acceleration.0);
     // Per joint of what carries it.
-    let mut carrier = all(n, Motion::zero());
-    let mut f = all(n, Wrench::zero());
+    let mut carrier = all(n, SpatialMotion::zero());
+    let mut f = all(n, SpatialWrench::zero());
     f[0] = placed[0].velocity.cross_wrench(base.times(placed[0].velocity)).plus(base.times(a[0]));
     for i in 1..=n {
         let own = subspace(tree.joint[i - 1], bodies[i].axis).times(acceleration.1[i - 1]);
@@ -228,8 +229,8 @@ pub fn forces<T: Scalar>(
 }
 
 /// Momentum of all bodies, appendages and rotors about the base's centre of mass, base axes (SFF-9), and the kinetic energy, J.
-pub fn momentum<T: Scalar>(now: &Snapshot<'_, T>) -> (Wrench<T>, T) {
-    let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
+pub fn momentum<T: Scalar>(now: &RobotSnapshot<'_, T>) -> (SpatialWrench<T>, T) {
+    let RobotSnapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
     let mut h = all(n, base.times(placed[0].velocity));
     let mut twice = placed[0].velocity.power(h[0]);

@@ -1,21 +1,21 @@
-//! What a robot is made of, as a file or a preset gives it: numbers with names, checked, before they become a [`Robot`].
+//! What a robot is made of, as a file or a preset gives it: numbers with names, checked, before they become a [`RigidRobot`].
 
 use super::MAX_BODIES;
-use super::analysis::Robot;
+use super::analysis::RigidRobot;
 use super::appendage::Beam;
 use super::attitude::{Quaternion, rotation, square, unit};
 use super::body_check::{inertia_doubt, inertia_fault, off_unit};
 use super::flexible::Appendages;
 pub use super::flexure::Flexure;
 use super::shapes::Shapes;
-use super::spatial::{Frame, Rigid};
-use super::table::{LinkTable, Table};
-use super::tree::{Body, Joint, Tree};
-use super::vector::{Matrix, Vector, dot};
+use super::spatial::{Rigid, SpatialFrame};
+use super::table::{LinkTable, ModeTable};
+use super::tree::{JointType, Tree, TreeBody};
+use super::vector::{Matrix3, Vector3, dot};
 
 /// What drives a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motor {
+pub struct DesignMotor {
     /// There is a spring between motor and body.
     pub flexible: bool,
     /// Of the rotor, joint side (gear ratio squared included), kg.m2 (kg of a prismatic joint).
@@ -28,7 +28,7 @@ pub struct Motor {
     pub damping: f64,
 }
 
-impl Default for Motor {
+impl Default for DesignMotor {
     /// A torque that is there, without a rotor.
     fn default() -> Self {
         Self { flexible: false, inertia: 0.0, gear_ratio: 1.0, stiffness: 0.0, damping: 0.0 }
@@ -39,9 +39,9 @@ impl Default for Motor {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thruster {
     /// From the base's centre of mass, m.
-    pub position: Vector<f64>,
+    pub position: Vector3<f64>,
     /// Of the force on the base.
-    pub direction: Vector<f64>,
+    pub direction: Vector3<f64>,
 }
 
 /// A beam on the base that bends (S1 3, 4), z along it from root to tip.
@@ -52,7 +52,7 @@ pub struct Appendage {
     /// Numbers of its shapes.
     pub shapes: Shapes,
     /// Its root, base axes, m.
-    pub position: Vector<f64>,
+    pub position: Vector3<f64>,
     /// Own axes to the base's: w, x, y, z.
     pub orientation: Quaternion<f64>,
     /// m.
@@ -73,7 +73,7 @@ impl Appendage {
     /// As the kernels have it.
     pub fn beam(&self) -> Beam<f64> {
         Beam {
-            frame: Frame { rotation: rotation(self.orientation), origin: self.position },
+            frame: SpatialFrame { rotation: rotation(self.orientation), origin: self.position },
             length: self.length,
             mass_per_length: self.mass_per_length,
             bending_stiffness: self.bending_stiffness,
@@ -86,67 +86,67 @@ impl Appendage {
 
 /// A moving body and the joint that it hangs on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Link {
+pub struct DesignLink {
     /// Its name.
     pub name: String,
     /// The body that carries it: 0 the base, 1 .. those before.
     pub parent: usize,
     /// What the joint leaves free.
-    pub joint: Joint,
+    pub joint: JointType,
     /// kg.
     pub mass: f64,
     /// Centre of mass, own axes, m.
-    pub center_of_mass: Vector<f64>,
+    pub center_of_mass: Vector3<f64>,
     /// About the centre of mass, own axes, kg.m2.
-    pub inertia: Matrix<f64>,
+    pub inertia: Matrix3<f64>,
     /// The joint in the carrier's axes, m.
-    pub position: Vector<f64>,
+    pub position: Vector3<f64>,
     /// Own axes at angle 0 to the carrier's: w, x, y, z.
     pub orientation: Quaternion<f64>,
     /// The joint's axis, own axes.
-    pub axis: Vector<f64>,
+    pub axis: Vector3<f64>,
     /// What drives the joint.
-    pub motor: Motor,
+    pub motor: DesignMotor,
 }
 
 /// The hand of an arm.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tip {
+pub struct DesignTip {
     /// Its name.
     pub name: String,
     /// The body that it is fixed to.
     pub body: usize,
     /// Where, own axes, m.
-    pub offset: Vector<f64>,
+    pub offset: Vector3<f64>,
     /// The point of the base that the arm's pull is given about, base axes, m.
-    pub mount: Vector<f64>,
+    pub mount: Vector3<f64>,
 }
 
 /// A robot: a base, whose axes have their origin in its centre of mass, bodies on joints, hands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Design {
+pub struct RobotDesign {
     /// Its name.
     pub name: String,
     /// kg.
     pub base_mass: f64,
     /// About the centre of mass, kg.m2.
-    pub base_inertia: Matrix<f64>,
+    pub base_inertia: Matrix3<f64>,
     /// Bodies, each after its carrier.
-    pub links: Vec<Link>,
+    pub links: Vec<DesignLink>,
     /// Hands.
-    pub tips: Vec<Tip>,
+    pub tips: Vec<DesignTip>,
     /// Thrusters of the base.
     pub thrusters: Vec<Thruster>,
     /// What bends on the base.
     pub appendages: Vec<Appendage>,
     /// What bends on the base by tables of modes.
-    pub tables: Vec<Table>,
+    pub tables: Vec<ModeTable>,
     /// Links that bend, by their beams.
     pub flexures: Vec<Flexure>,
     /// Links that bend, by their tables of modes.
     pub link_tables: Vec<LinkTable>,
     /// Bending shortens links that bend, so that loads along them stiffen or soften them (LNK-4); `None`: as
-    /// [`Design::stiffens`] decides.
+    /// [`RobotDesign::stiffens`] decides.
     pub axial_stiffening: Option<bool>,
     /// The base does not move.
     pub held: bool,
@@ -172,10 +172,10 @@ impl std::fmt::Display for DesignError {
 }
 impl std::error::Error for DesignError {}
 
-impl Design {
+impl RobotDesign {
     /// Where the arm that this body (from 1; 0 is the base) is on is mounted on the base, base axes, m: its first joint. A parent that
     /// does not come before its child ends the way.
-    pub fn mount(&self, mut body: usize) -> Vector<f64> {
+    pub fn mount(&self, mut body: usize) -> Vector3<f64> {
         while body > 0 && (1..body).contains(&self.links[body - 1].parent) {
             body = self.links[body - 1].parent;
         }
@@ -188,7 +188,7 @@ impl Design {
         let tables = self.tables.iter().chain(self.link_tables.iter().map(|l| &l.table));
         let all = base.chain(self.links.iter().map(|l| (l.name.as_str(), &l.inertia)));
         let all = all.chain(tables.map(|t| (t.name.as_str(), &t.inertia)));
-        let doubt = |(body, inertia): (&str, &Matrix<f64>)| {
+        let doubt = |(body, inertia): (&str, &Matrix3<f64>)| {
             inertia_doubt(inertia).map(|message| DesignError { body: body.into(), message })
         };
         all.filter_map(doubt).collect()
@@ -293,7 +293,7 @@ impl Design {
     }
 
     /// The robot with its appendages as they are unbent, parts of the base.
-    pub fn unbent(&self) -> Robot<f64> {
+    pub fn unbent(&self) -> RigidRobot<f64> {
         let mut appendages = Appendages::<f64>::new();
         let fit = self.appendages.iter().all(|a| appendages.add_beam(0, a.shapes, &a.beam()).is_ok())
             && self.tables.iter().all(|t| appendages.add_table(0, &t.frame(), &t.rigid(), &t.rows()).is_ok());
@@ -305,19 +305,19 @@ impl Design {
     }
 
     /// The robot with these values, without its appendages.
-    pub fn robot(&self) -> Robot<f64> {
-        let body = |l: &Link| Body {
+    pub fn robot(&self) -> RigidRobot<f64> {
+        let body = |l: &DesignLink| TreeBody {
             rigid: Rigid::new(l.mass, l.center_of_mass, &l.inertia),
-            mount: Frame { rotation: rotation(l.orientation), origin: l.position },
+            mount: SpatialFrame { rotation: rotation(l.orientation), origin: l.position },
             axis: unit(l.axis),
         };
-        let nothing = Body {
+        let nothing = TreeBody {
             rigid: Rigid { mass: 0.0, first: [0.0; 3], inertia: [[0.0; 3]; 3] },
-            mount: Frame { rotation: super::vector::identity(), origin: [0.0; 3] },
+            mount: SpatialFrame { rotation: super::vector::identity(), origin: [0.0; 3] },
             axis: [0.0, 0.0, 1.0],
         };
         let bodies = std::iter::once(nothing).chain(self.links.iter().map(body)).collect();
-        Robot {
+        RigidRobot {
             tree: Tree {
                 parent: self.links.iter().map(|l| l.parent).collect(),
                 joint: self.links.iter().map(|l| l.joint).collect(),
@@ -335,7 +335,7 @@ mod tests {
 
     #[test]
     fn what_no_body_can_be_is_refused_with_its_name_and_value() {
-        type Change = fn(&mut Design);
+        type Change = fn(&mut RobotDesign);
         let wrong: [(Change, &str, &str); 8] = [
             (|d| d.links[0].inertia[0][1] = 0.3, "link 1", "inertia[1,2] = 0.3 but inertia[2,1] = 0"),
             (|d| d.links[2].inertia[0][0] = -1.0, "link 3", "all must be above 0"),

@@ -1,18 +1,18 @@
 //! Accelerations, mass matrix and bias of `SpatialFreeFlyer`.
 
-use super::articulated::Found;
+use super::articulated::SweepResult;
 use super::attitude::{self, four};
 use super::composite::{forces, mass_matrix, rotor_rows};
-use super::instant::Instant;
+use super::instant::RobotInstant;
 use super::joint_drive::Rotor;
 use super::model::SpatialFreeFlyer;
-use super::prescribed::Led;
-use super::spatial::Motion;
+use super::prescribed::PrescribedAccelerations;
+use super::spatial::SpatialMotion;
 use super::tree::Joints;
 use super::vector::{add, cross, times};
 use super::{MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// Most states.
 const MAX_STATES: usize = 13 + 2 * (2 * MAX_BODIES + MAX_MODES_OF_ALL);
@@ -21,7 +21,7 @@ impl SpatialFreeFlyer {
     /// M (SFF-8) into `m`, row by row; returns the number of its rows. They are the base's velocity and its rate, both in
     /// **base axes**, the joints, the motors of flexible joints, the modes.
     pub fn mass_matrix<T: Scalar>(&self, at: &At<T>, m: &mut [T]) -> usize {
-        let mut now = Instant::new();
+        let mut now = RobotInstant::new();
         now.set(self, at);
         mass_matrix(&now.snapshot(self), m);
         rotor_rows(&self.structure.tree, &now.drives).1 + self.structure.modes()
@@ -29,15 +29,15 @@ impl SpatialFreeFlyer {
 
     /// C v (SFF-11) into `out`: the forces of a motion without accelerations, rows as in [`Self::mass_matrix`].
     pub fn bias<T: Scalar>(&self, at: &At<T>, out: &mut [T]) {
-        let mut now = Instant::new();
+        let mut now = RobotInstant::new();
         now.set(self, at);
         let none = [T::zero(); MAX_DOFS];
-        forces(&now.snapshot(self), (Motion::zero(), &none, &none), &none, out);
+        forces(&now.snapshot(self), (SpatialMotion::zero(), &none, &none), &none, out);
     }
 
     /// Stiffness of all modes, N/m (N.m/rad), in the order of the coordinates.
     pub fn modal_stiffness(&self, p: &[f64]) -> Vec<f64> {
-        let mut now = Instant::new();
+        let mut now = RobotInstant::new();
         let (x, u) = (self.at_rest(p), vec![0.0; self.sizes.inputs]);
         now.set(self, &At { t: 0.0, x: &x, u: &u, p, modes: &[] });
         now.appendages.modes().iter().map(|m| m.stiffness).collect()
@@ -45,7 +45,7 @@ impl SpatialFreeFlyer {
 
     /// How far the end of the link of this body (from 1) is turned by bending, rad; twist counts.
     pub fn end_turn(&self, x: &[f64], p: &[f64], body: usize) -> f64 {
-        let mut now = Instant::new();
+        let mut now = RobotInstant::new();
         let u = vec![0.0; self.sizes.inputs];
         now.set(self, &At { t: 0.0, x, u: &u, p, modes: &[] });
         let [w, a, b, c] = now.end_turn(body);
@@ -64,7 +64,7 @@ impl SpatialFreeFlyer {
         let mut x = [0.0; MAX_STATES];
         x[..self.state.base_velocity].copy_from_slice(&at.x[..self.state.base_velocity]);
         let x = &x[..at.x.len()];
-        let mut now = Instant::new();
+        let mut now = RobotInstant::new();
         now.set(self, &At { x, ..at });
         now.rest(self.structure.held);
         for (j, change) in motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
@@ -81,15 +81,21 @@ impl SpatialFreeFlyer {
 
     /// Rates of the states where some accelerations are given.
     #[inline(never)]
-    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T]) {
+    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: PrescribedAccelerations<'_, T>, dx: &mut [T]) {
         self.rates_with_torques(at, led, dx, &mut []);
     }
 
     /// The same, and the torques on the prescribed motors in addition to those of their springs, N.m, joint side, where there is room
     /// for all joints; 0 of the others.
     #[inline(never)]
-    pub fn rates_with_torques<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T], needed: &mut [T]) {
-        let mut now = Instant::new();
+    pub fn rates_with_torques<T: Scalar>(
+        &self,
+        at: At<T>,
+        led: PrescribedAccelerations<'_, T>,
+        dx: &mut [T],
+        needed: &mut [T],
+    ) {
+        let mut now = RobotInstant::new();
         now.set(self, &at);
         now.lead(self, &led);
         self.accelerate_led(&now, &at, &led, dx, needed);
@@ -98,9 +104,9 @@ impl SpatialFreeFlyer {
     /// The same at an instant that leads those.
     pub(super) fn accelerate_led<T: Scalar>(
         &self,
-        now: &Instant<T>,
+        now: &RobotInstant<T>,
         at: &At<T>,
-        led: &Led<'_, T>,
+        led: &PrescribedAccelerations<'_, T>,
         dx: &mut [T],
         needed: &mut [T],
     ) {
@@ -117,7 +123,7 @@ impl SpatialFreeFlyer {
 
     /// Rates of the states of the robot at this instant; gives what was found of the rotors.
     #[inline]
-    fn accelerate<T: Scalar>(&self, now: &Instant<T>, at: &At<T>, dx: &mut [T]) -> Joints<T> {
+    fn accelerate<T: Scalar>(&self, now: &RobotInstant<T>, at: &At<T>, dx: &mut [T]) -> Joints<T> {
         let (row, n, base) = (&self.state, self.structure.bodies(), now.placed[0]);
         let (omega, v) = (base.velocity.angular, base.velocity.linear);
         let modes = self.structure.modes();
@@ -125,7 +131,7 @@ impl SpatialFreeFlyer {
         rotor.extend((0..n).map(|_| T::zero()));
         let (before, modal) = dx.split_at_mut(row.modal_velocity);
         let joint = &mut before[row.joint_velocity..][..n];
-        let out = Found { joint, rotor: &mut rotor, modal: &mut modal[..modes] };
+        let out = SweepResult { joint, rotor: &mut rotor, modal: &mut modal[..modes] };
         let found = now.accelerations(self, out);
         if !self.structure.held {
             dx[row.base_position..][..3].copy_from_slice(&at.x[row.base_velocity..][..3]);
@@ -148,7 +154,7 @@ impl SpatialFreeFlyer {
 }
 
 impl Hybrid for SpatialFreeFlyer {
-    fn sizes(&self) -> Sizes {
+    fn sizes(&self) -> ModelSizes {
         self.sizes
     }
 
@@ -181,16 +187,16 @@ impl Hybrid for SpatialFreeFlyer {
     fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        self.rates_led(at, Led::none(), dx);
+        self.rates_led(at, PrescribedAccelerations::none(), dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        self.outputs_led(at, Led::none(), y, &mut []);
+        self.outputs_led(at, PrescribedAccelerations::none(), y, &mut []);
     }
 
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
 
-    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
-        Update::default()
+    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> EventUpdate {
+        EventUpdate::default()
     }
 }

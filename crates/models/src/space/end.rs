@@ -8,33 +8,33 @@
 //! Everything is in the axes of the body whose link it is, motions about that body's origin.
 
 use super::flexible::{Appendages, LinkEnd, Modal};
-use super::spatial::{Frame, Motion};
-use super::vector::{Matrix, Vector, add, cross, dot, identity, scale, sub, times, zero};
+use super::spatial::{SpatialFrame, SpatialMotion};
+use super::vector::{Matrix3, Vector3, add, cross, dot, identity, scale, sub, times, zero};
 use super::{MAX_APPENDAGES, MAX_BODIES};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 
 /// A link's end at an instant.
 #[derive(Clone, Copy, Debug)]
-pub struct End<T> {
+pub struct LinkEndMotion<T> {
     /// The first of its modes and the one after the last.
     pub modes: (usize, usize),
     /// Axes that move with the end, and are the body's own while it is unbent.
-    pub frame: Frame<T>,
+    pub frame: SpatialFrame<T>,
     /// Gibbs' vector of its rotation.
-    pub gibbs: Vector<T>,
+    pub gibbs: Vector3<T>,
     /// Its motion against the body.
-    pub velocity: Motion<T>,
+    pub velocity: SpatialMotion<T>,
     /// What its acceleration against the body has beyond the columns times the modes' accelerations.
-    pub bias: Motion<T>,
+    pub bias: SpatialMotion<T>,
 }
 
 /// The ends of all links at an instant.
 #[derive(Clone, Debug)]
 pub struct Ends<T> {
-    all: ArrayVec<End<T>, MAX_APPENDAGES>,
+    all: ArrayVec<LinkEndMotion<T>, MAX_APPENDAGES>,
     /// Motion of the end per unit of each mode's rate; 0 of modes that carry nothing.
-    columns: Modal<Motion<T>>,
+    columns: Modal<SpatialMotion<T>>,
     /// Per body which of the ends is its own.
     of: [Option<usize>; MAX_BODIES + 1],
 }
@@ -51,20 +51,20 @@ impl<T: Scalar> Ends<T> {
         self.all.clear();
         self.columns.clear();
         self.of = [None; MAX_BODIES + 1];
-        self.columns.extend(appendages.modes().iter().map(|_| Motion::zero()));
+        self.columns.extend(appendages.modes().iter().map(|_| SpatialMotion::zero()));
         for link in &appendages.links {
             self.of[link.on] = Some(self.all.len());
-            let end = End::new(link, appendages, (eta, rates), &mut self.columns);
+            let end = LinkEndMotion::new(link, appendages, (eta, rates), &mut self.columns);
             self.all.push(end);
         }
     }
     /// A point that is fixed to what this body carries, from its unbent position to its present one, body axes.
-    pub fn displaced(&self, body: usize, place: Vector<T>) -> Vector<T> {
+    pub fn displaced(&self, body: usize, place: Vector3<T>) -> Vector3<T> {
         self.of(body).map_or(place, |(_, e)| add(e.frame.origin, times(&e.frame.rotation, place)))
     }
     /// Of this body, if its link bends: its number and its model.
     #[inline]
-    pub fn of(&self, body: usize) -> Option<(usize, &End<T>)> {
+    pub fn of(&self, body: usize) -> Option<(usize, &LinkEndMotion<T>)> {
         self.of[body].map(|e| (e, &self.all[e]))
     }
     /// How many there are.
@@ -73,22 +73,22 @@ impl<T: Scalar> Ends<T> {
     }
     /// Motion of the end per unit of the rate of mode `j`.
     #[inline]
-    pub fn column(&self, j: usize) -> Motion<T> {
+    pub fn column(&self, j: usize) -> SpatialMotion<T> {
         self.columns[j]
     }
     /// Motion of the end by these rates (or accelerations) of the modes.
-    pub fn moved(&self, end: &End<T>, modal: &[T]) -> Motion<T> {
+    pub fn moved(&self, end: &LinkEndMotion<T>, modal: &[T]) -> SpatialMotion<T> {
         let (first, last) = end.modes;
-        (first..last).fold(Motion::zero(), |sum, j| sum.plus(self.columns[j].times(modal[j])))
+        (first..last).fold(SpatialMotion::zero(), |sum, j| sum.plus(self.columns[j].times(modal[j])))
     }
 }
 
-impl<T: Scalar> End<T> {
+impl<T: Scalar> LinkEndMotion<T> {
     fn new(
         link: &LinkEnd<T>,
         appendages: &Appendages<T>,
         (eta, rates): (&[T], &[T]),
-        columns: &mut [Motion<T>],
+        columns: &mut [SpatialMotion<T>],
     ) -> Self {
         let (first, last) = link.modes;
         let reach = &appendages.reach[first..last];
@@ -102,7 +102,7 @@ impl<T: Scalar> End<T> {
             theta = add(theta, scale(*eta, unit.angular)); // (LNK-2)
         }
         // What accelerations of shift and theta have of rates in pairs.
-        let mut pairs = Motion::zero();
+        let mut pairs = SpatialMotion::zero();
         if let Some(second_order) = link.second_order.map(|s| &appendages.second_order[s]) {
             second_order.end(all_eta, |j, by| {
                 let eta = eta[j - first] * 0.5;
@@ -112,27 +112,28 @@ impl<T: Scalar> End<T> {
             });
             second_order.end(all_rates, |j, by| pairs = pairs.plus(by.times(rates[j - first])));
         }
-        let moving = columns.iter().zip(rates).fold(Motion::zero(), |sum, (c, r)| sum.plus(c.times(*r)));
+        let moving =
+            columns.iter().zip(rates).fold(SpatialMotion::zero(), |sum, (c, r)| sum.plus(c.times(*r)));
         let (shifting, turning) = (moving.linear, moving.angular);
         let half = T::constant(0.5);
         let gibbs = scale(half, theta);
         let share = T::one() / (dot(gibbs, gibbs) + 1.0);
         let place = add(link.place, shift);
         // The rate of a rotation by that of its Gibbs vector, linear in it.
-        let rate = |turning: Vector<T>| scale(share, add(turning, cross(gibbs, turning))); // (LNK-2)
+        let rate = |turning: Vector3<T>| scale(share, add(turning, cross(gibbs, turning))); // (LNK-2)
         for column in columns.iter_mut() {
             let angular = rate(column.angular);
-            *column = Motion { angular, linear: add(column.linear, cross(place, angular)) };
+            *column = SpatialMotion { angular, linear: add(column.linear, cross(place, angular)) };
         }
         let omega = rate(turning);
         let slower = sub(rate(pairs.angular), scale(share * dot(gibbs, turning), omega));
         let rotation = turned(gibbs, share);
         Self {
             modes: link.modes,
-            frame: Frame { rotation, origin: sub(place, times(&rotation, link.place)) },
+            frame: SpatialFrame { rotation, origin: sub(place, times(&rotation, link.place)) },
             gibbs,
-            velocity: Motion { angular: omega, linear: add(shifting, cross(place, omega)) },
-            bias: Motion {
+            velocity: SpatialMotion { angular: omega, linear: add(shifting, cross(place, omega)) },
+            bias: SpatialMotion {
                 angular: slower,
                 linear: add(pairs.linear, add(cross(place, slower), cross(shifting, omega))),
             },
@@ -141,7 +142,7 @@ impl<T: Scalar> End<T> {
 }
 
 /// The rotation of Gibbs' vector g, `share` being 1 / (1 + g^2): 1 + 2 share ([g x] + [g x]^2).
-fn turned<T: Scalar>(g: Vector<T>, share: T) -> Matrix<T> {
+fn turned<T: Scalar>(g: Vector3<T>, share: T) -> Matrix3<T> {
     let mut m = identity();
     let two = share * 2.0;
     let square = dot(g, g);

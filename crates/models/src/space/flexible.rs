@@ -13,10 +13,10 @@
 //! geometric stiffness). Above about a fifth of the first frequency the spin softens it falsely: bending in the plane of the
 //! spin by the square of the spin's rate. Of links it may be counted ([`super::second_order`]).
 
-pub use super::bent::{Bent, BentPart, Flexing};
+pub use super::bent::{BentPart, DeformationView, DeformedAppendages};
 use super::second_order::SecondOrder;
-use super::spatial::{Motion, Rigid, Wrench};
-use super::vector::Vector;
+use super::spatial::{Rigid, SpatialMotion, SpatialWrench};
+use super::vector::Vector3;
 use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
@@ -29,18 +29,18 @@ pub struct Function<T> {
     /// f, kg.
     pub area: T,
     /// f times the place, carrier's axes, kg.m.
-    pub moment: Vector<T>,
+    pub moment: Vector3<T>,
     /// The modes that shift matter by it, each along a direction of its own.
     pub modes: [Option<usize>; 2],
 }
 
 /// A mode: mass, spring and damper of its coordinate (m; rad where it turns), and what it moves.
 #[derive(Clone, Copy, Debug)]
-pub struct Mode<T> {
+pub struct ModalCoordinate<T> {
     /// Where a function has it: along this, carrier's axes.
-    pub along: Vector<T>,
+    pub along: Vector3<T>,
     /// Where none has it (torsion, tables of modes): momentum per unit of its rate, whatever the coordinate is.
-    pub fixed: Wrench<T>,
+    pub fixed: SpatialWrench<T>,
     /// kg (kg.m2).
     pub mass: T,
     /// 1 / mass.
@@ -53,7 +53,7 @@ pub struct Mode<T> {
 
 /// One appendage: matter on a body, some of it moved by modes.
 #[derive(Clone, Copy, Debug)]
-pub struct Part<T> {
+pub struct FlexibleAppendage<T> {
     /// The body that carries it; 0 is the base. The tree must have it.
     pub on: usize,
     /// Unbent, carrier's axes.
@@ -74,7 +74,7 @@ pub struct LinkEnd<T> {
     /// The body whose link it is.
     pub on: usize,
     /// Its place unbent, m.
-    pub place: Vector<T>,
+    pub place: Vector3<T>,
     /// The first of its modes and the one after the last.
     pub modes: (usize, usize),
     /// What bending and twist displace to second order, where that is counted.
@@ -84,13 +84,13 @@ pub struct LinkEnd<T> {
 /// All appendages of a robot.
 #[derive(Clone, Debug, Default)]
 pub struct Appendages<T> {
-    pub(super) parts: ArrayVec<Part<T>, MAX_APPENDAGES>,
+    pub(super) parts: ArrayVec<FlexibleAppendage<T>, MAX_APPENDAGES>,
     pub(super) functions: Modal<Function<T>>,
-    pub(super) modes: Modal<Mode<T>>,
+    pub(super) modes: Modal<ModalCoordinate<T>>,
     /// Those that carry other bodies.
     pub(super) links: ArrayVec<LinkEnd<T>, MAX_APPENDAGES>,
     /// How each mode shifts and turns the end of its link, per unit of its coordinate; 0 of those that carry nothing.
-    pub(super) reach: Modal<Motion<T>>,
+    pub(super) reach: Modal<SpatialMotion<T>>,
     pub(super) second_order: ArrayVec<SecondOrder<T>, MAX_APPENDAGES>,
 }
 
@@ -112,17 +112,17 @@ impl<T: Scalar> Appendages<T> {
         }
     }
     /// The appendages.
-    pub fn parts(&self) -> &[Part<T>] {
+    pub fn parts(&self) -> &[FlexibleAppendage<T>] {
         &self.parts
     }
     /// Their modes, one appendage's after the other's.
-    pub fn modes(&self) -> &[Mode<T>] {
+    pub fn modes(&self) -> &[ModalCoordinate<T>] {
         &self.modes
     }
     /// The lowest frequency of a mode, carriers held, rad/s; `None` without modes. A body that carries appendages should turn
     /// no faster than a fifth of it.
     pub fn lowest_frequency(&self) -> Option<T> {
-        let frequency = |m: &Mode<T>| (m.stiffness / m.mass).sqrt();
+        let frequency = |m: &ModalCoordinate<T>| (m.stiffness / m.mass).sqrt();
         self.modes().iter().map(frequency).reduce(T::min)
     }
     /// Energy in the springs of the modes, J.

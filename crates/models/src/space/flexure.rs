@@ -3,11 +3,11 @@
 use super::appendage::rod;
 use super::attitude::{Quaternion, rotation};
 use super::body_check::off_unit;
-use super::design::{Design, DesignError};
+use super::design::{DesignError, RobotDesign};
 use super::shapes::Shapes;
 use super::spatial::Rigid;
 use super::table::LinkTable;
-use super::vector::Vector;
+use super::vector::Vector3;
 
 /// A body's link that bends, z along it: what the body carries hangs on its end (S3 3.1). The body's own mass and inertia are
 /// what sits at its joint, without the link.
@@ -18,7 +18,7 @@ pub struct Flexure {
     /// Numbers of its shapes.
     pub shapes: Shapes,
     /// Its root, body axes, m.
-    pub position: Vector<f64>,
+    pub position: Vector3<f64>,
     /// Own axes to the body's: w, x, y, z.
     pub orientation: Quaternion<f64>,
     /// m.
@@ -67,7 +67,7 @@ impl Flexure {
     }
 }
 
-impl Design {
+impl RobotDesign {
     /// Whether links that bend can be, one per body.
     pub(super) fn check_links(&self) -> Result<(), DesignError> {
         let beams = self.flexures.iter().map(|f| (f.body, f.check()));

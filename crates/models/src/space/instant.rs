@@ -1,68 +1,68 @@
 //! `SpatialFreeFlyer` at one instant: parameters and states become bodies, places, forces.
 
 use super::appendage::Beam;
-use super::articulated::{Found, accelerations};
+use super::articulated::{SweepResult, accelerations};
 use super::attitude::{Quaternion, four, normalized, rotation, unit};
-use super::bent::Bent;
+use super::bent::DeformedAppendages;
 use super::flexible::Appendages;
-use super::joint_drive::{Drive, Moves, Rotor};
+use super::joint_drive::{JointDrive, Moves, Rotor};
 use super::model::SpatialFreeFlyer;
-use super::prescribed::Led;
-use super::snapshot::Snapshot;
-use super::spatial::{Frame, Motion, Rigid, Wrench};
-use super::tree::{All, Body, Joints, Placed, Tree};
-use super::vector::{Vector, add, cross, identity, matrix, scale, three, transposed_times, zero};
+use super::prescribed::PrescribedAccelerations;
+use super::snapshot::RobotSnapshot;
+use super::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use super::tree::{Joints, PerBody, PlacedBody, Tree, TreeBody};
+use super::vector::{Vector3, add, cross, identity, matrix, scale, three, transposed_times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 /// The robot at one instant.
-pub(super) struct Instant<T> {
+pub(super) struct RobotInstant<T> {
     base: Rigid<T>,
-    bodies: All<Body<T>>,
+    bodies: PerBody<TreeBody<T>>,
     /// Element 0 is the base.
-    pub(super) placed: All<Placed<T>>,
+    pub(super) placed: PerBody<PlacedBody<T>>,
     /// On each body, own axes and origin.
-    pub(super) applied: All<Wrench<T>>,
-    pub(super) drives: Joints<Drive<T>>,
+    pub(super) applied: PerBody<SpatialWrench<T>>,
+    pub(super) drives: Joints<JointDrive<T>>,
     /// Acceleration that a base is held at, own axes.
-    pub(super) held: Option<Motion<T>>,
+    pub(super) held: Option<SpatialMotion<T>>,
     pub(super) appendages: Appendages<T>,
-    bent: Bent<T>,
+    bent: DeformedAppendages<T>,
 }
 
 /// A wrench in inertial axes at the origin of a body's frame, in that frame: turned from body to body, which takes fewer
 /// products than frames of all bodies.
 fn turned<T: Scalar>(
     tree: &Tree,
-    placed: &[Placed<T>],
+    placed: &[PlacedBody<T>],
     body: usize,
-    force: Vector<T>,
-    torque: Vector<T>,
-) -> Wrench<T> {
+    force: Vector3<T>,
+    torque: Vector3<T>,
+) -> SpatialWrench<T> {
     let outer = match body {
-        0 => Wrench { torque, force },
+        0 => SpatialWrench { torque, force },
         _ => turned(tree, placed, tree.parent[body - 1], force, torque),
     };
     let rotation = &placed[body].frame.rotation;
-    Wrench {
+    SpatialWrench {
         torque: transposed_times(rotation, outer.torque),
         force: transposed_times(rotation, outer.force),
     }
 }
 
-impl<T: Scalar> Instant<T> {
+impl<T: Scalar> RobotInstant<T> {
     /// Memory for [`Self::set`], which fills it in place: lists that are moved cost as much as a sweep.
     #[inline]
     pub(super) fn new() -> Self {
         Self {
             base: Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] },
-            bodies: All::new(),
-            placed: All::new(),
-            applied: All::new(),
+            bodies: PerBody::new(),
+            placed: PerBody::new(),
+            applied: PerBody::new(),
             drives: Joints::new(),
             held: None,
             appendages: Appendages::new(),
-            bent: Bent::new(),
+            bent: DeformedAppendages::new(),
         }
     }
 
@@ -71,12 +71,12 @@ impl<T: Scalar> Instant<T> {
         self.place(model, at);
         let (s, p, row) = (model.structure(), &model.parameter, &model.state);
         let n = s.bodies();
-        self.applied.extend((0..=n).map(|_| Wrench::zero()));
+        self.applied.extend((0..=n).map(|_| SpatialWrench::zero()));
         (0..n).for_each(|j| self.drives.push(model.drive(at, j)));
         self.held = s.held.then(|| {
             // A field of gravity is a base that accelerates the other way.
             let up = scale(T::constant(-1.0), three(at.p, p.gravity));
-            Motion { angular: zero(), linear: transposed_times(&self.placed[0].frame.rotation, up) }
+            SpatialMotion { angular: zero(), linear: transposed_times(&self.placed[0].frame.rotation, up) }
         });
         if s.panels() > 0 || s.links() > 0 {
             let modes = s.modes();
@@ -93,16 +93,16 @@ impl<T: Scalar> Instant<T> {
         let n = s.bodies();
         let (frame, velocity) = base(model, at);
         self.base = Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia));
-        self.bodies.push(Body {
+        self.bodies.push(TreeBody {
             rigid: self.base,
-            mount: Frame { rotation: identity(), origin: zero() },
+            mount: SpatialFrame { rotation: identity(), origin: zero() },
             axis: zero(),
         });
         for j in 0..n {
             let center = three(at.p, p.body_center + 3 * j);
-            self.bodies.push(Body {
+            self.bodies.push(TreeBody {
                 rigid: Rigid::new(at.p[p.body_mass + j], center, &matrix(at.p, p.body_inertia + 9 * j)),
-                mount: Frame {
+                mount: SpatialFrame {
                     rotation: rotation(four(at.p, p.joint_orientation + 4 * j)),
                     origin: three(at.p, p.joint_position + 3 * j),
                 },
@@ -130,7 +130,7 @@ impl<T: Scalar> Instant<T> {
         let mut first = 0;
         for (k, count) in s.tables.iter().enumerate() {
             let (frame, rigid) = model.table(at.p, k);
-            let modes = model.table_modes(at.p, first, *count).map(|m| (m, Motion::zero()));
+            let modes = model.table_modes(at.p, first, *count).map(|m| (m, SpatialMotion::zero()));
             if appendages.put_table(0, &frame, &rigid, modes, None).is_err() {
                 self.base.mass = T::constant(f64::NAN);
             }
@@ -158,8 +158,8 @@ impl<T: Scalar> Instant<T> {
     }
 
     /// As the algorithms over bodies read it.
-    pub(super) fn snapshot<'a>(&'a self, model: &'a SpatialFreeFlyer) -> Snapshot<'a, T> {
-        Snapshot {
+    pub(super) fn snapshot<'a>(&'a self, model: &'a SpatialFreeFlyer) -> RobotSnapshot<'a, T> {
+        RobotSnapshot {
             tree: &model.structure().tree,
             base: &self.base,
             bodies: &self.bodies,
@@ -170,12 +170,12 @@ impl<T: Scalar> Instant<T> {
     }
 
     /// Velocity of what hangs on this body, its axes and origin.
-    pub(super) fn carrier_velocity(&self, body: usize) -> Motion<T> {
+    pub(super) fn carrier_velocity(&self, body: usize) -> SpatialMotion<T> {
         let own = self.placed[body].velocity;
         self.bent.ends.of(body).map_or(own, |(_, e)| own.plus(e.velocity))
     }
     /// A point that is fixed to what hangs on this body, from its unbent position to its present one, body axes.
-    pub(super) fn displaced(&self, body: usize, place: Vector<T>) -> Vector<T> {
+    pub(super) fn displaced(&self, body: usize, place: Vector3<T>) -> Vector3<T> {
         self.bent.ends.displaced(body, place)
     }
     /// How what hangs on this body is turned by the bending of its link.
@@ -187,17 +187,17 @@ impl<T: Scalar> Instant<T> {
             .map_or([i, o, o, o], |(_, e)| normalized([i, e.gibbs[0], e.gibbs[1], e.gibbs[2]]))
     }
     /// Of all bodies in the inertial frame; element 0 is the base.
-    pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> All<Frame<T>> {
+    pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> PerBody<SpatialFrame<T>> {
         model.structure().tree.inertial(&self.placed)
     }
 
     /// Some accelerations are given.
-    pub(super) fn lead(&mut self, model: &SpatialFreeFlyer, led: &Led<'_, T>) {
+    pub(super) fn lead(&mut self, model: &SpatialFreeFlyer, led: &PrescribedAccelerations<'_, T>) {
         let base = self.placed[0];
         if let Some((linear, angular)) = led.base.filter(|_| !model.structure().held) {
             let own = transposed_times(&base.frame.rotation, linear);
             let (v, omega) = (base.velocity.linear, base.velocity.angular);
-            self.held = Some(Motion { angular, linear: add(own, cross(v, omega)) });
+            self.held = Some(SpatialMotion { angular, linear: add(own, cross(v, omega)) });
         }
         led.joints.iter().for_each(|(j, a)| self.drives[*j].moves = Moves::Led(*a));
         for (j, a) in led.motors.iter().filter(|(j, _)| model.motor_row(*j).is_some()) {
@@ -212,7 +212,7 @@ impl<T: Scalar> Instant<T> {
             && let [a, b, c, others @ ..] = torque
         {
             let force = transposed_times(&self.placed[0].frame.rotation, [*x, *y, *z]);
-            self.applied[0] = self.applied[0].plus(Wrench { torque: [*a, *b, *c], force });
+            self.applied[0] = self.applied[0].plus(SpatialWrench { torque: [*a, *b, *c], force });
             rest = others;
         }
         let n = self.drives.len().min(rest.len());
@@ -232,8 +232,8 @@ impl<T: Scalar> Instant<T> {
 
     /// Only prescribed motion acts on it. It must not move.
     pub(super) fn rest(&mut self, held: bool) {
-        self.held = held.then(Motion::zero);
-        self.applied.iter_mut().for_each(|w| *w = Wrench::zero());
+        self.held = held.then(SpatialMotion::zero);
+        self.applied.iter_mut().for_each(|w| *w = SpatialWrench::zero());
         self.bent.force.iter_mut().for_each(|f| *f = T::zero());
         for drive in &mut self.drives {
             drive.moves = Moves::Driven(T::zero());
@@ -244,38 +244,45 @@ impl<T: Scalar> Instant<T> {
     }
 
     /// How all of it accelerates; gives that of the base, own axes, spatial.
-    pub(super) fn accelerations(&self, model: &SpatialFreeFlyer, out: Found<'_, T>) -> Motion<T> {
+    pub(super) fn accelerations(
+        &self,
+        model: &SpatialFreeFlyer,
+        out: SweepResult<'_, T>,
+    ) -> SpatialMotion<T> {
         accelerations(&self.snapshot(model), &self.applied, self.held, out)
     }
 }
 
 /// Frame of the base and its velocity, own axes.
-fn base<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>) -> (Frame<T>, Motion<T>) {
+fn base<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>) -> (SpatialFrame<T>, SpatialMotion<T>) {
     let (p, row) = (&model.parameter, &model.state);
     if model.structure().held {
         let rotation = rotation(four(at.p, p.initial_base_quaternion));
-        return (Frame { rotation, origin: three(at.p, p.initial_base_position) }, Motion::zero());
+        return (
+            SpatialFrame { rotation, origin: three(at.p, p.initial_base_position) },
+            SpatialMotion::zero(),
+        );
     }
     let rotation = rotation(four(at.x, row.base_quaternion));
     let linear = transposed_times(&rotation, three(at.x, row.base_velocity));
-    let velocity = Motion { angular: three(at.x, row.base_angular_velocity), linear };
-    (Frame { rotation, origin: three(at.x, row.base_position) }, velocity)
+    let velocity = SpatialMotion { angular: three(at.x, row.base_angular_velocity), linear };
+    (SpatialFrame { rotation, origin: three(at.x, row.base_position) }, velocity)
 }
 
 /// Puts on each body what thrusters and wrenches put there.
 fn apply<T: Scalar>(
     model: &SpatialFreeFlyer,
     at: &At<T>,
-    placed: &[Placed<T>],
-    all: &mut [Wrench<T>],
-    bent: &mut Bent<T>,
+    placed: &[PlacedBody<T>],
+    all: &mut [SpatialWrench<T>],
+    bent: &mut DeformedAppendages<T>,
 ) {
     let (s, p, input) = (model.structure(), &model.parameter, &model.input);
     for k in (0..s.thrusters).filter(|k| !at.u[input.thruster_force + k].vanishes()) {
         let along = unit(three(at.p, p.thruster_direction + 3 * k));
         let force = scale(at.u[input.thruster_force + k], along);
         let torque = cross(three(at.p, p.thruster_position + 3 * k), force);
-        all[0] = all[0].plus(Wrench { torque, force });
+        all[0] = all[0].plus(SpatialWrench { torque, force });
     }
     if !s.held {
         let force = three(at.u, input.base_force);
@@ -296,9 +303,9 @@ fn apply<T: Scalar>(
 
 impl SpatialFreeFlyer {
     /// Axes of link `k` of those that bend (from 0): beams, then tables.
-    pub(super) fn link_frame<T: Scalar>(&self, p: &[T], k: usize) -> Frame<T> {
+    pub(super) fn link_frame<T: Scalar>(&self, p: &[T], k: usize) -> SpatialFrame<T> {
         let at = &self.parameter;
-        Frame {
+        SpatialFrame {
             rotation: rotation(four(p, at.link_orientation + 4 * k)),
             origin: three(p, at.link_position + 3 * k),
         }
@@ -322,7 +329,7 @@ impl SpatialFreeFlyer {
     pub(super) fn beam<T: Scalar>(&self, at: &At<T>, k: usize) -> Beam<T> {
         let p = &self.parameter;
         Beam {
-            frame: Frame {
+            frame: SpatialFrame {
                 rotation: rotation(four(at.p, p.appendage_orientation + 4 * k)),
                 origin: three(at.p, p.appendage_position + 3 * k),
             },

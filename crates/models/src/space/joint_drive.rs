@@ -23,7 +23,7 @@ pub enum Moves<T> {
 
 /// One joint with its motor at one instant.
 #[derive(Clone, Copy, Debug)]
-pub struct Drive<T> {
+pub struct JointDrive<T> {
     /// How the joint moves.
     pub moves: Moves<T>,
     /// How its rotor moves.

@@ -1,8 +1,8 @@
 //! The variables of [`SpatialFreeFlyer`](super::SpatialFreeFlyer): what each is, and where its values are in the vectors.
 
-use super::structure::Structure;
-use crate::layout::Allowed::{self, NotNegative, OneUp, Positive};
-use crate::layout::{Items, Parameter, Shows, Start, State, layout};
+use super::structure::RobotStructure;
+use crate::layout::AllowedValues::{self, NotNegative, OneUp, Positive};
+use crate::layout::{InputStart, Items, LayoutState, Parameter, Shows, layout};
 
 /// How a rotor is coupled to the body that carries it.
 pub static COUPLING: Items = Items {
@@ -16,30 +16,30 @@ pub static COUPLING: Items = Items {
         ("geared", "rotor behind a gear: the carrier takes that of I_m/N and I_m/N^2"),
     ],
 };
-const FIXED: Parameter = Parameter::fixed(Allowed::Any);
-const fn tunable(allowed: Allowed) -> Parameter {
+const FIXED: Parameter = Parameter::fixed(AllowedValues::Any);
+const fn tunable(allowed: AllowedValues) -> Parameter {
     Parameter::tunable(allowed)
 }
 const fn following(follows: &'static str) -> Parameter {
     Parameter::following(follows)
 }
-const fn state(rate: &'static str, nominal: f64, depends: Shows) -> State {
-    State::new(rate, nominal, depends)
+const fn state(rate: &'static str, nominal: f64, depends: Shows) -> LayoutState {
+    LayoutState::new(rate, nominal, depends)
 }
 
 layout! {
     /// Where parameters begin.
-    Parameters of Parameter, s: Structure:
+    Parameters of Parameter, s: RobotStructure:
     base_mass "baseMass" [], "kg", tunable(Positive), "Base, m_s (SFF-8)";
-    base_inertia "baseInertia" [3, 3], "kg.m2", tunable(Allowed::Any), "Base about its centre of mass, base axes (SFF-8)";
+    base_inertia "baseInertia" [3, 3], "kg.m2", tunable(AllowedValues::Any), "Base about its centre of mass, base axes (SFF-8)";
     body_mass "bodyMass" [s.bodies()], "kg", tunable(Positive), "m_i (SFF-8)";
-    body_center "bodyCenterOfMass" [s.bodies(), 3], "m", tunable(Allowed::Any), "From the body's joint, body axes";
-    body_inertia "bodyInertia" [s.bodies(), 3, 3], "kg.m2", tunable(Allowed::Any), "About the body's own centre of mass, body axes";
-    joint_position "jointPosition" [s.bodies(), 3], "m", tunable(Allowed::Any), "The joint in the axes of the body that carries it";
-    joint_orientation "jointOrientation" [s.bodies(), 4], "1", tunable(Allowed::Any),
+    body_center "bodyCenterOfMass" [s.bodies(), 3], "m", tunable(AllowedValues::Any), "From the body's joint, body axes";
+    body_inertia "bodyInertia" [s.bodies(), 3, 3], "kg.m2", tunable(AllowedValues::Any), "About the body's own centre of mass, body axes";
+    joint_position "jointPosition" [s.bodies(), 3], "m", tunable(AllowedValues::Any), "The joint in the axes of the body that carries it";
+    joint_orientation "jointOrientation" [s.bodies(), 4], "1", tunable(AllowedValues::Any),
         "Body axes at joint angle 0 to those of the body that carries it, quaternion w, x, y, z";
-    joint_axis "jointAxis" [s.bodies(), 3], "1", tunable(Allowed::Any), "The joint's axis, body axes";
-    tip_offset "tipOffset" [s.tips.len(), 3], "m", tunable(Allowed::Any), "The tip from its body's joint, body axes";
+    joint_axis "jointAxis" [s.bodies(), 3], "1", tunable(AllowedValues::Any), "The joint's axis, body axes";
+    tip_offset "tipOffset" [s.tips.len(), 3], "m", tunable(AllowedValues::Any), "The tip from its body's joint, body axes";
     motor_inertia "motorInertia" [s.bodies()], "kg.m2", tunable(NotNegative),
         "Rotor, gear ratio squared included (kg of a prismatic joint; SFF-12)";
     gear_ratio "gearRatio" [s.bodies()], "1", Parameter::fixed(OneUp),
@@ -48,12 +48,12 @@ layout! {
         "Spring of a flexible joint (N/m of a prismatic one)";
     joint_damping "jointDamping" [s.bodies()], "N.m.s/rad", tunable(NotNegative),
         "In parallel with the spring of a flexible joint (N.s/m of a prismatic one)";
-    motor_coupling "motorCoupling" [], "", Parameter::fixed(Allowed::Item(&COUPLING)),
+    motor_coupling "motorCoupling" [], "", Parameter::fixed(AllowedValues::Item(&COUPLING)),
         "How the rotors are coupled to the bodies that carry them (SFF-12)";
-    thruster_position "thrusterPosition" [s.thrusters, 3], "m", tunable(Allowed::Any), "From the base's centre of mass, base axes";
-    thruster_direction "thrusterDirection" [s.thrusters, 3], "1", tunable(Allowed::Any), "Of the force on the base, base axes";
-    appendage_position "appendagePosition" [s.panels(), 3], "m", tunable(Allowed::Any), "The appendage's root, base axes (SFF-5)";
-    appendage_orientation "appendageOrientation" [s.panels(), 4], "1", tunable(Allowed::Any),
+    thruster_position "thrusterPosition" [s.thrusters, 3], "m", tunable(AllowedValues::Any), "From the base's centre of mass, base axes";
+    thruster_direction "thrusterDirection" [s.thrusters, 3], "1", tunable(AllowedValues::Any), "Of the force on the base, base axes";
+    appendage_position "appendagePosition" [s.panels(), 3], "m", tunable(AllowedValues::Any), "The appendage's root, base axes (SFF-5)";
+    appendage_orientation "appendageOrientation" [s.panels(), 4], "1", tunable(AllowedValues::Any),
         "Appendage's axes (z along it) to base axes, quaternion w, x, y, z";
     appendage_length "appendageLength" [s.appendages.len()], "m", tunable(Positive), "From root to tip (SFF-5)";
     mass_per_length "appendageMassPerLength" [s.appendages.len()], "kg/m", tunable(Positive), "rho A (SFF-5)";
@@ -63,14 +63,14 @@ layout! {
     polar_inertia "polarInertiaPerLength" [s.appendages.len()], "kg.m", tunable(Positive), "rho I_p (SFF-5)";
     damping_ratio "dampingRatio" [s.appendages.len()], "1", tunable(NotNegative), "Of every mode of the appendage";
     table_mass "appendageMass" [s.tables.len()], "kg", tunable(Positive), "Of an appendage given by a table of modes (SFF-5)";
-    table_center "appendageCenterOfMass" [s.tables.len(), 3], "m", tunable(Allowed::Any), "Its centre of mass from its root, own axes";
-    table_inertia "appendageInertia" [s.tables.len(), 3, 3], "kg.m2", tunable(Allowed::Any), "About its centre of mass, own axes";
+    table_center "appendageCenterOfMass" [s.tables.len(), 3], "m", tunable(AllowedValues::Any), "Its centre of mass from its root, own axes";
+    table_inertia "appendageInertia" [s.tables.len(), 3, 3], "kg.m2", tunable(AllowedValues::Any), "About its centre of mass, own axes";
     mode_frequency "modeFrequency" [s.tabled()], "rad/s", tunable(Positive), "Of the modes of tables, clamped, one table after the other";
     mode_damping "modeDampingRatio" [s.tabled()], "1", tunable(NotNegative), "Of the modes of tables";
-    mode_participation "modeParticipation" [s.tabled(), 6], "", tunable(Allowed::Any),
+    mode_participation "modeParticipation" [s.tabled(), 6], "", tunable(AllowedValues::Any),
         "Momentum (kg^0.5) and angular momentum about the root (kg^0.5 m) per unit of rate of the mass-normalised mode, own axes";
-    link_position "linkPosition" [s.links(), 3], "m", tunable(Allowed::Any), "Root of a link that bends, axes of its body; beams first, then tables of modes (LNK-5)";
-    link_orientation "linkOrientation" [s.links(), 4], "1", tunable(Allowed::Any), "Link's axes (z along a beam) to those of its body, quaternion w, x, y, z";
+    link_position "linkPosition" [s.links(), 3], "m", tunable(AllowedValues::Any), "Root of a link that bends, axes of its body; beams first, then tables of modes (LNK-5)";
+    link_orientation "linkOrientation" [s.links(), 4], "1", tunable(AllowedValues::Any), "Link's axes (z along a beam) to those of its body, quaternion w, x, y, z";
     link_length "linkLength" [s.beams().count()], "m", tunable(Positive), "From root to end (LNK-5)";
     link_mass "massPerLength" [s.beams().count()], "kg/m", tunable(Positive), "rho A of a link that bends (LNK-5)";
     youngs_modulus "youngsModulus" [s.beams().count()], "Pa", tunable(Positive), "E (S3 4.3)";
@@ -80,17 +80,17 @@ layout! {
     link_polar "linkPolarInertiaPerLength" [s.beams().count()], "kg.m", tunable(Positive), "rho I_p of a link that bends (LNK-5)";
     link_damping "linkDampingRatio" [s.beams().count()], "1", tunable(NotNegative), "Of every mode of the link";
     link_table_mass "linkMass" [s.link_tables().count()], "kg", tunable(Positive), "Of a link that is given by a table of modes (LNK-5)";
-    link_table_center "linkCenterOfMass" [s.link_tables().count(), 3], "m", tunable(Allowed::Any), "Its centre of mass unbent from its root, own axes";
-    link_table_inertia "linkInertia" [s.link_tables().count(), 3, 3], "kg.m2", tunable(Allowed::Any), "Unbent, about its centre of mass, own axes";
-    link_end "linkEndPosition" [s.link_tables().count(), 3], "m", tunable(Allowed::Any), "Its end unbent from its root, own axes: what its body carries hangs there";
+    link_table_center "linkCenterOfMass" [s.link_tables().count(), 3], "m", tunable(AllowedValues::Any), "Its centre of mass unbent from its root, own axes";
+    link_table_inertia "linkInertia" [s.link_tables().count(), 3, 3], "kg.m2", tunable(AllowedValues::Any), "Unbent, about its centre of mass, own axes";
+    link_end "linkEndPosition" [s.link_tables().count(), 3], "m", tunable(AllowedValues::Any), "Its end unbent from its root, own axes: what its body carries hangs there";
     link_mode_frequency "linkModeFrequency" [s.linked_tabled()], "rad/s", tunable(Positive),
         "Of the modes of links, clamped at the root, nothing on the end, one table after the other";
     link_mode_damping "linkModeDampingRatio" [s.linked_tabled()], "1", tunable(NotNegative), "Of the modes of links";
-    link_mode_participation "linkModeParticipation" [s.linked_tabled(), 6], "", tunable(Allowed::Any),
+    link_mode_participation "linkModeParticipation" [s.linked_tabled(), 6], "", tunable(AllowedValues::Any),
         "Momentum (kg^0.5) and angular momentum about the root (kg^0.5 m) per unit of rate of the mass-normalised mode, own axes";
-    link_mode_shift "linkModeEndShift" [s.linked_tabled(), 3], "", tunable(Allowed::Any), "Shift of the end per unit of the mass-normalised mode, own axes, S (kg^-0.5; LNK-1)";
-    link_mode_turn "linkModeEndTurn" [s.linked_tabled(), 3], "", tunable(Allowed::Any), "Turn of the end per unit of the mass-normalised mode, own axes, Theta (kg^-0.5/m; LNK-1)";
-    gravity "gravity" [3] if s.held, "m/s2", tunable(Allowed::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
+    link_mode_shift "linkModeEndShift" [s.linked_tabled(), 3], "", tunable(AllowedValues::Any), "Shift of the end per unit of the mass-normalised mode, own axes, S (kg^-0.5; LNK-1)";
+    link_mode_turn "linkModeEndTurn" [s.linked_tabled(), 3], "", tunable(AllowedValues::Any), "Turn of the end per unit of the mass-normalised mode, own axes, Theta (kg^-0.5/m; LNK-1)";
+    gravity "gravity" [3] if s.held, "m/s2", tunable(AllowedValues::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
     initial_base_position "initialBasePosition" [3], "m", FIXED, "r at the start; of a base that is held: always";
     initial_base_quaternion "initialBaseQuaternion" [4], "1", FIXED, "Q at the start (w, x, y, z), taken with length 1";
     initial_base_velocity "initialBaseVelocity" [3] if !s.held, "m/s", FIXED, "v at the start, inertial axes";
@@ -105,13 +105,13 @@ layout! {
     initial_modal_velocity "initialModalVelocity" [s.modes() - s.linked()], "m/s", FIXED, "d(eta) at the start (rad/s of torsion)";
     initial_link_coordinate "initialLinkModalCoordinate" [s.linked()], "m", FIXED, "xi of the links at the start (rad of torsion)";
     initial_link_velocity "initialLinkModalVelocity" [s.linked()], "m/s", FIXED, "d(xi) of the links at the start (rad/s of torsion)";
-    arm_mount "armMount" [s.tips.len(), 3] if s.analysis, "m", tunable(Allowed::Any),
+    arm_mount "armMount" [s.tips.len(), 3] if s.analysis, "m", tunable(AllowedValues::Any),
         "Point of the base that the measures take this tip's arm's torques about, base axes (SFF-3)";
 }
 
 layout! {
     /// Where inputs begin.
-    Inputs of Start, s: Structure:
+    Inputs of InputStart, s: RobotStructure:
     joint_torque "jointTorque" [s.bodies()], "N.m", &[], "On the motors, joint side (N of a prismatic joint); positive turns the joint forward (SFF-11)";
     thruster_force "thrusterForce" [s.thrusters], "N", &[], "On the base along the thruster's direction";
     base_force "baseForce" [3] if !s.held, "N", &[], "On the base at its centre of mass, inertial axes, F_s (SFF-11)";
@@ -122,7 +122,7 @@ layout! {
 
 layout! {
     /// Where outputs begin.
-    Outputs of Shows, s: Structure:
+    Outputs of Shows, s: RobotStructure:
     base_position "basePosition" [3], "m", if s.held { Shows::States } else { Shows::State("basePosition") }, "The base's centre of mass, inertial axes, r";
     base_quaternion "baseQuaternion" [4], "1", Shows::States, "Base axes to inertial ones, Q: w, x, y, z (SFF-1)";
     base_velocity "baseVelocity" [3], "m/s", if s.held { Shows::States } else { Shows::State("baseVelocity") }, "d(r)/dt, inertial axes";
@@ -163,7 +163,7 @@ layout! {
 
 layout! {
     /// Where states begin; velocities are in the order of what they are the rates of.
-    States of State, s: Structure:
+    States of LayoutState, s: RobotStructure:
     base_position "basePosition" [3] if !s.held, "m", state("m/s", 0.01, Shows::State("baseVelocity")), "the base's position, r";
     base_quaternion "baseQuaternion" [4] if !s.held, "1", state("1/s", 1.0, Shows::States), "the base's attitude, Q";
     joint_angle "jointAngle" [s.bodies()], "rad", state("rad/s", 0.01, Shows::State("jointVelocity")), "joint angles, q_i";

@@ -1,19 +1,19 @@
 //! A link that bends between the sweeps: its modes are one joint of many degrees of freedom between the body and what its end
 //! carries, and go where the sweep from the tips passes them (LNK-3).
 
-use super::bent::Carrying;
+use super::bent::CarryingLinkEnd;
 use super::flexible::Modal;
-use super::snapshot::Snapshot;
-use super::spatial::{Articulated, Motion, Wrench};
+use super::snapshot::RobotSnapshot;
+use super::spatial::{Articulated, SpatialMotion, SpatialWrench};
 use super::{MAX_APPENDAGES, MAX_MODES_OF_LINK};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 
 /// What is kept of a mode on the way from the tips.
 #[derive(Clone, Copy)]
-struct Row<T> {
+struct ModeRow<T> {
     /// What it meets of the body's acceleration.
-    coupling: Wrench<T>,
+    coupling: SpatialWrench<T>,
     /// What is left to accelerate it.
     rest: T,
     /// 1 / (what its own acceleration meets).
@@ -24,8 +24,8 @@ struct Row<T> {
 
 /// What links carry, and their modes, on the way from the tips.
 pub(super) struct Bending<T> {
-    carried: ArrayVec<(Articulated<T>, Wrench<T>), MAX_APPENDAGES>,
-    rows: Modal<Row<T>>,
+    carried: ArrayVec<(Articulated<T>, SpatialWrench<T>), MAX_APPENDAGES>,
+    rows: Modal<ModeRow<T>>,
     /// Of each link the first of its rows.
     first: [usize; MAX_APPENDAGES],
 }
@@ -36,17 +36,20 @@ impl<T: Scalar> Bending<T> {
         Self { carried: ArrayVec::new(), rows: ArrayVec::new(), first: [0; MAX_APPENDAGES] }
     }
     /// Nothing is carried yet.
-    pub(super) fn begin(&mut self, now: &Snapshot<'_, T>) {
+    pub(super) fn begin(&mut self, now: &RobotSnapshot<'_, T>) {
         let nothing = Articulated {
             angular: [[T::zero(); 3]; 3],
             mixed: [[T::zero(); 3]; 3],
             linear: [[T::zero(); 3]; 3],
         };
         let ends = now.flexing.ends.map_or(0, |e| e.count());
-        self.carried.extend((0..ends).map(|_| (nothing, Wrench::zero())));
+        self.carried.extend((0..ends).map(|_| (nothing, SpatialWrench::zero())));
     }
     /// Articulated inertia and bias of what this end carries, axes of the link's body.
-    pub(super) fn carried(&mut self, end: &Carrying<'_, T>) -> (&mut Articulated<T>, &mut Wrench<T>) {
+    pub(super) fn carried(
+        &mut self,
+        end: &CarryingLinkEnd<'_, T>,
+    ) -> (&mut Articulated<T>, &mut SpatialWrench<T>) {
         let (inertia, bias) = &mut self.carried[end.number];
         (inertia, bias)
     }
@@ -55,10 +58,10 @@ impl<T: Scalar> Bending<T> {
 /// Makes of a body, its link and what that carries one articulated body: `inertia` and `bias` are the body's own, its link's
 /// matter with them. All children of the body are there.
 pub(super) fn eliminate<T: Scalar>(
-    now: &Snapshot<'_, T>,
+    now: &RobotSnapshot<'_, T>,
     body: usize,
-    end: Carrying<'_, T>,
-    (inertia, bias): (&mut Articulated<T>, &mut Wrench<T>),
+    end: CarryingLinkEnd<'_, T>,
+    (inertia, bias): (&mut Articulated<T>, &mut SpatialWrench<T>),
     bending: &mut Bending<T>,
 ) {
     let flexing = &now.flexing;
@@ -76,7 +79,7 @@ pub(super) fn eliminate<T: Scalar>(
             *to = other.power(met);
         }
         beside[row] += flexing.modes[j].mass;
-        bending.rows.push(Row {
+        bending.rows.push(ModeRow {
             coupling: flexing.coupling[j].plus(met),
             rest: flexing.force[j] - flexing.bias[j] - column.power(outer), // (LNK-3)
             inverse: T::zero(),
@@ -104,8 +107,8 @@ pub(super) fn eliminate<T: Scalar>(
 
 /// Accelerations of a link's modes, of a body that accelerates so.
 pub(super) fn resolve<T: Scalar>(
-    end: &Carrying<'_, T>,
-    body: Motion<T>,
+    end: &CarryingLinkEnd<'_, T>,
+    body: SpatialMotion<T>,
     bending: &Bending<T>,
     modal: &mut [T],
 ) {

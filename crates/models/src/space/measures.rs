@@ -3,10 +3,10 @@
 
 use super::MAX_BODIES;
 use super::composite::{BASE, composite_bodies};
-use super::snapshot::Snapshot;
-use super::spatial::{Articulated, Frame, Wrench};
-use super::tree::{All, Joint, all, subspace};
-use super::vector::{Vector, add, cross, identity, sub, times, zero};
+use super::snapshot::RobotSnapshot;
+use super::spatial::{Articulated, SpatialFrame, SpatialWrench};
+use super::tree::{JointType, PerBody, all, subspace};
+use super::vector::{Vector3, add, cross, identity, sub, times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
@@ -46,10 +46,10 @@ pub fn measure<T: Scalar, const R: usize>(columns: impl Iterator<Item = [T; R]>)
 
 /// S1's measures of force, torque, both, of these columns; the torque's of some of them alone, if need be.
 pub fn measures<'a, T: Scalar>(
-    columns: impl Iterator<Item = &'a Wrench<T>> + Clone,
-    torque: impl Iterator<Item = &'a Wrench<T>>,
+    columns: impl Iterator<Item = &'a SpatialWrench<T>> + Clone,
+    torque: impl Iterator<Item = &'a SpatialWrench<T>>,
 ) -> [T; 3] {
-    let both = |w: &Wrench<T>| {
+    let both = |w: &SpatialWrench<T>| {
         let ([a, b, c], [d, e, f]) = (w.force, w.torque);
         [a, b, c, d, e, f]
     };
@@ -116,21 +116,21 @@ pub fn singular<T: Scalar>(columns: &[[T; BASE]]) -> (T, T) {
 /// A robot's arms at a pose, base axes: how each joint pulls at the base, and what the base makes of it.
 pub(super) struct Arms<T> {
     /// Of the bodies.
-    frames: All<Frame<T>>,
+    frames: PerBody<SpatialFrame<T>>,
     /// Per joint (from 1) the wrench on the base at rest per unit of its acceleration, about the base's centre of mass.
-    pull: All<Wrench<T>>,
+    pull: PerBody<SpatialWrench<T>>,
     /// Factors of the whole's inertia, angular part first; `None`: the base is held, or nothing can be solved with it.
     inertia: Option<[T; BASE * BASE]>,
 }
 
 impl<T: Scalar> Arms<T> {
-    pub(super) fn of(now: &Snapshot<'_, T>, held: bool) -> Self {
-        let Snapshot { tree, bodies, placed, .. } = *now;
+    pub(super) fn of(now: &RobotSnapshot<'_, T>, held: bool) -> Self {
+        let RobotSnapshot { tree, bodies, placed, .. } = *now;
         let n = tree.bodies();
-        let mut frames = all(n, Frame { rotation: identity(), origin: zero() });
+        let mut frames = all(n, SpatialFrame { rotation: identity(), origin: zero() });
         (1..=n).for_each(|i| frames[i] = frames[tree.parent[i - 1]].then(&placed[i].frame));
         let composite = composite_bodies(now);
-        let mut pull = all(n, Wrench::zero());
+        let mut pull = all(n, SpatialWrench::zero());
         for i in 1..=n {
             let w = composite[i].times(subspace(tree.joint[i - 1], bodies[i].axis));
             pull[i] = frames[i].outwards(w); // (SFF-3)
@@ -149,18 +149,18 @@ impl<T: Scalar> Arms<T> {
     }
 
     /// Measures of force, torque and both (SFF-4) of the arm that carries `tip`: B of its joints, torques about `mount`.
-    pub(super) fn measures(&self, now: &Snapshot<'_, T>, tip: usize, mount: Vector<T>) -> [T; 3] {
+    pub(super) fn measures(&self, now: &RobotSnapshot<'_, T>, tip: usize, mount: Vector3<T>) -> [T; 3] {
         let about_mount = |i: usize| {
-            let Wrench { force, torque } = self.pull[i];
-            Wrench { force, torque: sub(torque, cross(mount, force)) }
+            let SpatialWrench { force, torque } = self.pull[i];
+            SpatialWrench { force, torque: sub(torque, cross(mount, force)) }
         };
-        let columns: All<_> = now.tree.arm(tip).map(about_mount).collect();
+        let columns: PerBody<_> = now.tree.arm(tip).map(about_mount).collect();
         measures(columns.iter(), columns.iter())
     }
 
     /// Smallest singular value and manipulability of J_g (SFF-10) of the point `offset` of body `tip`; where the base is held, of
     /// J_M.
-    pub(super) fn dexterity(&self, now: &Snapshot<'_, T>, tip: usize, offset: Vector<T>) -> (T, T) {
+    pub(super) fn dexterity(&self, now: &RobotSnapshot<'_, T>, tip: usize, offset: Vector3<T>) -> (T, T) {
         let tree = now.tree;
         let at = &self.frames[tip];
         let point = add(at.origin, times(&at.rotation, offset));
@@ -168,8 +168,8 @@ impl<T: Scalar> Arms<T> {
         for i in tree.arm(tip) {
             let axis = times(&self.frames[i].rotation, now.bodies[i].axis);
             let ([a, b, c], [d, e, f]) = match tree.joint[i - 1] {
-                Joint::Revolute => (cross(axis, sub(point, self.frames[i].origin)), axis), // (SFF-7)
-                Joint::Prismatic => (axis, zero()),
+                JointType::Revolute => (cross(axis, sub(point, self.frames[i].origin)), axis), // (SFF-7)
+                JointType::Prismatic => (axis, zero()),
             };
             columns[i] = [a, b, c, d, e, f];
         }

@@ -38,8 +38,8 @@ mod values;
 pub mod vector;
 
 pub use model::SpatialFreeFlyer;
-pub use prescribed::Led;
-pub use structure::Structure;
+pub use prescribed::PrescribedAccelerations;
+pub use structure::RobotStructure;
 
 /// Most moving bodies of one tree: all arrays of the equations have this fixed capacity.
 pub const MAX_BODIES: usize = 32;

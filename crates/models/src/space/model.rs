@@ -2,14 +2,14 @@
 
 use super::MAX_BODIES;
 use super::attitude::{about, four, rotation, unit};
-use super::joint_drive::{Drive, Moves, Rotor};
+use super::joint_drive::{JointDrive, Moves, Rotor};
 use super::layout::{Inputs, Outputs, Parameters, States};
-use super::structure::Structure;
-use super::tree::Joint;
-use super::vector::{Vector, add, scale, three, times};
+use super::structure::RobotStructure;
+use super::tree::JointType;
+use super::vector::{Vector3, add, scale, three, times};
 use crate::arm::rotor;
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Sizes};
+use trueup_numerics::hybrid::{At, ModelSizes};
 
 /// A base with arms and panels in space (S1 eq. 9-17, S2 eq. 1-18): its structure and where its values are.
 ///
@@ -21,14 +21,14 @@ use trueup_numerics::hybrid::{At, Sizes};
 /// do not push.
 #[derive(Clone, Debug)]
 pub struct SpatialFreeFlyer {
-    pub(super) structure: Structure,
+    pub(super) structure: RobotStructure,
     pub(super) state: States,
     pub(super) parameter: Parameters,
     pub(super) input: Inputs,
     pub(super) output: Outputs,
     /// Per joint: which of the springs is its own.
     pub(super) spring: [Option<usize>; MAX_BODIES],
-    pub(super) sizes: Sizes,
+    pub(super) sizes: ModelSizes,
 }
 
 impl SpatialFreeFlyer {
@@ -36,14 +36,14 @@ impl SpatialFreeFlyer {
     ///
     /// # Errors
     /// What of it cannot be, with the remedy.
-    pub fn new(structure: Structure) -> Result<Self, String> {
+    pub fn new(structure: RobotStructure) -> Result<Self, String> {
         structure.check()?;
         let (state, parameter) = (States::new(&structure), Parameters::new(&structure));
         let (input, output) = (Inputs::new(&structure), Outputs::new(&structure));
         let mut spring = [None; MAX_BODIES];
         let flexible = structure.flexible.iter().enumerate().filter(|(_, f)| **f);
         flexible.enumerate().for_each(|(k, (j, _))| spring[j] = Some(k));
-        let sizes = Sizes {
+        let sizes = ModelSizes {
             states: state.count,
             inputs: input.count,
             parameters: parameter.count,
@@ -55,7 +55,7 @@ impl SpatialFreeFlyer {
     }
 
     /// What is fixed.
-    pub fn structure(&self) -> &Structure {
+    pub fn structure(&self) -> &RobotStructure {
         &self.structure
     }
 
@@ -65,7 +65,7 @@ impl SpatialFreeFlyer {
     }
 
     /// A joint with its motor.
-    pub(super) fn drive<T: Scalar>(&self, at: &At<T>, j: usize) -> Drive<T> {
+    pub(super) fn drive<T: Scalar>(&self, at: &At<T>, j: usize) -> JointDrive<T> {
         let p = &self.parameter;
         let torque = at.u[self.input.joint_torque + j];
         let (moves, rotor, rate) = match self.spring[j] {
@@ -75,7 +75,7 @@ impl SpatialFreeFlyer {
                 (spring, Rotor::Driven(torque - spring), at.x[self.state.motor_velocity + k])
             }
         };
-        Drive {
+        JointDrive {
             moves: Moves::Driven(moves),
             rotor,
             inertia: at.p[p.motor_inertia + j],
@@ -108,14 +108,14 @@ impl SpatialFreeFlyer {
 
     /// Where the first tip of a robot whose base is held would be at these coordinates of its joints, links straight, inertial
     /// axes, m.
-    pub fn straight_tip<T: Scalar>(&self, p: &[T], q: &[T]) -> Vector<T> {
+    pub fn straight_tip<T: Scalar>(&self, p: &[T], q: &[T]) -> Vector3<T> {
         let (s, at) = (&self.structure, &self.parameter);
         let mut point = three(p, at.tip_offset);
         for j in s.tree.arm(s.tips.first().copied().unwrap_or(0)).map(|body| body - 1) {
             let axis = unit(three(p, at.joint_axis + 3 * j));
             let moved = match s.tree.joint[j] {
-                Joint::Revolute => times(&about(axis, q[j]), point),
-                Joint::Prismatic => add(point, scale(q[j], axis)),
+                JointType::Revolute => times(&about(axis, q[j]), point),
+                JointType::Prismatic => add(point, scale(q[j], axis)),
             };
             let mount = rotation(four(p, at.joint_orientation + 4 * j));
             point = add(three(p, at.joint_position + 3 * j), times(&mount, moved));

@@ -1,27 +1,33 @@
 //! The outputs of [`SpatialFreeFlyer`].
 
-use super::articulated::Found;
+use super::articulated::SweepResult;
 use super::attitude::{Quaternion, about_axis, four, normalized, product as turned_by, unit};
 use super::composite::momentum;
 use super::flexible::Modal;
-use super::instant::Instant;
+use super::instant::RobotInstant;
 use super::joint_drive::Rotor;
 use super::measures::Arms;
 use super::model::SpatialFreeFlyer;
-use super::prescribed::Led;
-use super::spatial::{Frame, Rigid};
+use super::prescribed::PrescribedAccelerations;
+use super::spatial::{Rigid, SpatialFrame};
 use super::transmitted::transmitted;
-use super::tree::{All, Joint, Joints};
-use super::vector::{Vector, add, cross, dot, scale, sub, three, times, zero};
+use super::tree::{JointType, Joints, PerBody};
+use super::vector::{Vector3, add, cross, dot, scale, sub, three, times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 impl SpatialFreeFlyer {
     /// Outputs where some accelerations are given; `needed` as of [`Self::rates_with_torques`].
     #[inline(never)]
-    pub fn outputs_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, y: &mut [T], needed: &mut [T]) {
+    pub fn outputs_led<T: Scalar>(
+        &self,
+        at: At<T>,
+        led: PrescribedAccelerations<'_, T>,
+        y: &mut [T],
+        needed: &mut [T],
+    ) {
         let at = &at;
-        let mut now = Instant::new();
+        let mut now = RobotInstant::new();
         now.set(self, at);
         now.lead(self, &led);
         let frames = now.frames(self);
@@ -57,7 +63,7 @@ impl SpatialFreeFlyer {
     }
 
     /// Attitudes of all bodies, not as matrices turned back: their signs do not jump.
-    fn attitudes<T: Scalar>(&self, at: &At<T>, now: &Instant<T>) -> All<Quaternion<T>> {
+    fn attitudes<T: Scalar>(&self, at: &At<T>, now: &RobotInstant<T>) -> PerBody<Quaternion<T>> {
         let s = self.structure();
         let q = |v: &[T], begin: usize| normalized(four(v, begin));
         let base = if s.held {
@@ -65,15 +71,15 @@ impl SpatialFreeFlyer {
         } else {
             q(at.x, self.state.base_quaternion)
         };
-        let mut all = All::new();
+        let mut all = PerBody::new();
         all.push(base);
         for i in 1..=s.bodies() {
             let mount = q(at.p, self.parameter.joint_orientation + 4 * (i - 1));
             let parent = s.tree.parent[i - 1];
             let carried = turned_by(turned_by(all[parent], now.end_turn(parent)), mount);
             let own = match s.tree.joint[i - 1] {
-                Joint::Prismatic => carried,
-                Joint::Revolute => {
+                JointType::Prismatic => carried,
+                JointType::Revolute => {
                     let axis = unit(three(at.p, self.parameter.joint_axis + 3 * (i - 1)));
                     turned_by(carried, about_axis(axis, at.x[self.state.joint_angle + i - 1]))
                 }
@@ -86,7 +92,7 @@ impl SpatialFreeFlyer {
     fn tips<T: Scalar>(
         &self,
         at: &At<T>,
-        (now, frames): (&Instant<T>, &[Frame<T>]),
+        (now, frames): (&RobotInstant<T>, &[SpatialFrame<T>]),
         put: &mut impl FnMut(usize, &[T]),
     ) {
         let to = &self.output;
@@ -103,7 +109,7 @@ impl SpatialFreeFlyer {
         }
     }
 
-    fn appendages<T: Scalar>(&self, at: &At<T>, base: &Frame<T>, put: &mut impl FnMut(usize, &[T])) {
+    fn appendages<T: Scalar>(&self, at: &At<T>, base: &SpatialFrame<T>, put: &mut impl FnMut(usize, &[T])) {
         let (s, row, to, modes) = (self.structure(), &self.state, &self.output, self.structure().modes());
         let eta = &at.x[row.modal_coordinate..][..modes];
         let rates = &at.x[row.modal_velocity..][..modes];
@@ -123,14 +129,14 @@ impl SpatialFreeFlyer {
     fn reactions<T: Scalar>(
         &self,
         at: &At<T>,
-        now: &Instant<T>,
+        now: &RobotInstant<T>,
         put: &mut impl FnMut(usize, &[T]),
         needed: &mut [T],
     ) {
         let (s, to) = (self.structure(), &self.output);
         let mut joint = Joints::from_iter((0..s.bodies()).map(|_| T::zero()));
         let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
-        let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
+        let out = SweepResult { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
         let base = now.accelerations(self, out);
         // Of a prescribed rotor the torque was found.
         needed.fill(T::zero());
@@ -150,7 +156,7 @@ impl SpatialFreeFlyer {
         for i in (1..=s.bodies()).filter(|i| s.tree.parent[i - 1] == 0) {
             whole = whole.plus(by_joint[i].times(minus));
         }
-        let inertial = |v: Vector<T>| times(&now.placed[0].frame.rotation, v);
+        let inertial = |v: Vector3<T>| times(&now.placed[0].frame.rotation, v);
         put(to.reaction_force, &inertial(whole.force));
         put(to.reaction_torque, &inertial(whole.torque));
         for (a, tip) in s.tips.iter().enumerate() {
@@ -162,7 +168,7 @@ impl SpatialFreeFlyer {
         }
     }
 
-    fn analysis<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+    fn analysis<T: Scalar>(&self, at: &At<T>, now: &RobotInstant<T>, put: &mut impl FnMut(usize, &[T])) {
         let (s, to, p) = (self.structure(), &self.output, &self.parameter);
         let robot = now.snapshot(self);
         let arms = Arms::of(&robot, s.held);
@@ -180,7 +186,7 @@ impl SpatialFreeFlyer {
     fn totals<T: Scalar>(
         &self,
         at: &At<T>,
-        (now, frames): (&Instant<T>, &[Frame<T>]),
+        (now, frames): (&RobotInstant<T>, &[SpatialFrame<T>]),
         put: &mut impl FnMut(usize, &[T]),
     ) {
         let (s, to) = (self.structure(), &self.output);
@@ -195,7 +201,7 @@ impl SpatialFreeFlyer {
         );
         put(to.kinetic_energy, &[kinetic]);
         let (mut mass, mut first) = (robot.base.mass, scale(robot.base.mass, base.origin));
-        let mut count = |rigid: &Rigid<T>, frame: &Frame<T>| {
+        let mut count = |rigid: &Rigid<T>, frame: &SpatialFrame<T>| {
             mass += rigid.mass;
             first = add(first, add(scale(rigid.mass, frame.origin), times(&frame.rotation, rigid.first)));
         };

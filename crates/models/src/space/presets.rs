@@ -1,44 +1,44 @@
 //! Robots of the papers. What they do not print is assumed: `docs/parameters.md` lists which.
 
 use super::appendage::Beam;
-use super::design::{Appendage, Design, Link, Motor, Thruster, Tip};
+use super::design::{Appendage, DesignLink, DesignMotor, DesignTip, RobotDesign, Thruster};
 use super::shapes::Shapes;
-use super::tree::Joint;
-use super::vector::{Matrix, Vector};
+use super::tree::JointType;
+use super::vector::{Matrix3, Vector3};
 use crate::arm::parameter as planar;
 use crate::presets::cbk_pan;
 
 /// A rotationally symmetric or other diagonal inertia.
-fn diagonal(d: Vector<f64>) -> Matrix<f64> {
+fn diagonal(d: Vector3<f64>) -> Matrix3<f64> {
     [[d[0], 0.0, 0.0], [0.0, d[1], 0.0], [0.0, 0.0, d[2]]]
 }
 
 /// Mass, centre of mass, principal inertias, position of the joint, its axis; each on the one before.
-type Row = (f64, Vector<f64>, Vector<f64>, Vector<f64>, Vector<f64>);
+type LinkRow = (f64, Vector3<f64>, Vector3<f64>, Vector3<f64>, Vector3<f64>);
 
-fn chain(rows: &[Row]) -> Vec<Link> {
-    let link = |(k, (mass, center, inertia, position, axis)): (usize, &Row)| Link {
+fn chain(rows: &[LinkRow]) -> Vec<DesignLink> {
+    let link = |(k, (mass, center, inertia, position, axis)): (usize, &LinkRow)| DesignLink {
         name: format!("link {}", k + 1),
         parent: k,
-        joint: Joint::Revolute,
+        joint: JointType::Revolute,
         mass: *mass,
         center_of_mass: *center,
         inertia: diagonal(*inertia),
         position: *position,
         orientation: [1.0, 0.0, 0.0, 0.0],
         axis: *axis,
-        motor: Motor::default(),
+        motor: DesignMotor::default(),
     };
     rows.iter().enumerate().map(link).collect()
 }
 
-fn tool(body: usize, offset: Vector<f64>, mount: Vector<f64>) -> Vec<Tip> {
-    vec![Tip { name: "tool".into(), body, offset, mount }]
+fn tool(body: usize, offset: Vector3<f64>, mount: Vector3<f64>) -> Vec<DesignTip> {
+    vec![DesignTip { name: "tool".into(), body, offset, mount }]
 }
 
 /// S1 table 1: yaw, pitch, pitch; the post that carries the first joint is in the origin. The base is assumed.
-pub fn table_1() -> Design {
-    Design {
+pub fn table_1() -> RobotDesign {
+    RobotDesign {
         name: "table-1".into(),
         base_mass: 120.0,
         base_inertia: diagonal([12.0, 14.0, 10.0]),
@@ -62,7 +62,7 @@ pub fn table_1() -> Design {
 
 /// S1 table 1 on a bus with two panels: the arm without its post is at (0, 0, 0.5). Bus and panels are assumed. The panels
 /// at +y and -y are along the base's +y and -y, their x along its +z, their y along its +x (at +y) and -x (at -y).
-pub fn table_1_with_panels() -> Design {
+pub fn table_1_with_panels() -> RobotDesign {
     let mut design = table_1();
     design.name = "table-1-with-panels".into();
     design.links[0].position[2] += 0.5;
@@ -104,10 +104,10 @@ fn pairs(lever: f64) -> Vec<Thruster> {
 }
 
 /// S2 tables 2 and 7: 1500 kg and 762 kg.m2, an arm of 58.7 kg and 4.2 m with six joints. All other values are assumed.
-pub fn chaser() -> Design {
+pub fn chaser() -> RobotDesign {
     let (yaw, pitch, roll) = ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
     let slender = |along: f64, across: f64| [along, across, across];
-    Design {
+    RobotDesign {
         name: "chaser".into(),
         base_mass: 1500.0,
         base_inertia: [[650.0, -12.0, 8.0], [-12.0, 700.0, 5.0], [8.0, 5.0, 762.0]],
@@ -137,22 +137,22 @@ const TEST_BED: [bool; 3] = [true, false, false];
 
 /// S0's test-bed with its motor as printed: all joints turn about z. Moments of inertia about x and y are assumed to be those
 /// about z: in the plane they do not matter.
-pub fn test_bed() -> Design {
+pub fn test_bed() -> RobotDesign {
     let (n, p) = (TEST_BED.len(), cbk_pan(&TEST_BED));
     let link = |k: usize| {
         let before = if k == 0 { planar::mount_position(n) } else { planar::link_length(n) + k - 1 };
         let center = planar::link_center_of_mass(n) + 2 * k;
-        Link {
+        DesignLink {
             name: format!("link {}", k + 1),
             parent: k,
-            joint: Joint::Revolute,
+            joint: JointType::Revolute,
             mass: p[planar::link_mass(n) + k],
             center_of_mass: [p[center], p[center + 1], 0.0],
             inertia: diagonal([p[planar::link_inertia(n) + k]; 3]),
             position: [p[before], if k == 0 { p[before + 1] } else { 0.0 }, 0.0],
             orientation: [1.0, 0.0, 0.0, 0.0],
             axis: [0.0, 0.0, 1.0],
-            motor: Motor {
+            motor: DesignMotor {
                 flexible: TEST_BED[k],
                 inertia: p[planar::motor_inertia(n) + k],
                 gear_ratio: p[planar::gear_ratio(n) + k],
@@ -162,7 +162,7 @@ pub fn test_bed() -> Design {
         }
     };
     let mount = planar::mount_position(n);
-    Design {
+    RobotDesign {
         name: "test-bed".into(),
         base_mass: p[planar::base_mass(n)],
         base_inertia: diagonal([p[planar::base_inertia(n)]; 3]),
@@ -182,33 +182,33 @@ pub fn test_bed() -> Design {
 
 /// A robot by its name.
 #[derive(Clone, Copy, Debug)]
-pub struct Preset {
+pub struct RobotPreset {
     /// As requested.
     pub name: &'static str,
     /// Where its values are from.
     pub source: &'static str,
     /// Makes it.
-    pub design: fn() -> Design,
+    pub design: fn() -> RobotDesign,
 }
 
 /// All of them.
-pub const PRESETS: &[Preset] = &[
-    Preset {
+pub const PRESETS: &[RobotPreset] = &[
+    RobotPreset {
         name: "table-1",
         source: "three-link arm of free-flying robots' dynamics, Table 1, on an assumed base",
         design: table_1,
     },
-    Preset {
+    RobotPreset {
         name: "table-1-with-panels",
         source: "the same arm on an assumed base with two assumed panels that swing",
         design: table_1_with_panels,
     },
-    Preset {
+    RobotPreset {
         name: "chaser",
         source: "servicer of 1500 kg with a six-joint arm, on-orbit contact, Tables 2 and 7; the rest is assumed",
         design: chaser,
     },
-    Preset {
+    RobotPreset {
         name: "test-bed",
         source: "CBK PAN air-bearing test-bed in space, all axes along z",
         design: test_bed,

@@ -5,7 +5,7 @@
 //! As in [`super::shapes`], all is for a beam of length 1 and shapes of value 1 at the end. Of `n` shapes each is a mode of
 //! the beam with a free end as the polynomials of that many terms have it (Rayleigh and Ritz), so they are orthogonal.
 
-use super::shapes::Shape;
+use super::shapes::BeamShape;
 use std::sync::LazyLock;
 
 /// Most shapes of one link in one direction.
@@ -18,7 +18,7 @@ type Polynomial = [f64; MAX_LINK_SHAPES];
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkShape {
     /// Its integrals; `root` as its frequency has it.
-    pub shape: Shape,
+    pub shape: BeamShape,
     /// Its slope at the end (bending).
     pub slope: f64,
     /// Coefficients of z^2 (torsion: z) and of the powers above.
@@ -41,7 +41,7 @@ pub struct Moments {
 
 /// What pairs of shapes of a link of length 1 displace to second order (LNK-4, LNK-11): phi of bending, psi of torsion.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Quadratic {
+pub struct ShapeQuadratics {
     /// h the integral of phi_j' phi_k' from 0 to z.
     pub slopes: Moments,
     /// Integral of (1 - z) psi_k phi_j''; bending first.
@@ -53,12 +53,12 @@ pub struct Quadratic {
 }
 
 /// By numbers of shapes of bending and of torsion.
-type Quadratics = [[Quadratic; MAX_LINK_SHAPES + 1]; MAX_LINK_SHAPES + 1];
+type Quadratics = [[ShapeQuadratics; MAX_LINK_SHAPES + 1]; MAX_LINK_SHAPES + 1];
 static QUADRATICS: LazyLock<Quadratics> =
     LazyLock::new(|| std::array::from_fn(|n| std::array::from_fn(|m| quadratic_of(n, m))));
 
-fn quadratic_of(bends: usize, twists: usize) -> Quadratic {
-    let mut all = Quadratic::default();
+fn quadratic_of(bends: usize, twists: usize) -> ShapeQuadratics {
+    let mut all = ShapeQuadratics::default();
     for (j, a) in (0..bends).filter_map(|j| bending(bends, j)).enumerate() {
         let a = (&a.coefficients, BENDING.power);
         for (k, b) in (0..bends).filter_map(|k| bending(bends, k)).enumerate() {
@@ -81,18 +81,18 @@ fn quadratic_of(bends: usize, twists: usize) -> Quadratic {
 }
 
 /// Of so many shapes of bending and of torsion; `None` where there is no bending.
-pub fn quadratic(bends: usize, twists: usize) -> Option<&'static Quadratic> {
+pub fn quadratic(bends: usize, twists: usize) -> Option<&'static ShapeQuadratics> {
     QUADRATICS.get(bends)?.get(twists).filter(|_| bends > 0)
 }
 
 /// Bending or torsion: the lowest power of z, how often the strain is differentiated.
 #[derive(Clone, Copy)]
-struct Kind {
+struct DeformationKind {
     power: i32,
     strain: i32,
 }
-const BENDING: Kind = Kind { power: 2, strain: 2 };
-const TORSION: Kind = Kind { power: 1, strain: 1 };
+const BENDING: DeformationKind = DeformationKind { power: 2, strain: 2 };
+const TORSION: DeformationKind = DeformationKind { power: 1, strain: 1 };
 
 /// Shapes by their number, of 0 .. [`MAX_LINK_SHAPES`] of them.
 type Sets = [[LinkShape; MAX_LINK_SHAPES]; MAX_LINK_SHAPES + 1];
@@ -159,7 +159,7 @@ fn integral(a: (&Polynomial, i32), b: (&Polynomial, i32), d: [i32; 2], extra: i3
 }
 
 /// Integral over 0 .. 1 of derivative `d` of both.
-fn product(kind: Kind, a: &Polynomial, b: &Polynomial, d: i32) -> f64 {
+fn product(kind: DeformationKind, a: &Polynomial, b: &Polynomial, d: i32) -> f64 {
     integral((a, kind.power), (b, kind.power), [d, d], 0)
 }
 
@@ -168,7 +168,7 @@ fn binomial(n: i32, k: i32) -> f64 {
 }
 
 /// Polynomials that are orthonormal over 0 .. 1, z^power times those of Jacobi: whole coefficients, so nothing is lost.
-fn orthonormal(kind: Kind, n: usize) -> Vec<Polynomial> {
+fn orthonormal(kind: DeformationKind, n: usize) -> Vec<Polynomial> {
     if (kind.power, n) == (BENDING.power, 1) {
         // A single shape is the deflection by a force at the end.
         let c = [3.0, -1.0, 0.0, 0.0, 0.0];
@@ -190,7 +190,7 @@ fn scaled(c: &Polynomial, by: f64) -> Polynomial {
     c.map(|c| c * by)
 }
 
-fn set(kind: Kind, n: usize) -> [LinkShape; MAX_LINK_SHAPES] {
+fn set(kind: DeformationKind, n: usize) -> [LinkShape; MAX_LINK_SHAPES] {
     let basis = orthonormal(kind, n);
     let mut stiffness = [[0.0; MAX_LINK_SHAPES]; MAX_LINK_SHAPES];
     for (i, a) in basis.iter().enumerate() {
@@ -215,7 +215,7 @@ fn set(kind: Kind, n: usize) -> [LinkShape; MAX_LINK_SHAPES] {
     all
 }
 
-fn shape(kind: Kind, c: Polynomial) -> LinkShape {
+fn shape(kind: DeformationKind, c: Polynomial) -> LinkShape {
     let one_over = |extra: i32| {
         c.iter().enumerate().map(|(k, c)| c / f64::from(k as i32 + kind.power + extra + 1)).sum::<f64>()
     };
@@ -224,7 +224,7 @@ fn shape(kind: Kind, c: Polynomial) -> LinkShape {
     let root = (stiffness / square).powf(0.5 / f64::from(kind.strain));
     let critical = 2.0 * (square * stiffness).sqrt();
     LinkShape {
-        shape: Shape { root, area: one_over(0), moment: one_over(1), square, stiffness, critical },
+        shape: BeamShape { root, area: one_over(0), moment: one_over(1), square, stiffness, critical },
         slope: value(&c, kind.power, 1, 1.0),
         coefficients: c,
     }

@@ -8,19 +8,19 @@
 //! link alone: across it modes move matter, too, and a kinetic energy of first order in d were not positive.
 
 use super::MAX_MODES_OF_LINK;
-use super::ritz::{Pairs, Quadratic, quadratic};
+use super::ritz::{Pairs, ShapeQuadratics, quadratic};
 use super::shapes::Shapes;
-use super::spatial::{Motion, Rigid, Wrench};
-use super::vector::{Matrix, Vector, add, cross, dot, scale, spread, times, transposed, zero};
+use super::spatial::{Rigid, SpatialMotion, SpatialWrench};
+use super::vector::{Matrix3, Vector3, add, cross, dot, scale, spread, times, transposed, zero};
 use trueup_numerics::Scalar;
 
 /// A link whose displacements of second order are counted, as parameters have it; axes and origin of the body that carries it.
 #[derive(Clone, Copy, Debug)]
 pub struct SecondOrder<T> {
     /// Its axes as columns.
-    pub axes: Matrix<T>,
+    pub axes: Matrix3<T>,
     /// m.
-    pub root: Vector<T>,
+    pub root: Vector3<T>,
     /// kg.
     pub mass: T,
     /// m.
@@ -48,7 +48,7 @@ impl<T: Scalar> Nearer<T> {
 }
 
 impl<T: Scalar> SecondOrder<T> {
-    fn integrals(&self) -> Option<&'static Quadratic> {
+    fn integrals(&self) -> Option<&'static ShapeQuadratics> {
         quadratic(self.shapes.x.max(self.shapes.y), self.shapes.torsion)
     }
     /// Bending along x, along y, and torsion of these coordinates (or rates) of all modes.
@@ -67,7 +67,7 @@ impl<T: Scalar> SecondOrder<T> {
     }
 
     /// What each mode's coordinate changes of the end's d: link's axes.
-    fn shifted(&self, q: &Quadratic, eta: &[T], mut take: impl FnMut(usize, Vector<T>)) {
+    fn shifted(&self, q: &ShapeQuadratics, eta: &[T], mut take: impl FnMut(usize, Vector3<T>)) {
         let [u, v, phi] = self.split(eta);
         let (n, over) = (T::zero(), T::constant(-1.0) / self.length);
         for j in 0..u.len() {
@@ -84,7 +84,7 @@ impl<T: Scalar> SecondOrder<T> {
         }
     }
     /// What each mode's coordinate changes of p: link's axes.
-    fn turned(&self, q: &Quadratic, eta: &[T], mut take: impl FnMut(usize, Vector<T>)) {
+    fn turned(&self, q: &ShapeQuadratics, eta: &[T], mut take: impl FnMut(usize, Vector3<T>)) {
         let [u, v, phi] = self.split(eta);
         let (n, over) = (T::zero(), T::one() / self.length);
         for j in 0..u.len() {
@@ -102,7 +102,7 @@ impl<T: Scalar> SecondOrder<T> {
     }
 
     /// What each mode's coordinate changes of sigma at these coordinates (or rates), by the number of the mode.
-    fn nearer(&self, q: &Quadratic, eta: &[T], mut take: impl FnMut(usize, Nearer<T>)) {
+    fn nearer(&self, q: &ShapeQuadratics, eta: &[T], mut take: impl FnMut(usize, Nearer<T>)) {
         let (mut first, over) = (self.first, T::one() / self.length);
         let [u, v, _] = self.split(eta);
         for bent in [u, v] {
@@ -114,18 +114,18 @@ impl<T: Scalar> SecondOrder<T> {
             first += bent.len();
         }
     }
-    fn along(&self) -> Vector<T> {
+    fn along(&self) -> Vector3<T> {
         let [_, _, along] = transposed(&self.axes);
         along
     }
     /// Integral over the mass of the place times sigma.
-    fn place(&self, s: Nearer<T>) -> Vector<T> {
+    fn place(&self, s: Nearer<T>) -> Vector3<T> {
         scale(self.mass, add(scale(s.area, self.root), scale(self.length * s.moment, self.along())))
     }
     /// Momentum of matter that comes nearer to the root at this rate.
-    fn momentum(&self, s: Nearer<T>) -> Wrench<T> {
+    fn momentum(&self, s: Nearer<T>) -> SpatialWrench<T> {
         let back = scale(T::constant(-1.0), self.along());
-        Wrench { torque: cross(self.place(s), back), force: scale(self.mass * s.area, back) }
+        SpatialWrench { torque: cross(self.place(s), back), force: scale(self.mass * s.area, back) }
     }
 
     /// What it changes of the link at these coordinates and rates, the body moving so: adds to what each mode meets of the body's
@@ -134,11 +134,11 @@ impl<T: Scalar> SecondOrder<T> {
     pub(super) fn bend(
         &self,
         (eta, rates): (&[T], &[T]),
-        (omega, v): (Vector<T>, Vector<T>),
-        (coupling, bias): (&mut [Wrench<T>], &mut [T]),
-        (now, change, own): (&mut Rigid<T>, &mut Matrix<T>, &mut Wrench<T>),
-    ) -> Wrench<T> {
-        let Some(q) = self.integrals() else { return Wrench::zero() };
+        (omega, v): (Vector3<T>, Vector3<T>),
+        (coupling, bias): (&mut [SpatialWrench<T>], &mut [T]),
+        (now, change, own): (&mut Rigid<T>, &mut Matrix3<T>, &mut SpatialWrench<T>),
+    ) -> SpatialWrench<T> {
+        let Some(q) = self.integrals() else { return SpatialWrench::zero() };
         let back = scale(T::constant(-1.0), self.along());
         let (mut sigma, mut rate) = (Nearer::zero(), Nearer::zero());
         self.nearer(q, eta, |j, by| {
@@ -159,13 +159,13 @@ impl<T: Scalar> SecondOrder<T> {
 
     /// What each mode's coordinate changes of the end's d and p at these coordinates (or rates); carrier's axes, by the number of
     /// the mode.
-    pub(super) fn end(&self, eta: &[T], mut take: impl FnMut(usize, Motion<T>)) {
+    pub(super) fn end(&self, eta: &[T], mut take: impl FnMut(usize, SpatialMotion<T>)) {
         let Some(q) = self.integrals() else { return };
         let mut shifts = [zero(); MAX_MODES_OF_LINK];
         self.shifted(q, eta, |j, by| shifts[j] = by);
         self.turned(q, eta, |j, by| {
             let [linear, angular] = [shifts[j], by].map(|v| times(&self.axes, v));
-            take(self.first + j, Motion { angular, linear });
+            take(self.first + j, SpatialMotion { angular, linear });
         });
     }
 }

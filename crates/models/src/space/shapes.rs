@@ -31,7 +31,7 @@ impl Shapes {
 
 /// A shape's integrals over a beam of length 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shape {
+pub struct BeamShape {
     /// Wave number times length: the frequency clamped is root^2 sqrt(E I / (rho A L^4)); of torsion root sqrt(G J / (rho I_p L^2)).
     pub root: f64,
     /// Of the shape.
@@ -56,7 +56,7 @@ fn off_one(root: f64) -> f64 {
     ((-root).exp() + root.cos() + root.sin()) / (root.cosh() + root.cos())
 }
 
-static BENDING: LazyLock<[Shape; MAX_SHAPES]> = LazyLock::new(|| {
+static BENDING: LazyLock<[BeamShape; MAX_SHAPES]> = LazyLock::new(|| {
     std::array::from_fn(|j| {
         // cos + 1 / cosh has its roots near odd multiples of pi / 2; the first one is furthest off.
         let mut root = if j == 0 { 1.875 } else { (j as f64 + 0.5) * PI };
@@ -66,7 +66,7 @@ static BENDING: LazyLock<[Shape; MAX_SHAPES]> = LazyLock::new(|| {
         }
         let sigma = 1.0 - off_one(root);
         // By parts, with phi'''' = root^4 phi and the conditions at both ends.
-        Shape {
+        BeamShape {
             root,
             area: sign(j) * sigma / root,
             moment: sign(j) / (root * root),
@@ -78,14 +78,14 @@ static BENDING: LazyLock<[Shape; MAX_SHAPES]> = LazyLock::new(|| {
 });
 
 /// Bending shape `j`, from 0; `None` from [`MAX_SHAPES`] on.
-pub fn bending(j: usize) -> Option<Shape> {
+pub fn bending(j: usize) -> Option<BeamShape> {
     BENDING.get(j).copied()
 }
 
 /// Torsion shape `j`, from 0: sin of an odd quarter of waves; `None` from [`MAX_SHAPES`] on.
-pub fn torsion(j: usize) -> Option<Shape> {
+pub fn torsion(j: usize) -> Option<BeamShape> {
     let root = (j as f64 + 0.5) * PI;
-    let shape = Shape {
+    let shape = BeamShape {
         root,
         area: sign(j) / root,
         moment: 1.0 / (root * root),
@@ -98,7 +98,7 @@ pub fn torsion(j: usize) -> Option<Shape> {
 
 /// Bending shape `j` at z in 0 .. 1; 0 from [`MAX_SHAPES`] on.
 pub fn bending_at(j: usize, z: f64) -> f64 {
-    let Some(Shape { root, .. }) = bending(j) else { return 0.0 };
+    let Some(BeamShape { root, .. }) = bending(j) else { return 0.0 };
     let (off, x) = (off_one(root), root * z);
     let growing = 0.5 * off * x.exp();
     let falling = (1.0 - 0.5 * off) * (-x).exp();

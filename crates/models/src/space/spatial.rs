@@ -2,30 +2,30 @@
 //! angular part first, both parts at the origin of the axes in which they are written.
 
 use super::vector::{
-    Matrix, Vector, add, cross, cross_columns, dot, plus, product, product_transposed, scale, sub, times,
+    Matrix3, Vector3, add, cross, cross_columns, dot, plus, product, product_transposed, scale, sub, times,
     transposed_times, zero,
 };
 use trueup_numerics::Scalar;
 
 /// Angular and linear velocity (rad/s, m/s), or acceleration.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion<T> {
+pub struct SpatialMotion<T> {
     /// Of the axes.
-    pub angular: Vector<T>,
+    pub angular: Vector3<T>,
     /// Of the body's point at the origin.
-    pub linear: Vector<T>,
+    pub linear: Vector3<T>,
 }
 
 /// Torque about the origin, N.m, and force, N; or angular and linear momentum.
 #[derive(Clone, Copy, Debug)]
-pub struct Wrench<T> {
+pub struct SpatialWrench<T> {
     /// About the origin.
-    pub torque: Vector<T>,
+    pub torque: Vector3<T>,
     /// Through it.
-    pub force: Vector<T>,
+    pub force: Vector3<T>,
 }
 
-impl<T: Scalar> Motion<T> {
+impl<T: Scalar> SpatialMotion<T> {
     /// At rest.
     pub fn zero() -> Self {
         Self { angular: zero(), linear: zero() }
@@ -50,20 +50,20 @@ impl<T: Scalar> Motion<T> {
     }
     /// self x* w: the rate of a wrench `w` that is at rest in axes that move so.
     #[inline]
-    pub fn cross_wrench(self, w: Wrench<T>) -> Wrench<T> {
-        Wrench {
+    pub fn cross_wrench(self, w: SpatialWrench<T>) -> SpatialWrench<T> {
+        SpatialWrench {
             torque: add(cross(self.angular, w.torque), cross(self.linear, w.force)),
             force: cross(self.angular, w.force),
         }
     }
     /// Power of a wrench at this motion, W.
     #[inline]
-    pub fn power(self, w: Wrench<T>) -> T {
+    pub fn power(self, w: SpatialWrench<T>) -> T {
         dot(self.angular, w.torque) + dot(self.linear, w.force)
     }
 }
 
-impl<T: Scalar> Wrench<T> {
+impl<T: Scalar> SpatialWrench<T> {
     /// None.
     pub fn zero() -> Self {
         Self { torque: zero(), force: zero() }
@@ -87,27 +87,27 @@ impl<T: Scalar> Wrench<T> {
 
 /// Axes in those of the parent: their origin and rotation.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame<T> {
+pub struct SpatialFrame<T> {
     /// These axes to the parent's.
-    pub rotation: Matrix<T>,
+    pub rotation: Matrix3<T>,
     /// Their origin, parent's axes, m.
-    pub origin: Vector<T>,
+    pub origin: Vector3<T>,
 }
 
-impl<T: Scalar> Frame<T> {
+impl<T: Scalar> SpatialFrame<T> {
     /// A parent's motion as it is seen here.
     #[inline]
-    pub fn inwards(&self, m: Motion<T>) -> Motion<T> {
-        Motion {
+    pub fn inwards(&self, m: SpatialMotion<T>) -> SpatialMotion<T> {
+        SpatialMotion {
             angular: transposed_times(&self.rotation, m.angular),
             linear: transposed_times(&self.rotation, add(m.linear, cross(m.angular, self.origin))),
         }
     }
     /// A wrench here as it acts on the parent.
     #[inline]
-    pub fn outwards(&self, w: Wrench<T>) -> Wrench<T> {
+    pub fn outwards(&self, w: SpatialWrench<T>) -> SpatialWrench<T> {
         let force = times(&self.rotation, w.force);
-        Wrench { torque: add(times(&self.rotation, w.torque), cross(self.origin, force)), force }
+        SpatialWrench { torque: add(times(&self.rotation, w.torque), cross(self.origin, force)), force }
     }
     /// A frame in these axes as the parent sees it.
     pub fn then(&self, inner: &Self) -> Self {
@@ -124,14 +124,14 @@ pub struct Rigid<T> {
     /// kg.
     pub mass: T,
     /// Mass times the centre of mass, kg.m.
-    pub first: Vector<T>,
+    pub first: Vector3<T>,
     /// kg.m2.
-    pub inertia: Matrix<T>,
+    pub inertia: Matrix3<T>,
 }
 
 impl<T: Scalar> Rigid<T> {
     /// Of a body with this mass, centre of mass and inertia about that centre.
-    pub fn new(mass: T, center: Vector<T>, central: &Matrix<T>) -> Self {
+    pub fn new(mass: T, center: Vector3<T>, central: &Matrix3<T>) -> Self {
         let first = scale(mass, center);
         let square = dot(center, first);
         let mut inertia = *central;
@@ -145,19 +145,19 @@ impl<T: Scalar> Rigid<T> {
     }
     /// Momentum at this velocity; force at this acceleration.
     #[inline]
-    pub fn times(&self, v: Motion<T>) -> Wrench<T> {
-        Wrench {
+    pub fn times(&self, v: SpatialMotion<T>) -> SpatialWrench<T> {
+        SpatialWrench {
             torque: add(times(&self.inertia, v.angular), cross(self.first, v.linear)),
             force: sub(scale(self.mass, v.linear), cross(self.first, v.angular)),
         }
     }
     /// As the parent sees it.
-    pub fn outwards(&self, f: &Frame<T>) -> Self {
+    pub fn outwards(&self, f: &SpatialFrame<T>) -> Self {
         let inertia = product_transposed(&product(&f.rotation, &self.inertia), &f.rotation);
         Self { mass: self.mass, first: times(&f.rotation, self.first), inertia }.shifted(f.origin)
     }
     /// About the origin of axes that are not turned, from which this origin is at `p`.
-    pub fn shifted(&self, p: Vector<T>) -> Self {
+    pub fn shifted(&self, p: Vector3<T>) -> Self {
         // I + m p^2 + 2 p . h, less (p h^T + h p^T + m p p^T)
         let first = add(self.first, scale(self.mass, p));
         let mut inertia = self.inertia;
@@ -185,11 +185,11 @@ impl<T: Scalar> Rigid<T> {
 #[derive(Clone, Copy, Debug)]
 pub struct Articulated<T> {
     /// Torque by angular acceleration.
-    pub angular: Matrix<T>,
+    pub angular: Matrix3<T>,
     /// Torque by linear acceleration; force by angular acceleration is its transpose.
-    pub mixed: Matrix<T>,
+    pub mixed: Matrix3<T>,
     /// Force by linear acceleration.
-    pub linear: Matrix<T>,
+    pub linear: Matrix3<T>,
 }
 
 impl<T: Scalar> Articulated<T> {
@@ -204,8 +204,8 @@ impl<T: Scalar> Articulated<T> {
     }
     /// Wrench at an acceleration.
     #[inline]
-    pub fn times(&self, a: Motion<T>) -> Wrench<T> {
-        Wrench {
+    pub fn times(&self, a: SpatialMotion<T>) -> SpatialWrench<T> {
+        SpatialWrench {
             torque: add(times(&self.angular, a.angular), times(&self.mixed, a.linear)),
             force: add(transposed_times(&self.mixed, a.angular), times(&self.linear, a.linear)),
         }
@@ -219,7 +219,7 @@ impl<T: Scalar> Articulated<T> {
     }
     /// Takes w w^T s away.
     #[inline]
-    pub fn take(&mut self, w: &Wrench<T>, s: T) {
+    pub fn take(&mut self, w: &SpatialWrench<T>, s: T) {
         let (a, b) = (w.torque, w.force);
         for i in 0..3 {
             let (ai, bi) = (a[i] * s, b[i] * s);
@@ -233,10 +233,10 @@ impl<T: Scalar> Articulated<T> {
     /// Adds one that hangs in the axes `f`: with P = \[p x\], M = R M R^T, b = R B R^T, B = b + P M,
     /// A = R A R^T + P B^T + b P^T.
     #[inline]
-    pub fn add_outwards(&mut self, o: &Self, f: &Frame<T>) {
+    pub fn add_outwards(&mut self, o: &Self, f: &SpatialFrame<T>) {
         let (r, p) = (&f.rotation, f.origin);
-        let row = |m: &Matrix<T>, i: usize| times(r, transposed_times(m, r[i]));
-        let half = |m: &Matrix<T>| {
+        let row = |m: &Matrix3<T>, i: usize| times(r, transposed_times(m, r[i]));
+        let half = |m: &Matrix3<T>| {
             let [t0, t1, t2] =
                 [transposed_times(m, r[0]), transposed_times(m, r[1]), transposed_times(m, r[2])];
             let (d01, d02, d12) = (dot(t0, r[1]), dot(t0, r[2]), dot(t1, r[2]));

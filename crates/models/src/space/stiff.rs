@@ -4,9 +4,9 @@
 //! Left out, for it is not stiff: how weight and inertia change with the pose, Coriolis and centrifugal forces.
 
 use super::composite::{BASE, mass_matrix};
-use super::instant::Instant;
+use super::instant::RobotInstant;
 use super::model::SpatialFreeFlyer;
-use super::prescribed::Led;
+use super::prescribed::PrescribedAccelerations;
 use trueup_numerics::hybrid::At;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
@@ -21,7 +21,7 @@ pub enum Brake {
 
 /// Rows of the room behind the matrix: S, g K of what acts on a velocity alone; 1 where it is free to change, else 0; S, g K of
 /// the springs between joints and motors.
-struct Rows<'a> {
+struct StiffRows<'a> {
     both: &'a mut [f64],
     spring: &'a mut [f64],
     free: &'a mut [f64],
@@ -44,7 +44,7 @@ impl SpatialFreeFlyer {
     }
 
     /// The matrix and what follows it.
-    fn rows<'a>(&self, room: &'a mut [f64]) -> Option<(&'a mut [f64], Rows<'a>)> {
+    fn rows<'a>(&self, room: &'a mut [f64]) -> Option<(&'a mut [f64], StiffRows<'a>)> {
         let (n, springs) = (self.velocities(), self.structure().springs());
         let (matrix, rest) = room.split_at_mut_checked((BASE + n).pow(2))?;
         let (both, rest) = rest.split_at_mut_checked(n)?;
@@ -53,7 +53,7 @@ impl SpatialFreeFlyer {
         let (cross_both, rest) = rest.split_at_mut_checked(springs)?;
         let (cross_spring, rest) = rest.split_at_mut_checked(springs)?;
         let g = rest.first_mut()?;
-        Some((matrix, Rows { both, spring, free, cross_both, cross_spring, g }))
+        Some((matrix, StiffRows { both, spring, free, cross_both, cross_spring, g }))
     }
 
     /// Factors of M + g D + g^2 K into `room`, which is as long as [`Self::stiff_room`] gives, and the rates into `dx`; `brake`
@@ -64,14 +64,14 @@ impl SpatialFreeFlyer {
     pub fn factor_stiff(
         &self,
         at: &At<f64>,
-        led: Led<'_, f64>,
+        led: PrescribedAccelerations<'_, f64>,
         (g, brake): (f64, impl Fn(usize) -> Brake),
         room: &mut [f64],
         dx: &mut [f64],
     ) -> Result<(), usize> {
         let (n, joints) = (self.velocities(), self.structure().bodies());
         let Some((matrix, rows)) = self.rows(room) else { return Err(0) };
-        let mut now = Instant::new();
+        let mut now = RobotInstant::new();
         now.set(self, at);
         now.lead(self, &led);
         self.accelerate_led(&now, at, &led, dx, &mut []);

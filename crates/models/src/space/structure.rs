@@ -7,7 +7,7 @@ use super::{MAX_APPENDAGES, MAX_BODIES, MAX_MODES_OF_ALL, MAX_MODES_OF_LINK, MAX
 
 /// What is fixed when a model is packed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Structure {
+pub struct RobotStructure {
     /// Bodies and joints.
     pub tree: Tree,
     /// Per moving body: its joint has a spring between motor and body.
@@ -32,7 +32,7 @@ pub struct Structure {
     pub analysis: bool,
 }
 
-impl Structure {
+impl RobotStructure {
     /// Moving bodies.
     pub fn bodies(&self) -> usize {
         self.tree.bodies()

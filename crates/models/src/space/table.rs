@@ -4,26 +4,26 @@ use super::appendage::{AppendageError, TableMode, participation};
 use super::attitude::{Quaternion, four, rotation};
 use super::body_check::{inertia_fault, off_unit};
 use super::model::SpatialFreeFlyer;
-use super::spatial::{Frame, Motion, Rigid, Wrench};
-use super::vector::{Matrix, Vector, matrix, three};
+use super::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use super::vector::{Matrix3, Vector3, matrix, three};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 /// What bends on the base, or the link of a body, known by its modes, clamped at its root, as tools for structures give them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct ModeTable {
     /// Its name.
     pub name: String,
     /// Its root, axes of what carries it, m.
-    pub position: Vector<f64>,
+    pub position: Vector3<f64>,
     /// Own axes to those: w, x, y, z.
     pub orientation: Quaternion<f64>,
     /// Of the whole, kg.
     pub mass: f64,
     /// From the root, own axes, m.
-    pub center_of_mass: Vector<f64>,
+    pub center_of_mass: Vector3<f64>,
     /// About the centre of mass, own axes, kg.m2.
-    pub inertia: Matrix<f64>,
+    pub inertia: Matrix3<f64>,
     /// Its modes.
     pub modes: Vec<TabledMode>,
 }
@@ -42,19 +42,19 @@ pub struct TabledMode {
 impl TabledMode {
     fn row(&self) -> TableMode<f64> {
         let [a, b, c, d, e, f] = self.participation;
-        let participation = Wrench { force: [a, b, c], torque: [d, e, f] };
+        let participation = SpatialWrench { force: [a, b, c], torque: [d, e, f] };
         TableMode { frequency: self.frequency, damping_ratio: self.damping_ratio, participation }
     }
 }
 
-impl Table {
+impl ModeTable {
     /// The whole of it unbent, about its root, own axes.
     pub fn rigid(&self) -> Rigid<f64> {
         Rigid::new(self.mass, self.center_of_mass, &self.inertia)
     }
     /// Its axes in those of what carries it.
-    pub fn frame(&self) -> Frame<f64> {
-        Frame { rotation: rotation(self.orientation), origin: self.position }
+    pub fn frame(&self) -> SpatialFrame<f64> {
+        SpatialFrame { rotation: rotation(self.orientation), origin: self.position }
     }
     /// Its modes as the kernels have them.
     pub fn rows(&self) -> Vec<TableMode<f64>> {
@@ -62,7 +62,7 @@ impl Table {
     }
 }
 
-impl Table {
+impl ModeTable {
     /// Whether this can be.
     ///
     /// # Errors
@@ -100,26 +100,26 @@ pub struct LinkTable {
     /// The body, from 1.
     pub body: usize,
     /// The link without anything on its end; its name is the body's.
-    pub table: Table,
+    pub table: ModeTable,
     /// Its end unbent, from its root, own axes, m.
-    pub end: Vector<f64>,
+    pub end: Vector3<f64>,
     /// Per mode how it shifts the end (S, kg^-0.5) and turns it (Theta, kg^-0.5/m) per unit of its coordinate, own axes.
-    pub reach: Vec<Reach>,
+    pub reach: Vec<ModeReach>,
 }
 
 /// How a mass-normalised mode moves the end of a link, own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct ModeReach {
     /// S, kg^-0.5.
-    pub shift: Vector<f64>,
+    pub shift: Vector3<f64>,
     /// Theta, kg^-0.5/m.
-    pub turn: Vector<f64>,
+    pub turn: Vector3<f64>,
 }
 
 impl LinkTable {
     /// Its modes with what they do to the end, as the kernels have them.
-    pub fn rows(&self) -> Vec<(TableMode<f64>, Motion<f64>)> {
-        let reach = self.reach.iter().map(|r| Motion { angular: r.turn, linear: r.shift });
+    pub fn rows(&self) -> Vec<(TableMode<f64>, SpatialMotion<f64>)> {
+        let reach = self.reach.iter().map(|r| SpatialMotion { angular: r.turn, linear: r.shift });
         self.table.rows().into_iter().zip(reach).collect()
     }
 
@@ -144,7 +144,7 @@ impl LinkTable {
 
 impl SpatialFreeFlyer {
     /// Axes, whole and end of link table `k` (from 0).
-    pub(super) fn link_table<T: Scalar>(&self, p: &[T], k: usize) -> (Frame<T>, Rigid<T>, Vector<T>) {
+    pub(super) fn link_table<T: Scalar>(&self, p: &[T], k: usize) -> (SpatialFrame<T>, Rigid<T>, Vector3<T>) {
         let (at, link) = (&self.parameter, self.structure().beams().count() + k);
         let (center, inertia) =
             (three(p, at.link_table_center + 3 * k), matrix(p, at.link_table_inertia + 9 * k));
@@ -158,18 +158,18 @@ impl SpatialFreeFlyer {
         p: &'a [T],
         first: usize,
         count: usize,
-    ) -> impl ExactSizeIterator<Item = (TableMode<T>, Motion<T>)> + 'a {
+    ) -> impl ExactSizeIterator<Item = (TableMode<T>, SpatialMotion<T>)> + 'a {
         let at = self.parameter;
         (first..first + count).map(move |m| {
             let mode = TableMode {
                 frequency: p[at.link_mode_frequency + m],
                 damping_ratio: p[at.link_mode_damping + m],
-                participation: Wrench {
+                participation: SpatialWrench {
                     force: three(p, at.link_mode_participation + 6 * m),
                     torque: three(p, at.link_mode_participation + 6 * m + 3),
                 },
             };
-            let reach = Motion {
+            let reach = SpatialMotion {
                 angular: three(p, at.link_mode_turn + 3 * m),
                 linear: three(p, at.link_mode_shift + 3 * m),
             };
@@ -178,9 +178,9 @@ impl SpatialFreeFlyer {
     }
 
     /// Axes and whole of table `k` (from 0).
-    pub(super) fn table<T: Scalar>(&self, p: &[T], k: usize) -> (Frame<T>, Rigid<T>) {
+    pub(super) fn table<T: Scalar>(&self, p: &[T], k: usize) -> (SpatialFrame<T>, Rigid<T>) {
         let (at, part) = (&self.parameter, self.structure().appendages.len() + k);
-        let frame = Frame {
+        let frame = SpatialFrame {
             rotation: rotation(four(p, at.appendage_orientation + 4 * part)),
             origin: three(p, at.appendage_position + 3 * part),
         };
@@ -199,7 +199,7 @@ impl SpatialFreeFlyer {
         (first..first + count).map(move |m| TableMode {
             frequency: p[at.mode_frequency + m],
             damping_ratio: p[at.mode_damping + m],
-            participation: Wrench {
+            participation: SpatialWrench {
                 force: three(p, at.mode_participation + 6 * m),
                 torque: three(p, at.mode_participation + 6 * m + 3),
             },

@@ -1,9 +1,9 @@
 //! What the joints and the roots of appendages transmit: by Newton and Euler, from accelerations that are known (SFF-2,
 //! SFF-3).
 
-use super::snapshot::Snapshot;
-use super::spatial::{Motion, Wrench};
-use super::tree::{All, all, subspace};
+use super::snapshot::RobotSnapshot;
+use super::spatial::{SpatialMotion, SpatialWrench};
+use super::tree::{PerBody, all, subspace};
 use super::vector::{add, cross, dot, scale};
 use trueup_numerics::Scalar;
 
@@ -11,16 +11,16 @@ use trueup_numerics::Scalar;
 /// element 0: what the base puts on its appendages. Accelerations are those of the base (own axes, spatial), the joints, the
 /// rotors, the modes.
 pub fn transmitted<T: Scalar>(
-    now: &Snapshot<'_, T>,
-    applied: &[Wrench<T>],
-    (base, joint, rotor, modal): (Motion<T>, &[T], &[T], &[T]),
-) -> All<Wrench<T>> {
-    let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
+    now: &RobotSnapshot<'_, T>,
+    applied: &[SpatialWrench<T>],
+    (base, joint, rotor, modal): (SpatialMotion<T>, &[T], &[T], &[T]),
+) -> PerBody<SpatialWrench<T>> {
+    let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
     let mut a = all(n, base);
     // Per joint of what carries it.
-    let mut carrier = all(n, Motion::zero());
-    let mut f = all(n, Wrench::zero());
+    let mut carrier = all(n, SpatialMotion::zero());
+    let mut f = all(n, SpatialWrench::zero());
     for i in 1..=n {
         let own = subspace(tree.joint[i - 1], bodies[i].axis).times(joint[i - 1]);
         let parent = tree.parent[i - 1];
@@ -35,7 +35,7 @@ pub fn transmitted<T: Scalar>(
     for (j, on) in flexing.carried() {
         f[on] = f[on].plus(flexing.coupling[j].times(modal[j])); // (SFF-6)
     }
-    let mut given = all(n, Wrench::zero());
+    let mut given = all(n, SpatialWrench::zero());
     given[0] = f[0];
     for i in (1..=n).rev() {
         let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);

@@ -6,14 +6,14 @@
 use super::MAX_BODIES;
 use super::attitude::about;
 use super::end::Ends;
-use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
-use super::vector::{Vector, add, cross, dot, product, scale, times, transposed_times, zero};
+use super::spatial::{Articulated, Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use super::vector::{Vector3, add, cross, dot, product, scale, times, transposed_times, zero};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 
 /// What a joint leaves free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Joint {
+pub enum JointType {
     /// Turning about its axis, rad.
     #[default]
     Revolute,
@@ -22,20 +22,22 @@ pub enum Joint {
 }
 
 /// What one unit of a joint's rate along `axis` (own axes) does, as [`subspace`] has it, without the products by its zeros.
-impl Joint {
+impl JointType {
     /// The wrench that this acceleration takes: I s.
     #[inline]
-    pub(super) fn column<T: Scalar>(self, of: &Articulated<T>, axis: Vector<T>) -> Wrench<T> {
+    pub(super) fn column<T: Scalar>(self, of: &Articulated<T>, axis: Vector3<T>) -> SpatialWrench<T> {
         match self {
             Self::Revolute => {
-                Wrench { torque: times(&of.angular, axis), force: transposed_times(&of.mixed, axis) }
+                SpatialWrench { torque: times(&of.angular, axis), force: transposed_times(&of.mixed, axis) }
             }
-            Self::Prismatic => Wrench { torque: times(&of.mixed, axis), force: times(&of.linear, axis) },
+            Self::Prismatic => {
+                SpatialWrench { torque: times(&of.mixed, axis), force: times(&of.linear, axis) }
+            }
         }
     }
     /// The part of a wrench that works on it.
     #[inline]
-    pub(super) fn power<T: Scalar>(self, axis: Vector<T>, of: &Wrench<T>) -> T {
+    pub(super) fn power<T: Scalar>(self, axis: Vector3<T>, of: &SpatialWrench<T>) -> T {
         match self {
             Self::Revolute => dot(axis, of.torque),
             Self::Prismatic => dot(axis, of.force),
@@ -43,7 +45,7 @@ impl Joint {
     }
     /// Adds so much of it.
     #[inline]
-    pub(super) fn add_to<T: Scalar>(self, along: Vector<T>, motion: &mut Motion<T>) {
+    pub(super) fn add_to<T: Scalar>(self, along: Vector3<T>, motion: &mut SpatialMotion<T>) {
         let part = match self {
             Self::Revolute => &mut motion.angular,
             Self::Prismatic => &mut motion.linear,
@@ -52,11 +54,11 @@ impl Joint {
     }
     /// velocity x so much of it.
     #[inline]
-    fn turned<T: Scalar>(self, along: Vector<T>, velocity: &Motion<T>) -> Motion<T> {
+    fn turned<T: Scalar>(self, along: Vector3<T>, velocity: &SpatialMotion<T>) -> SpatialMotion<T> {
         let (omega, v) = (velocity.angular, velocity.linear);
         match self {
-            Self::Revolute => Motion { angular: cross(omega, along), linear: cross(v, along) },
-            Self::Prismatic => Motion { angular: zero(), linear: cross(omega, along) },
+            Self::Revolute => SpatialMotion { angular: cross(omega, along), linear: cross(v, along) },
+            Self::Prismatic => SpatialMotion { angular: zero(), linear: cross(omega, along) },
         }
     }
 }
@@ -67,7 +69,7 @@ pub struct Tree {
     /// Per moving body the body that carries it; 0 is the base.
     pub parent: Vec<usize>,
     /// Per moving body its joint.
-    pub joint: Vec<Joint>,
+    pub joint: Vec<JointType>,
 }
 
 impl Tree {
@@ -88,52 +90,52 @@ impl Tree {
 
 /// A moving body with its joint, as parameters have it.
 #[derive(Clone, Copy, Debug)]
-pub struct Body<T> {
+pub struct TreeBody<T> {
     /// About its joint.
     pub rigid: Rigid<T>,
     /// The joint's axes at angle 0 in those of the body that carries it.
-    pub mount: Frame<T>,
+    pub mount: SpatialFrame<T>,
     /// Unit vector along the joint's axis, own axes.
-    pub axis: Vector<T>,
+    pub axis: Vector3<T>,
 }
 
 /// Where a body is and how it moves.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed<T> {
+pub struct PlacedBody<T> {
     /// Own axes in those of the body that carries it; of the base: in the inertial frame.
-    pub frame: Frame<T>,
+    pub frame: SpatialFrame<T>,
     /// Velocity, own axes.
-    pub velocity: Motion<T>,
+    pub velocity: SpatialMotion<T>,
     /// What the acceleration has beyond those of the carrier and of the joint's own rate: products of rates, own axes.
-    pub bias: Motion<T>,
+    pub bias: SpatialMotion<T>,
     /// The joint's axis in the carrier's axes.
-    pub axis: Vector<T>,
+    pub axis: Vector3<T>,
 }
 
-impl<T: Scalar> Placed<T> {
+impl<T: Scalar> PlacedBody<T> {
     /// A base: its frame in the inertial one, its velocity in own axes.
-    pub fn base(frame: Frame<T>, velocity: Motion<T>) -> Self {
-        Self { frame, velocity, bias: Motion::zero(), axis: zero() }
+    pub fn base(frame: SpatialFrame<T>, velocity: SpatialMotion<T>) -> Self {
+        Self { frame, velocity, bias: SpatialMotion::zero(), axis: zero() }
     }
 }
 
 /// The motion of one unit of a joint's rate, own axes.
 #[inline]
-pub fn subspace<T: Scalar>(joint: Joint, axis: Vector<T>) -> Motion<T> {
+pub fn subspace<T: Scalar>(joint: JointType, axis: Vector3<T>) -> SpatialMotion<T> {
     match joint {
-        Joint::Revolute => Motion { angular: axis, linear: zero() },
-        Joint::Prismatic => Motion { angular: zero(), linear: axis },
+        JointType::Revolute => SpatialMotion { angular: axis, linear: zero() },
+        JointType::Prismatic => SpatialMotion { angular: zero(), linear: axis },
     }
 }
 
 /// Of all bodies; element 0 is the base.
-pub type All<V> = ArrayVec<V, { MAX_BODIES + 1 }>;
+pub type PerBody<V> = ArrayVec<V, { MAX_BODIES + 1 }>;
 
 /// Of all joints, from 0.
 pub type Joints<V> = ArrayVec<V, MAX_BODIES>;
 
 /// Of `n` bodies and the base the same.
-pub(super) fn all<V: Copy>(n: usize, value: V) -> All<V> {
+pub(super) fn all<V: Copy>(n: usize, value: V) -> PerBody<V> {
     (0..=n).map(|_| value).collect()
 }
 
@@ -141,12 +143,12 @@ impl Tree {
     /// Places all bodies: `base` is the base's frame and velocity (own axes), `q` and `rates` those of the joints.
     pub fn place<T: Scalar>(
         &self,
-        bodies: &[Body<T>],
-        base: (Frame<T>, Motion<T>),
+        bodies: &[TreeBody<T>],
+        base: (SpatialFrame<T>, SpatialMotion<T>),
         q: &[T],
         rates: &[T],
-    ) -> All<Placed<T>> {
-        let mut all = All::new();
+    ) -> PerBody<PlacedBody<T>> {
+        let mut all = PerBody::new();
         self.place_into(bodies, base, (q, rates), None, &mut all);
         all
     }
@@ -154,23 +156,23 @@ impl Tree {
     /// As [`Self::place`], in place: a list that is moved costs as much as a sweep. `ends` are those of links that bend.
     pub fn place_into<T: Scalar>(
         &self,
-        bodies: &[Body<T>],
-        base: (Frame<T>, Motion<T>),
+        bodies: &[TreeBody<T>],
+        base: (SpatialFrame<T>, SpatialMotion<T>),
         (q, rates): (&[T], &[T]),
         ends: Option<&Ends<T>>,
-        all: &mut All<Placed<T>>,
+        all: &mut PerBody<PlacedBody<T>>,
     ) {
         all.clear();
-        all.push(Placed::base(base.0, base.1));
+        all.push(PlacedBody::base(base.0, base.1));
         for i in 1..=self.bodies() {
             let (body, joint) = (&bodies[i], self.joint[i - 1]);
             let mut axis = times(&body.mount.rotation, body.axis);
             let mut frame = match joint {
-                Joint::Revolute => Frame {
+                JointType::Revolute => SpatialFrame {
                     rotation: product(&body.mount.rotation, &about(body.axis, q[i - 1])),
                     origin: body.mount.origin,
                 },
-                Joint::Prismatic => Frame {
+                JointType::Prismatic => SpatialFrame {
                     rotation: body.mount.rotation,
                     origin: add(body.mount.origin, scale(q[i - 1], axis)),
                 },
@@ -185,13 +187,13 @@ impl Tree {
             }
             let mut velocity = frame.inwards(carrier);
             joint.add_to(own, &mut velocity); // (SFF-2)
-            all.push(Placed { frame, velocity, bias: joint.turned(own, &velocity), axis });
+            all.push(PlacedBody { frame, velocity, bias: joint.turned(own, &velocity), axis });
         }
     }
 
     /// Frames of all bodies in the inertial one.
-    pub fn inertial<T: Scalar>(&self, placed: &[Placed<T>]) -> All<Frame<T>> {
-        let mut all = All::new();
+    pub fn inertial<T: Scalar>(&self, placed: &[PlacedBody<T>]) -> PerBody<SpatialFrame<T>> {
+        let mut all = PerBody::new();
         all.push(placed[0].frame);
         for i in 1..=self.bodies() {
             let frame = all[self.parent[i - 1]].then(&placed[i].frame);

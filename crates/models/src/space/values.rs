@@ -2,13 +2,13 @@
 
 use super::attitude::{IDENTITY, four, square};
 use super::body_check::{NOT_UNIT, inertia_fault};
-use super::design::Design;
+use super::design::RobotDesign;
 use super::layout::Parameters;
 use super::model::SpatialFreeFlyer;
 use super::shapes::Shapes;
-use super::structure::Structure;
+use super::structure::RobotStructure;
 use super::tree::Tree;
-use super::vector::{Matrix, dot};
+use super::vector::{Matrix3, dot};
 use crate::arm::rotor;
 
 /// Motor inertia and stiffness of a flexible joint that is not described.
@@ -20,10 +20,10 @@ const ALUMINIUM: (f64, f64) = (78e9, 0.33);
 /// Diagonal of a matrix of 3 x 3, row by row.
 const DIAGONAL: [usize; 3] = [0, 4, 8];
 
-impl Design {
+impl RobotDesign {
     /// What of it is fixed when it is packed.
-    pub fn structure(&self) -> Structure {
-        Structure {
+    pub fn structure(&self) -> RobotStructure {
+        RobotStructure {
             tree: Tree {
                 parent: self.links.iter().map(|l| l.parent).collect(),
                 joint: self.links.iter().map(|l| l.joint).collect(),
@@ -186,7 +186,7 @@ fn put(p: &mut [f64], begin: usize, values: &[f64]) {
 }
 
 /// A base of 100 kg with bodies of 1 kg in a row, all axes along z.
-fn plain(s: &Structure, at: &Parameters) -> Vec<f64> {
+fn plain(s: &RobotStructure, at: &Parameters) -> Vec<f64> {
     let mut p = vec![0.0; at.count];
     p[at.base_mass] = 100.0;
     DIAGONAL.iter().for_each(|i| p[at.base_inertia + i] = 10.0);
@@ -250,7 +250,7 @@ impl SpatialFreeFlyer {
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         let (s, at) = (self.structure(), &self.parameter);
         let inertia =
-            |begin: usize| -> Matrix<f64> { [0, 3, 6].map(|r| [0, 1, 2].map(|c| p[begin + r + c])) };
+            |begin: usize| -> Matrix3<f64> { [0, 3, 6].map(|r| [0, 1, 2].map(|c| p[begin + r + c])) };
         if let Some(why) = inertia_fault(&inertia(at.base_inertia)) {
             return Err((at.base_inertia, format!("baseInertia: {why}")));
         }

@@ -3,14 +3,14 @@
 use super::capture::{Sim, seconds};
 use super::run::TIGHT;
 use trueup_models::arm::PlanarManipulator;
-use trueup_models::contact::Structure;
+use trueup_models::contact::GripperStructure;
 use trueup_models::contact::impact::Impact;
-use trueup_numerics::driver::Options;
+use trueup_numerics::driver::DriverOptions;
 
 /// The test-bed with springs without damping, its arm bent.
 fn bent(flexible: &[bool]) -> Sim<PlanarManipulator> {
     let n = flexible.len();
-    Sim::with_arm(flexible, Structure::default())
+    Sim::with_arm(flexible, GripperStructure::default())
         .set("jointDamping", &vec![0.0; n])
         .set("initialJointAngle", &[0.4, -0.7, 0.5][..n])
         .set("initialMotorAngle", &[0.4, -0.7, 0.5][..n])
@@ -58,7 +58,7 @@ fn momentum_and_energy_are_kept() {
 /// Checks CON-4: an arm stretched on the line of the impact acts along it with all its mass.
 #[test]
 fn an_impact_along_a_stretched_arm_is_the_closed_form() {
-    let sim = Sim::with_arm(&[false; 3], Structure { balls: 1, ..Structure::default() })
+    let sim = Sim::with_arm(&[false; 3], GripperStructure { balls: 1, ..GripperStructure::default() })
         .set("mountPosition", &[0.337, 0.0])
         .set("linkCenterOfMass", &[0.1362, 0.0, 0.134, 0.0, 0.1511, 0.0])
         .set("targetCenterOfMass", &[1.5, 0.0])
@@ -66,7 +66,7 @@ fn an_impact_along_a_stretched_arm_is_the_closed_form() {
     let (chaser, target) = (58.69 + 2.81 + 2.82 + 4.64, 213.3);
     let impact =
         Impact { mass: chaser * target / (chaser + target), stiffness: 6000.0, damping: 81.0, speed: 0.005 };
-    let all = sim.run(&[3.0], Options { max_step: 1e-3, ..TIGHT });
+    let all = sim.run(&[3.0], DriverOptions { max_step: 1e-3, ..TIGHT });
     let changes = all.changes(0);
     let turn = 1.0 + impact.compression();
     let wanted = [1.0, turn, turn + impact.restitution_time()];
@@ -91,7 +91,7 @@ fn a_stiff_arm_is_a_rigid_chaser() {
     let (base, link, mount, com, length) = (58.69, 10.27, 0.337, 0.4, 1.0);
     let (base_inertia, link_inertia) = (2.42, 0.9);
     let arm = |stiffness: f64| {
-        Sim::with_arm(&[true], Structure::default())
+        Sim::with_arm(&[true], GripperStructure::default())
             .set("mountPosition", &[mount, 0.0])
             .set("linkMass", &[link])
             .set("linkInertia", &[link_inertia])
@@ -109,7 +109,7 @@ fn a_stiff_arm_is_a_rigid_chaser() {
         + link_inertia
         + base * center * center
         + link * (mount + com - center) * (mount + com - center);
-    let mut body = Sim::of(Structure::default());
+    let mut body = Sim::of(GripperStructure::default());
     // Gripper, port and target as of the arm; they come first in both.
     let gripper = body.p.len() - 15;
     body.p[..gripper].copy_from_slice(&arm(1.0).p[..gripper]);

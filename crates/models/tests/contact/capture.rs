@@ -7,9 +7,9 @@ use trueup_models::contact::layout::{
     ChaserOutputs, ChaserParameters, ChaserStates, Outputs, Parameters, SceneOutputs, SceneParameters,
     SceneStates, States,
 };
-use trueup_models::contact::{CaptureScene, Chaser, Outcome, RigidChaser, Structure};
-use trueup_models::layout::{Allowed, Entry, Parameter, Shows, State};
-use trueup_numerics::driver::Options;
+use trueup_models::contact::{CaptureOutcome, CaptureScene, Chaser, GripperStructure, RigidChaser};
+use trueup_models::layout::{AllowedValues, LayoutEntry, LayoutState, Parameter, Shows};
+use trueup_numerics::driver::DriverOptions;
 use trueup_numerics::hybrid::Hybrid;
 
 pub(super) fn seconds(to: usize) -> Vec<f64> {
@@ -20,17 +20,17 @@ pub(super) fn seconds(to: usize) -> Vec<f64> {
 pub(super) struct Sim<C = RigidChaser> {
     pub scene: CaptureScene<C>,
     pub p: Vec<f64>,
-    pub parameters: Vec<Entry<Parameter>>,
-    pub outputs: Vec<Entry<Shows>>,
+    pub parameters: Vec<LayoutEntry<Parameter>>,
+    pub outputs: Vec<LayoutEntry<Shows>>,
     pub nominal: Vec<f64>,
 }
 
-fn entry<K>(name: &'static str, dimensions: Vec<usize>, kind: K) -> Entry<K> {
-    Entry { name, dimensions, unit: "", kind, text: "" }
+fn entry<K>(name: &'static str, dimensions: Vec<usize>, kind: K) -> LayoutEntry<K> {
+    LayoutEntry { name, dimensions, unit: "", kind, text: "" }
 }
 
 impl Sim {
-    pub(super) fn of(structure: Structure) -> Self {
+    pub(super) fn of(structure: GripperStructure) -> Self {
         let (s, none) = (&structure, &());
         let scene = CaptureScene::new(RigidChaser::default(), structure).unwrap();
         let states = [States::list(s), ChaserStates::list(none), SceneStates::list(none)].concat();
@@ -47,7 +47,7 @@ impl Sim {
 
 impl Sim<PlanarManipulator> {
     /// The hand at the tip of such a manipulator.
-    pub(super) fn with_arm(flexible: &[bool], structure: Structure) -> Self {
+    pub(super) fn with_arm(flexible: &[bool], structure: GripperStructure) -> Self {
         let n = flexible.len();
         let own = |names: &'static [(&'static str, fn(usize) -> usize)]| {
             names.iter().map(move |(name, length)| (*name, vec![length(n)]))
@@ -56,10 +56,10 @@ impl Sim<PlanarManipulator> {
         let arm = PlanarManipulator::new::<&str>(flexible, &[]).unwrap();
         let chaser_states = arm.sizes().states;
         let scene = CaptureScene::new(arm, structure).unwrap();
-        let any = Parameter::fixed(Allowed::Any);
+        let any = Parameter::fixed(AllowedValues::Any);
         let parameters = own(parameter::NAMES).map(|(name, dimensions)| entry(name, dimensions, any));
         let outputs = own(output::NAMES).map(|(name, dimensions)| entry(name, dimensions, Shows::States));
-        let nominal = |list: Vec<Entry<State>>| {
+        let nominal = |list: Vec<LayoutEntry<LayoutState>>| {
             list.into_iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect::<Vec<_>>()
         };
         Self {
@@ -83,10 +83,10 @@ impl<C: Chaser> Sim<C> {
         self
     }
     pub(super) fn parameter(&self, name: &str) -> &[f64] {
-        let length = self.parameters.iter().find(|e| e.name == name).map_or(0, Entry::len);
+        let length = self.parameters.iter().find(|e| e.name == name).map_or(0, LayoutEntry::len);
         &self.p[place(&self.parameters, name)..][..length]
     }
-    pub(super) fn run(&self, times: &[f64], options: Options) -> Moments {
+    pub(super) fn run(&self, times: &[f64], options: DriverOptions) -> Moments {
         let u = vec![0.0; self.scene.sizes().inputs];
         self.scene.check(&self.p).unwrap();
         run(&self.scene, &self.p, &u, times, &self.nominal, options)
@@ -99,7 +99,7 @@ impl<C: Chaser> Sim<C> {
 /// Checks C44, C45 and CON-6: SIM2 with contacts located; peaks, and how wrong the printed (21) is.
 #[test]
 fn sim2_has_the_peaks_of_the_golden_facts() {
-    let sim = Sim::of(Structure::default());
+    let sim = Sim::of(GripperStructure::default());
     let all = sim.run(&seconds(30), TIGHT);
     let energy = sim.output("relativeKineticEnergy");
     let peak = all.largest(energy);
@@ -119,7 +119,7 @@ fn sim2_has_the_peaks_of_the_golden_facts() {
     // 14.6 of samples; with the onsets it is more.
     assert!((all.largest(printed) - 14.715).abs() < 0.001 && (all.end()[printed] - 3.70).abs() < 0.005);
     assert!((all.end()[energy] - 3.42).abs() < 0.005);
-    assert_eq!(all.end()[sim.output("outcome")], f64::from(Outcome::PushedAway as i32));
+    assert_eq!(all.end()[sim.output("outcome")], f64::from(CaptureOutcome::PushedAway as i32));
 }
 
 /// C15, and the balance of energy: over 30 s of SIM2 nothing of momentum or energy is lost.
@@ -128,8 +128,9 @@ fn momentum_and_energy_of_sim2_are_kept() {
     for (name, law, friction) in
         [("printed", 1.0, 0.0), ("hunt-crossley", 2.0, 0.0), ("printed with friction", 1.0, 0.3)]
     {
-        let sim =
-            Sim::of(Structure::default()).set("damping", &[law]).set("frictionCoefficient", &[friction]);
+        let sim = Sim::of(GripperStructure::default())
+            .set("damping", &[law])
+            .set("frictionCoefficient", &[friction]);
         let all = sim.run(&seconds(30), TIGHT);
         let [p, l, t, elastic, lost, work] = [
             "linearMomentum",
@@ -169,7 +170,7 @@ fn momentum_and_energy_of_sim2_are_kept() {
 
 /// Balls on the line of both centres of mass, jaws out of the way.
 fn central() -> Sim {
-    Sim::of(Structure { balls: 1, ..Structure::default() })
+    Sim::of(GripperStructure { balls: 1, ..GripperStructure::default() })
         .set("targetCenterOfMass", &[5.0, 0.0])
         .set("initialPortOffset", &[0.1 + 0.005, 0.0])
 }
@@ -184,7 +185,7 @@ fn a_central_impact_is_the_closed_form() {
         speed: 0.005,
     };
     let sim = central();
-    let all = sim.run(&[3.0], Options { max_step: 1e-3, ..TIGHT });
+    let all = sim.run(&[3.0], DriverOptions { max_step: 1e-3, ..TIGHT });
     let changes = all.changes(0);
     let begin = 0.005 / 0.005;
     let turn = begin + impact.compression();
@@ -210,10 +211,10 @@ fn a_central_impact_is_the_closed_form() {
 /// Checks CON-5: an impact off the target's centre of mass, bodies that turn (C40, within a thousandth).
 #[test]
 fn an_oblique_impact_loses_what_its_effective_mass_says() {
-    let sim = Sim::of(Structure { balls: 1, ..Structure::default() })
+    let sim = Sim::of(GripperStructure { balls: 1, ..GripperStructure::default() })
         .set("targetCenterOfMass", &[5.0, -1.3])
         .set("initialPortOffset", &[0.1 + 0.005, 0.0]);
-    let all = sim.run(&[3.0], Options { max_step: 1e-3, ..TIGHT });
+    let all = sim.run(&[3.0], DriverOptions { max_step: 1e-3, ..TIGHT });
     let approach = sim.output("approachSpeed");
     let at = |mode: i32| {
         let i = (1..all.t.len())
@@ -237,7 +238,7 @@ fn no_step_is_so_long_that_a_contact_is_missed() {
         .set("normalDamping", &[0.0])
         .set("initialPortOffset", &[50.0, 0.03])
         .set("initialChaserVelocity", &[1.0, 0.0]);
-    let all = sim.run(&[60.0], Options { tolerance: 1e-3, ..TIGHT });
+    let all = sim.run(&[60.0], DriverOptions { tolerance: 1e-3, ..TIGHT });
     let changes = all.changes(0);
     let reach = (0.1f64 * 0.1 - 0.03 * 0.03).sqrt();
     let wanted = [(50.0 - reach, 1), (50.0, 2), (50.0 + reach, 3)];

@@ -2,13 +2,18 @@
 
 use super::capture::{Sim, seconds};
 use super::run::TIGHT;
-use trueup_models::contact::{Against, Mount, Structure};
+use trueup_models::contact::{GripperStructure, Mount, PortShape};
 
 fn dummy() -> Sim {
-    Sim::of(Structure { balls: 1, mount: Mount::Elastic, against: Against::Plate, ..Structure::default() })
-        .set("targetCenterOfMass", &[5.0, 0.0])
-        .set("portNormal", &[-1.0, 0.0])
-        .set("initialPortOffset", &[0.05, 0.0])
+    Sim::of(GripperStructure {
+        balls: 1,
+        mount: Mount::Elastic,
+        against: PortShape::Plate,
+        ..GripperStructure::default()
+    })
+    .set("targetCenterOfMass", &[5.0, 0.0])
+    .set("portNormal", &[-1.0, 0.0])
+    .set("initialPortOffset", &[0.05, 0.0])
 }
 
 /// Checks CON-8, C41 and C42: 1 kg on 2000 N/m and 30 N.s/m, 5 mm/s, 6 s; the plate is met at once.

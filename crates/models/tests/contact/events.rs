@@ -2,13 +2,15 @@
 
 use super::capture::{Sim, seconds};
 use super::run::{TIGHT, run};
-use trueup_models::contact::{CaptureScene, Closing, GripperContact, Outcome, RigidChaser, Structure};
-use trueup_numerics::driver::Options;
+use trueup_models::contact::{
+    CaptureOutcome, CaptureScene, Closing, GripperContact, GripperStructure, RigidChaser,
+};
+use trueup_numerics::driver::DriverOptions;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// A hand whose closed balls are a cage: with strong damping it holds the port.
 fn cage() -> Sim {
-    Sim::of(Structure::default())
+    Sim::of(GripperStructure::default())
         .set("ballPositionClosed", &[0.0, 0.0, 0.15, 0.086, 0.15, -0.086])
         .set("normalDamping", &[9000.0])
 }
@@ -19,8 +21,8 @@ fn a_hand_that_closes_to_a_cage_holds() {
     let all = held.run(&seconds(60), TIGHT);
     let outcome = held.output("outcome");
     println!("cage: {} after 60 s", all.end()[outcome]);
-    assert_eq!(all.end()[outcome], f64::from(Outcome::Held as i32));
-    assert_eq!(all.y[0][outcome], f64::from(Outcome::Open as i32));
+    assert_eq!(all.end()[outcome], f64::from(CaptureOutcome::Held as i32));
+    assert_eq!(all.y[0][outcome], f64::from(CaptureOutcome::Open as i32));
     assert_eq!(all.end()[held.output("jawPosition")], 1.0);
 }
 
@@ -34,13 +36,15 @@ fn jaws_stop_at_their_limit() {
     assert!(last > 0.5 && last < 1.0, "{last}");
     let stop = all.y.iter().position(|y| y[jaw] == last).unwrap();
     assert!(all.y[stop..].iter().all(|y| y[jaw] == last));
-    assert!(all.y.iter().any(|y| y[jammed.output("outcome")] == f64::from(Outcome::Jammed as i32)));
+    assert!(all.y.iter().any(|y| y[jammed.output("outcome")] == f64::from(CaptureOutcome::Jammed as i32)));
 }
 
 /// A command moves the jaws as the schedule does that is its own, and is held to its ends.
 #[test]
 fn a_command_is_held_to_its_ends() {
-    let g = GripperContact::new(Structure { closing: Closing::Command, ..Structure::default() }).unwrap();
+    let g =
+        GripperContact::new(GripperStructure { closing: Closing::Command, ..GripperStructure::default() })
+            .unwrap();
     let (p, n) = (g.defaults(), g.sizes());
     let mut u = vec![0.0; n.inputs];
     (u[8], u[9]) = (0.12, 0.01);
@@ -62,9 +66,9 @@ fn a_command_is_held_to_its_ends() {
 /// Line 8 of the design: what begins overlapping is named, what begins too deep or concentric is refused, nothing is NaN unsaid.
 #[test]
 fn starts_that_overlap() {
-    let scene = CaptureScene::new(RigidChaser::default(), Structure::default()).unwrap();
+    let scene = CaptureScene::new(RigidChaser::default(), GripperStructure::default()).unwrap();
     let refusal = |offset: &[f64]| {
-        let sim = Sim::of(Structure::default()).set("initialPortOffset", offset);
+        let sim = Sim::of(GripperStructure::default()).set("initialPortOffset", offset);
         scene.check(&sim.p).err().map(|e| e.1)
     };
     assert_eq!(refusal(&[0.09, 0.0]), None);
@@ -73,21 +77,28 @@ fn starts_that_overlap() {
         deep.contains("ball 1") && deep.contains("0.0600 m deep") && deep.contains("further apart"),
         "{deep}"
     );
-    let hand = GripperContact::new(Structure::default()).unwrap();
+    let hand = GripperContact::new(GripperStructure::default()).unwrap();
     let (n, p) = (hand.sizes(), hand.defaults());
     let (x, u, modes) = (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]);
     let at = At { t: 2.0, x: &x, u: &u, p: &p, modes: &modes };
     let concentric = hand.fault(&at).unwrap();
     assert!(concentric.contains("ball 1") && concentric.contains("concentric at t = 2 s"), "{concentric}");
-    let sim = Sim::of(Structure::default()).set("ballPositionClosed", &[0.0, 0.0, 0.06, 0.04, 0.06, -0.04]);
+    let sim =
+        Sim::of(GripperStructure::default()).set("ballPositionClosed", &[0.0, 0.0, 0.06, 0.04, 0.06, -0.04]);
     let (_, closed) = scene.check(&sim.p).unwrap_err();
     assert!(closed.contains("ball 2 would overlap ball 1"), "{closed}");
 
-    let overlapping = Sim::of(Structure::default()).set("initialPortOffset", &[0.09, 0.0]);
+    let overlapping = Sim::of(GripperStructure::default()).set("initialPortOffset", &[0.09, 0.0]);
     let n = scene.sizes();
     let u = vec![0.0; n.inputs];
-    let all =
-        run(&scene, &overlapping.p, &u, &[0.5], &overlapping.nominal, Options { tolerance: 1e-9, ..TIGHT });
+    let all = run(
+        &scene,
+        &overlapping.p,
+        &u,
+        &[0.5],
+        &overlapping.nominal,
+        DriverOptions { tolerance: 1e-9, ..TIGHT },
+    );
     let at = At { t: 0.0, x: &all.x[0], u: &u, p: &overlapping.p, modes: &all.modes[0] };
     let said = scene.overlap(&at).unwrap();
     assert!(said.contains("ball 1 begins 0.010000 m deep"), "{said}");
@@ -97,9 +108,10 @@ fn starts_that_overlap() {
 #[test]
 fn structures_that_cannot_be_had_are_refused() {
     for (balls, said) in [(0, "1 to 8"), (9, "1 to 8")] {
-        let e = GripperContact::new(Structure { balls, ..Structure::default() }).unwrap_err();
+        let e = GripperContact::new(GripperStructure { balls, ..GripperStructure::default() }).unwrap_err();
         assert!(e.contains(said), "{e}");
     }
-    let elastic = Structure { mount: trueup_models::contact::Mount::Elastic, ..Structure::default() };
+    let elastic =
+        GripperStructure { mount: trueup_models::contact::Mount::Elastic, ..GripperStructure::default() };
     assert!(GripperContact::new(elastic).unwrap_err().contains("numberOfBalls=1"));
 }

@@ -3,19 +3,19 @@
 use super::capture::{Sim, seconds};
 use super::run::{Moments, TIGHT, place, run};
 use trueup_models::contact::layout::{Command, Outputs, Parameters, Poses, States};
-use trueup_models::contact::{Closing, GripperContact, Structure};
-use trueup_numerics::driver::Options;
+use trueup_models::contact::{Closing, GripperContact, GripperStructure};
+use trueup_numerics::driver::DriverOptions;
 use trueup_numerics::hybrid::{At, Hybrid};
 
-const DRIVEN: Structure = Structure {
+const DRIVEN: GripperStructure = GripperStructure {
     balls: 3,
     closing: Closing::Motor,
     mount: trueup_models::contact::Mount::Rigid,
-    against: trueup_models::contact::Against::Ball,
+    against: trueup_models::contact::PortShape::Ball,
 };
 
 /// A capture with this torque, N.m.
-fn capture(sim: &Sim, torque: f64, times: &[f64], options: Options) -> Moments {
+fn capture(sim: &Sim, torque: f64, times: &[f64], options: DriverOptions) -> Moments {
     let mut u = vec![0.0; sim.scene.sizes().inputs];
     u[place(&Command::list(&DRIVEN), "motorTorque")] = torque;
     run(&sim.scene, &sim.p, &u, times, &sim.nominal, options)

@@ -2,7 +2,7 @@
 
 use super::run::{TIGHT, place, run};
 use trueup_models::contact::layout::{BodyOutputs, BodyParameters, Outputs, Parameters, Poses};
-use trueup_models::contact::{FreeBody, GripperContact, Structure};
+use trueup_models::contact::{FreeBody, GripperContact, GripperStructure};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// Numbers between -1 and 1 without a pattern.
@@ -17,7 +17,7 @@ impl Numbers {
 /// Forces on hand and target are one wrench and its opposite about any point, with friction too.
 #[test]
 fn action_is_reaction_about_any_point() {
-    let s = Structure::default();
+    let s = GripperStructure::default();
     let g = GripperContact::new(s).unwrap();
     let (n, mut p) = (g.sizes(), g.defaults());
     p[place(&Parameters::list(&s), "frictionCoefficient")] = 0.4;

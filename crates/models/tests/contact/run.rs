@@ -1,7 +1,9 @@
 //! Runs that look at every step and every event.
 
-use trueup_models::layout::Entry;
-use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Moment, Options, Solver, State};
+use trueup_models::layout::LayoutEntry;
+use trueup_numerics::driver::{
+    Driver, DriverMemory, DriverMoment, DriverOptions, DriverState, Flow, Solver, StepInputs,
+};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// A moment of a run: time, states, outputs, modes; whether it is an event's, after it.
@@ -34,7 +36,7 @@ impl Moments {
     }
 }
 
-pub(super) const TIGHT: Options = Options {
+pub(super) const TIGHT: DriverOptions = DriverOptions {
     solver: Solver::Explicit,
     tolerance: 1e-13,
     max_step: f64::INFINITY,
@@ -51,14 +53,14 @@ pub(super) fn run<M: Hybrid>(
     u: &[f64],
     times: &[f64],
     nominal: &[f64],
-    options: Options,
+    options: DriverOptions,
 ) -> Moments {
     let n = model.sizes();
     assert_eq!([p.len(), u.len(), nominal.len()], [n.parameters, n.inputs, n.states]);
     let mut driver = Driver::new(n, nominal, options);
-    let (mut t, mut memory) = (0.0, Memory::default());
+    let (mut t, mut memory) = (0.0, DriverMemory::default());
     let (mut x, mut u, mut modes) = (vec![0.0; n.states], u.to_vec(), vec![0; n.modes]);
-    let mut s = State { t: &mut t, x: &mut x, u: &mut u, p, modes: &mut modes, memory: &mut memory };
+    let mut s = DriverState { t: &mut t, x: &mut x, u: &mut u, p, modes: &mut modes, memory: &mut memory };
     driver.initialise(model, &mut s).unwrap();
     let mut all = Moments { t: vec![], x: vec![], y: vec![], modes: vec![], event: vec![] };
     let mut see = |t: f64, x: &[f64], u: &[f64], modes: &[i32], event: bool| {
@@ -73,8 +75,8 @@ pub(super) fn run<M: Hybrid>(
     see(*s.t, s.x, s.u, s.modes, true);
     for time in times {
         driver
-            .advance_to(model, &mut s, *time, Inputs::Hold, &mut |v| {
-                see(v.t, v.x, v.u, v.modes, v.moment == Moment::Event);
+            .advance_to(model, &mut s, *time, StepInputs::Hold, &mut |v| {
+                see(v.t, v.x, v.u, v.modes, v.moment == DriverMoment::Event);
                 Flow::Continue
             })
             .unwrap();
@@ -83,13 +85,13 @@ pub(super) fn run<M: Hybrid>(
 }
 
 /// Sets elements of a vector by the names of a list.
-pub(super) fn set<K>(list: &[Entry<K>], values: &mut [f64], name: &str, new: &[f64]) {
+pub(super) fn set<K>(list: &[LayoutEntry<K>], values: &mut [f64], name: &str, new: &[f64]) {
     let begin = place(list, name);
     values[begin..begin + new.len()].copy_from_slice(new);
 }
 
 /// Where a variable of a list begins.
-pub(super) fn place<K>(list: &[Entry<K>], name: &str) -> usize {
+pub(super) fn place<K>(list: &[LayoutEntry<K>], name: &str) -> usize {
     let mut begin = 0;
     for e in list {
         if e.name == name {

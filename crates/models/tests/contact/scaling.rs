@@ -2,8 +2,8 @@
 
 use super::capture::Sim;
 use super::run::TIGHT;
-use trueup_models::contact::{Against, Closing, Mount, Structure};
-use trueup_numerics::driver::Options;
+use trueup_models::contact::{Closing, GripperStructure, Mount, PortShape};
+use trueup_numerics::driver::DriverOptions;
 
 const SCALE: f64 = 0.3;
 
@@ -28,7 +28,7 @@ fn exponent(unit: &str) -> i32 {
 }
 
 /// A capture, all of it scaled but these.
-fn scaled(scale: f64, structure: Structure, but: &[&str]) -> Sim {
+fn scaled(scale: f64, structure: GripperStructure, but: &[&str]) -> Sim {
     let mut sim = Sim::of(structure);
     let mut at = 0;
     for e in sim.parameters.clone() {
@@ -44,7 +44,7 @@ fn scaled(scale: f64, structure: Structure, but: &[&str]) -> Sim {
 
 /// SIM2 at the scale of the bench, all of it but these.
 fn sim3(but: &[&str]) -> Sim {
-    scaled(SCALE, Structure::default(), but)
+    scaled(SCALE, GripperStructure::default(), but)
 }
 
 /// What a run predicts of full size, over the time of 30 s there.
@@ -58,7 +58,7 @@ struct Rows {
 fn rows(sim: &Sim, scale: f64) -> Rows {
     let times: Vec<f64> = (1..=30_000).map(|i| scale * 0.001 * f64::from(i)).collect();
     // Nominals of the scene stay; a tolerance that is relative to them has to be tighter at the smaller scale.
-    let all = sim.run(&times, Options { tolerance: 1e-14, ..TIGHT });
+    let all = sim.run(&times, DriverOptions { tolerance: 1e-14, ..TIGHT });
     let (energy, force) = (sim.output("relativeKineticEnergy"), sim.output("contactForce"));
     let mut rows: [Vec<f64>; 4] = Default::default();
     let mut next = 0;
@@ -97,7 +97,7 @@ fn wrong(full: &Rows, other: &Rows) -> [f64; 2] {
 /// C14 both ways: the bench from full scale and full scale from the bench, to 1e-8.
 #[test]
 fn sim3_scaled_back_is_sim2() {
-    let full = rows(&Sim::of(Structure::default()), 1.0);
+    let full = rows(&Sim::of(GripperStructure::default()), 1.0);
     let bench = sim3(&[]);
     let back = apart(&full, &rows(&bench, SCALE));
     println!("SIM3 scaled back against SIM2: energy {:.1e}, forces {:.1e}", back[0], back[1]);
@@ -105,13 +105,13 @@ fn sim3_scaled_back_is_sim2() {
     // The other way: the bench's values scaled up are those of full scale.
     let mut up = bench.p.clone();
     let mut at = 0;
-    for e in Sim::of(Structure::default()).parameters {
+    for e in Sim::of(GripperStructure::default()).parameters {
         for value in &mut up[at..at + e.len()] {
             *value *= (1.0 / SCALE).powi(exponent(e.unit));
         }
         at += e.len();
     }
-    let again = Sim { p: up, ..Sim::of(Structure::default()) };
+    let again = Sim { p: up, ..Sim::of(GripperStructure::default()) };
     let there = apart(&full, &rows(&again, 1.0));
     println!("full scale from the bench: energy {:.1e}, forces {:.1e}", there[0], there[1]);
     assert!(there.iter().all(|d| *d < 1e-8), "{there:?}");
@@ -120,7 +120,7 @@ fn sim3_scaled_back_is_sim2() {
 /// C46: with the masses that Table 7 prints.
 #[test]
 fn printed_roundings_cost_a_thousandth() {
-    let full = rows(&Sim::of(Structure::default()), 1.0);
+    let full = rows(&Sim::of(GripperStructure::default()), 1.0);
     let rounded = sim3(&[])
         .set("chaserMass", &[48.0])
         .set("chaserInertia", &[1.85])
@@ -136,7 +136,7 @@ fn printed_roundings_cost_a_thousandth() {
 /// What a bench predicts that scales all but one thing: recomputed with located events.
 #[test]
 fn wrong_scalings_are_as_wrong_as_they_are() {
-    let full = rows(&Sim::of(Structure::default()), 1.0);
+    let full = rows(&Sim::of(GripperStructure::default()), 1.0);
     let inertia = sim3(&[]).set("targetInertia", &[4.81]);
     for (what, sim, wanted) in [
         ("stiffness as at full scale", sim3(&["stiffness"]), [1.21, 2.53]),
@@ -153,13 +153,13 @@ fn wrong_scalings_are_as_wrong_as_they_are() {
 /// The bench's manipulator comes with SIM2's gripper and target at the bench's scale, whatever the structure has.
 #[test]
 fn the_manipulator_has_all_of_sim2_at_its_scale() {
-    let three = Structure::default();
-    let one = Structure { balls: 1, ..three.clone() };
+    let three = GripperStructure::default();
+    let one = GripperStructure { balls: 1, ..three.clone() };
     let mut seen = Vec::new();
     for structure in [
-        Structure { closing: Closing::Motor, ..three.clone() },
-        Structure { mount: Mount::Elastic, ..one },
-        Structure { against: Against::Plate, ..three.clone() },
+        GripperStructure { closing: Closing::Motor, ..three.clone() },
+        GripperStructure { mount: Mount::Elastic, ..one },
+        GripperStructure { against: PortShape::Plate, ..three.clone() },
         three,
     ] {
         let (bench, full) = (Sim::with_arm(&[false; 3], structure.clone()), scaled(SCALE, structure, &[]));

@@ -5,7 +5,7 @@ use trueup_models::controller::{
     JointController, Strategy, adaptation::parameter as a, input, output, parameter,
 };
 use trueup_models::joint::{self, TwoMassJoint};
-use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
+use trueup_numerics::driver::{Driver, DriverMemory, DriverOptions, DriverState, Flow, Solver, StepInputs};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// Joint 2 of DELIAN: gear ratio, motor inertia, torque constant, stiffness of the spring on the motor's side.
@@ -78,12 +78,13 @@ impl Bench {
         pp.extend(&self.with[..plant.sizes().parameters - pp.len()]);
         assert_eq!(JointController.check(p), Ok(()));
         let (n, flexible) = (plant.sizes(), self.effects.contains(&"flexible-link"));
-        let options = Options { solver: Solver::Stiff, tolerance: 1e-7, ..Options::default() };
+        let options = DriverOptions { solver: Solver::Stiff, tolerance: 1e-7, ..DriverOptions::default() };
         let mut driver = Driver::new(n, &[], options);
         let (mut t, mut x, mut u) = (0.0, vec![0.0; n.states], vec![0.0; n.inputs]);
         u[joint::input::EXTERNAL_TORQUE] = self.load;
-        let (mut modes, mut memory) = (vec![0; n.modes], Memory::default());
-        let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: &pp, modes: &mut modes, memory: &mut memory };
+        let (mut modes, mut memory) = (vec![0; n.modes], DriverMemory::default());
+        let mut s =
+            DriverState { t: &mut t, x: &mut x, u: &mut u, p: &pp, modes: &mut modes, memory: &mut memory };
         driver.initialise(&plant, &mut s).expect("starts");
         let mut y = vec![0.0; n.outputs];
         let mut before = [0.0; input::COUNT];
@@ -114,7 +115,9 @@ impl Bench {
             seen.active.push(command[output::ADAPTATION_ACTIVE] != 0.0);
             seen.current.push(command[output::COMMAND]);
             seen.angle.push(if flexible { s.x[joint::output::STATES.len()] } else { y[o::LOAD_ANGLE] });
-            driver.advance_to(&plant, &mut s, t + h, Inputs::Hold, &mut |_| Flow::Continue).expect("goes on");
+            driver
+                .advance_to(&plant, &mut s, t + h, StepInputs::Hold, &mut |_| Flow::Continue)
+                .expect("goes on");
         }
         seen
     }

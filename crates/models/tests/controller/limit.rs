@@ -5,7 +5,7 @@ use super::chain::{
 };
 use trueup_models::controller::{JointController, Strategy, output, parameter, state};
 use trueup_numerics::{
-    driver::{Options, simulate},
+    driver::{DriverOptions, simulate},
     hybrid::{At, Hybrid},
 };
 
@@ -126,7 +126,7 @@ fn the_limit_is_reached_and_left_at_the_exact_times() {
         u[1] = feedforward(t);
     };
     let times: Vec<f64> = (0..=10).map(|i| f64::from(i) * 0.2).collect();
-    let options = Options { tolerance: 1e-12, ..Options::default() };
+    let options = DriverOptions { tolerance: 1e-12, ..DriverOptions::default() };
     let run =
         simulate(&JointController, &p, &[1.0; CONTROLLER_STATES], options, &inputs, &times).expect("runs");
     let reached = -ti + (ti * ti + 2.0 * ti * limit / (kv * a)).sqrt();
@@ -151,7 +151,7 @@ fn a_driver_stops_at_every_sample() {
     let mut p = parameters(Strategy::Vwbc, 2.0, 41.648);
     p[parameter::COUNT] = 1e-2;
     let inputs = |t: f64, u: &mut [f64]| u.fill(t.sin());
-    let options = Options::default();
+    let options = DriverOptions::default();
     let run = simulate(&JointController, &p, &[1.0; CONTROLLER_STATES], options, &inputs, &[0.0, 0.355, 1.0]);
     let mut times: Vec<f64> = run.expect("runs").events.iter().map(|e| e.0).collect();
     times.dedup();

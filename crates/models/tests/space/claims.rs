@@ -2,13 +2,13 @@
 //! form and the plane at theirs: C23, C29.
 
 use nalgebra::{DMatrix, DVector};
-use trueup_models::space::analysis::{Column, norm};
+use trueup_models::space::analysis::{SpatialColumn, norm};
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::attitude::rotation;
 use trueup_models::space::measures::measure;
 use trueup_models::space::presets;
 use trueup_models::space::shapes::bending;
-use trueup_models::space::spatial::{Frame, Motion};
+use trueup_models::space::spatial::{SpatialFrame, SpatialMotion};
 use trueup_models::space::vector::{add, cross, times, transposed_times};
 
 use super::flexible_golden::{arms, at_rest, bent, frequencies, panels, roots};
@@ -18,7 +18,7 @@ use crate::arm_golden::A01;
 /// Mass times distance of what hangs on joints 2 and 3 of S1's table 1, kg.m: 5 x 0.75 + 3 x 1.5, 3 x 0.4.
 const HANGS: [f64; 2] = [8.25, 1.2];
 
-fn forces(columns: &[Column<f64>]) -> Vec<[f64; 3]> {
+fn forces(columns: &[SpatialColumn<f64>]) -> Vec<[f64; 3]> {
     columns.iter().map(|c| c.force).collect()
 }
 
@@ -117,8 +117,8 @@ fn b34_to_b37_the_largest_pulls_of_rates() {
     let robot = presets::table_1().robot();
     let pulls = |angles: [f64; 2]| {
         let r = robot.reaction(&[0.0, angles[0].to_radians(), angles[1].to_radians()], [0.0; 3]);
-        let pairs: Vec<Column<f64>> = r.coriolis.iter().map(|c| c.2).collect();
-        let torques = |columns: &[Column<f64>]| columns.iter().map(|c| c.torque).collect::<Vec<_>>();
+        let pairs: Vec<SpatialColumn<f64>> = r.coriolis.iter().map(|c| c.2).collect();
+        let torques = |columns: &[SpatialColumn<f64>]| columns.iter().map(|c| c.torque).collect::<Vec<_>>();
         [norm(&forces(&r.centrifugal)), norm(&torques(&pairs)), norm(&torques(&r.centrifugal))]
     };
     for (k, (id, wanted, at)) in [
@@ -149,12 +149,12 @@ fn c23_the_momentum_form_at_a_pose() {
     let design = presets::chaser();
     let (robot, tip) = (design.robot(), (design.tips[0].body, design.tips[0].offset));
     let turned = rotation([0.9, 0.1, -0.3, 0.3]);
-    let base = Frame { rotation: turned, origin: [0.4, -0.3, 0.2] };
+    let base = SpatialFrame { rotation: turned, origin: [0.4, -0.3, 0.2] };
     let (angles, rates) = ([0.3, -0.9, 1.4, 0.2, -0.6, 0.5], [0.1, -0.2, 0.15, 0.3, -0.1, 0.2]);
     let (velocity, omega) = ([0.02, -0.01, 0.03], [0.01, 0.02, -0.015]);
     let form = robot.momentum_form(base, &angles, tip);
     let own = |v| transposed_times(&turned, v);
-    let moving = Motion { angular: own(omega), linear: own(velocity) };
+    let moving = SpatialMotion { angular: own(omega), linear: own(velocity) };
     let placed = robot.tree.place(&robot.bodies, (base, moving), &angles, &rates);
     // Momenta body by body, in inertial axes: the frames one after the other.
     let (mut here, mut p, mut l) = (base, [0.0; 3], [0.0; 3]);
@@ -206,7 +206,7 @@ fn times3(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
 fn c29_the_mass_matrix_in_the_plane_is_a01() {
     let design = presets::test_bed();
     let angles = [7.5_f64, -15.0, -22.5].map(f64::to_radians);
-    let base = Frame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
+    let base = SpatialFrame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
     let m = design.robot().momentum_form(base, &angles, (design.tips[0].body, design.tips[0].offset)).mass;
     let rows = [0, 1, 5, 6, 7, 8];
     let mut want = A01.iter();

@@ -4,14 +4,14 @@
 use super::facts::fact;
 use super::machine::{Layout, Machine, body};
 use nalgebra::DMatrix;
-use trueup_models::space::analysis::Robot;
+use trueup_models::space::analysis::RigidRobot;
 use trueup_models::space::appendage::{Beam, Shapes};
 use trueup_models::space::attitude::rotation;
 use trueup_models::space::composite::{BASE, forces, mass_matrix};
 use trueup_models::space::presets;
 use trueup_models::space::shapes::{bending, bending_at, torsion, torsion_at};
-use trueup_models::space::spatial::{Frame, Motion, Rigid};
-use trueup_models::space::tree::{Body, Joint, Tree};
+use trueup_models::space::spatial::{Rigid, SpatialFrame, SpatialMotion};
+use trueup_models::space::tree::{JointType, Tree, TreeBody};
 use trueup_models::space::vector::{cross, times, transposed_times};
 use trueup_numerics::{Dual, Scalar};
 
@@ -24,9 +24,9 @@ fn worst(found: &[f64], wanted: &[f64]) -> f64 {
 #[test]
 fn b38_forces_of_rates_are_derivatives_of_those_of_accelerations() {
     let robot = presets::table_1().robot();
-    let lifted: Robot<Dual<1>> = Robot {
+    let lifted: RigidRobot<Dual<1>> = RigidRobot {
         tree: robot.tree.clone(),
-        base: body(&Body { rigid: robot.base, ..robot.bodies[1] }).rigid,
+        base: body(&TreeBody { rigid: robot.base, ..robot.bodies[1] }).rigid,
         bodies: robot.bodies.iter().map(body).collect(),
     };
     let mut off: f64 = 0.0;
@@ -37,8 +37,8 @@ fn b38_forces_of_rates_are_derivatives_of_those_of_accelerations() {
             q[k].eps[0] = 1.0;
             lifted.reaction(&q, [Scalar::zero(); 3])
         });
-        let all = |c: &trueup_models::space::analysis::Column<Dual<1>>| [c.force, c.torque].concat();
-        let flat = |c: &trueup_models::space::analysis::Column<f64>| [c.force, c.torque].concat();
+        let all = |c: &trueup_models::space::analysis::SpatialColumn<Dual<1>>| [c.force, c.torque].concat();
+        let flat = |c: &trueup_models::space::analysis::SpatialColumn<f64>| [c.force, c.torque].concat();
         for i in 0..6 {
             let by = |j: usize, k: usize| all(&moved[k].inertial[j])[i].eps[0];
             (0..3).for_each(|k| off = off.max((flat(&plain.centrifugal[k])[i] - by(k, k)).abs()));
@@ -60,13 +60,13 @@ pub(super) fn arms(count: usize) -> Machine {
         let side = if k == 0 { 1.0 } else { -1.0 };
         bodies.extend_from_slice(&robot.bodies[1..=3]);
         let at = 3 * k + 1;
-        bodies[at].mount = Frame {
+        bodies[at].mount = SpatialFrame {
             rotation: [[1.0, 0.0, 0.0], [0.0, side, 0.0], [0.0, 0.0, side]],
             origin: [0.0, 0.0, 0.65 * side],
         };
     }
     let parent = [0, 1, 2, 0, 4, 5][..3 * count].to_vec();
-    let joint = vec![Joint::Revolute; 3 * count];
+    let joint = vec![JointType::Revolute; 3 * count];
     Machine {
         tree: Tree { parent, joint },
         base: Rigid::new(one.base_mass, [0.0; 3], &one.base_inertia),
@@ -113,7 +113,7 @@ fn b39_two_arms_on_one_bus() {
     m.at(&x, &[0.0; 6], |now, _| {
         let v = now.placed[0].velocity;
         let linear = cross(v.linear, v.angular);
-        let still = Motion { linear, ..Motion::zero() };
+        let still = SpatialMotion { linear, ..SpatialMotion::zero() };
         forces(now, (still, &[0.0; 6], &[0.0; 6]), &[], &mut c);
     });
     let (force, torque) = (times(&turned, [c[0], c[1], c[2]]), times(&turned, [c[3], c[4], c[5]]));

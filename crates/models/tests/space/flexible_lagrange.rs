@@ -7,12 +7,12 @@ use super::properties::{turned, vector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_models::space::appendage::{Beam, Shapes};
-use trueup_models::space::articulated::{Found, accelerations};
+use trueup_models::space::articulated::{SweepResult, accelerations};
 use trueup_models::space::composite::{BASE, forces};
 use trueup_models::space::ritz;
 use trueup_models::space::shapes::{bending_at, torsion_at};
-use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
-use trueup_models::space::tree::{Body, Joint, Tree};
+use trueup_models::space::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use trueup_models::space::tree::{JointType, Tree, TreeBody};
 
 /// v + a e1 + b e2 + ab e1 e2, squares of both infinitesimals being 0.
 #[derive(Clone, Copy)]
@@ -105,8 +105,8 @@ impl At {
 /// Points (mass, place) of each body, the joints that carry them, beams.
 struct Robot {
     points: Vec<Vec<(f64, [f64; 3])>>,
-    mounts: Vec<Frame<f64>>,
-    joints: Vec<Joint>,
+    mounts: Vec<SpatialFrame<f64>>,
+    joints: Vec<JointType>,
     parent: Vec<usize>,
     beams: Vec<(usize, Shapes, Beam<f64>)>,
     /// How many of the beams, the last ones, carry what their bodies carry.
@@ -141,8 +141,8 @@ impl Robot {
             let mounted = mount.rotation.map(numbers);
             let axis = column(&mounted, 2);
             let (own, slid, sliding, turning) = match joint {
-                Joint::Revolute => (product(&mounted, &turn(2, angle)), number(0.0), number(0.0), rate),
-                Joint::Prismatic => (mounted, angle, rate, number(0.0)),
+                JointType::Revolute => (product(&mounted, &turn(2, angle)), number(0.0), number(0.0), rate),
+                JointType::Prismatic => (mounted, angle, rate, number(0.0)),
             };
             let place = plus(numbers(mount.origin), by(slid, axis));
             all.push(At {
@@ -362,8 +362,9 @@ fn robot(rng: &mut StdRng, links: bool, stiffening: bool) -> (Robot, Machine) {
             sum.plus(&Rigid::new(*mass, *place, &[[0.0; 3]; 3]))
         })
     };
-    let joints = vec![Joint::Revolute, Joint::Prismatic, Joint::Revolute, Joint::Revolute];
-    let mounts: Vec<_> = (0..4).map(|_| Frame { rotation: turned(rng), origin: vector(rng) }).collect();
+    let joints = vec![JointType::Revolute, JointType::Prismatic, JointType::Revolute, JointType::Revolute];
+    let mounts: Vec<_> =
+        (0..4).map(|_| SpatialFrame { rotation: turned(rng), origin: vector(rng) }).collect();
     let parent = vec![0, 1, 0, 2];
     let shapes = [
         Shapes { x: 2, y: 3, torsion: 2 },
@@ -380,7 +381,7 @@ fn robot(rng: &mut StdRng, links: bool, stiffening: bool) -> (Robot, Machine) {
         [1, 2].into_iter().zip(own).map(|(on, shapes)| (on, shapes, super::flexible_properties::beam(rng)));
     let carrying: Vec<_> = own.filter(|_| links).collect();
     let body =
-        |i: usize| Body { rigid: rigid(&points[i]), mount: mounts[i.max(1) - 1], axis: [0.0, 0.0, 1.0] };
+        |i: usize| TreeBody { rigid: rigid(&points[i]), mount: mounts[i.max(1) - 1], axis: [0.0, 0.0, 1.0] };
     let machine = Machine {
         tree: Tree { parent: parent.clone(), joint: joints.clone() },
         base: rigid(&points[0]),
@@ -419,7 +420,7 @@ fn lagrange_s_equations_from_energy_point_by_point() {
         let at = r.place(&path(&q, &rates), &path(&rates, &second))[0];
         let own = |v: V| [0, 1, 2].map(|j| dot(column(&at.turned, j), v));
         let (v, omega) = (own(at.velocity), own(at.omega));
-        let base = Motion { angular: omega.map(|w| w.b), linear: v.map(|v| v.b) };
+        let base = SpatialMotion { angular: omega.map(|w| w.b), linear: v.map(|v| v.b) };
         let mut x = vec![0.0; l.size()];
         x[..3].copy_from_slice(&q[..3]);
         x[3..7].copy_from_slice(&euler(&q[3..6]));
@@ -447,14 +448,14 @@ fn lagrange_s_equations_from_energy_point_by_point() {
             let drives: Vec<_> = (0..4)
                 .map(|i| {
                     let moves = trueup_models::space::articulated::Moves::Driven(f[BASE + i]);
-                    trueup_models::space::articulated::Drive { moves, ..now.drives[i] }
+                    trueup_models::space::articulated::JointDrive { moves, ..now.drives[i] }
                 })
                 .collect();
             forced.drives = &drives;
-            let mut applied = [Wrench::zero(); 5];
-            applied[0] = Wrench { force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] };
+            let mut applied = [SpatialWrench::zero(); 5];
+            applied[0] = SpatialWrench { force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] };
             let [mut joint, mut rotor, mut modal] = [vec![0.0; 4], vec![0.0; 4], vec![0.0; l.modes]];
-            let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
+            let out = SweepResult { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
             let a = accelerations(&forced, &applied, None, out);
             let found = [&a.linear[..], &a.angular, &joint, &modal].concat();
             let given = [&base.linear[..], &base.angular, &second[6..]].concat();

@@ -4,33 +4,33 @@ use super::flexible_properties::beam;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use trueup_models::space::appendage::{Beam, Shapes};
-use trueup_models::space::articulated::{Found, accelerations};
-use trueup_models::space::flexible::{Appendages, Bent};
-use trueup_models::space::snapshot::Snapshot;
-use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
-use trueup_models::space::tree::{Placed, Tree};
-use trueup_models::space::vector::{Vector, identity};
+use trueup_models::space::articulated::{SweepResult, accelerations};
+use trueup_models::space::flexible::{Appendages, DeformedAppendages};
+use trueup_models::space::snapshot::RobotSnapshot;
+use trueup_models::space::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use trueup_models::space::tree::{PlacedBody, Tree};
+use trueup_models::space::vector::{Vector3, identity};
 use trueup_numerics::{Dual, Scalar};
 
-fn plain<T: Scalar>(origin: Vector<T>) -> Frame<T> {
-    Frame { rotation: identity(), origin }
+fn plain<T: Scalar>(origin: Vector3<T>) -> SpatialFrame<T> {
+    SpatialFrame { rotation: identity(), origin }
 }
 
 /// Accelerations of the modes of a beam on a base that moves so.
 fn modal<T: Scalar>(
     (shapes, beam): (Shapes, &Beam<T>),
-    velocity: Motion<T>,
-    held: Option<Motion<T>>,
+    velocity: SpatialMotion<T>,
+    held: Option<SpatialMotion<T>>,
     (eta, rates): (&[T], &[T]),
 ) -> Vec<T> {
     let mut all = Appendages::<T>::new();
     all.add_beam(0, shapes, beam).unwrap();
-    let placed = [Placed::base(plain([T::zero(); 3]), velocity)];
-    let mut bent = Bent::new();
+    let placed = [PlacedBody::base(plain([T::zero(); 3]), velocity)];
+    let mut bent = DeformedAppendages::new();
     all.bend(&placed, eta, rates, &mut bent);
     let one = T::one();
     let inertia = identity::<T>();
-    let now = Snapshot {
+    let now = RobotSnapshot {
         tree: &Tree::default(),
         base: &Rigid { mass: one, first: [T::zero(); 3], inertia },
         bodies: &[],
@@ -39,8 +39,8 @@ fn modal<T: Scalar>(
         flexing: bent.of(&all),
     };
     let mut out = vec![T::zero(); shapes.modes()];
-    let found = Found { joint: &mut [], rotor: &mut [], modal: &mut out };
-    accelerations(&now, &[Wrench::zero()], held, found);
+    let found = SweepResult { joint: &mut [], rotor: &mut [], modal: &mut out };
+    accelerations(&now, &[SpatialWrench::zero()], held, found);
     out
 }
 
@@ -51,9 +51,9 @@ fn sff_5_statics_of_a_beam() {
     let b = Beam { frame: plain([0.3, -0.2, 0.4]), ..beam(&mut StdRng::seed_from_u64(60)) };
     let shapes = Shapes { x: 12, y: 12, torsion: 12 };
     let (lifted, turned) = (9.81, 3.0);
-    let held = Motion { angular: [0.0, 0.0, turned], linear: [lifted, -0.5 * lifted, 0.0] };
+    let held = SpatialMotion { angular: [0.0, 0.0, turned], linear: [lifted, -0.5 * lifted, 0.0] };
     let none = [0.0; 36];
-    let free = modal((shapes, &b), Motion::zero(), Some(held), (&none, &none));
+    let free = modal((shapes, &b), SpatialMotion::zero(), Some(held), (&none, &none));
     let mut all = Appendages::<f64>::new();
     all.add_beam(0, shapes, &b).unwrap();
     let eta: Vec<f64> = all.modes().iter().zip(free).map(|(m, a)| a * m.mass / m.stiffness).collect();
@@ -91,11 +91,11 @@ fn sff_5_spin_softens_and_nothing_stiffens() {
         damping_ratio: lift(0.0),
     };
     let spin = 0.7;
-    let velocity = Motion { angular: [lift(spin), lift(0.0), lift(0.0)], linear: [lift(0.0); 3] };
+    let velocity = SpatialMotion { angular: [lift(spin), lift(0.0), lift(0.0)], linear: [lift(0.0); 3] };
     let by = |k: usize| {
         let mut eta = [lift(0.01), lift(0.02)];
         eta[k].eps[0] = 1.0;
-        modal((shapes, &of), velocity, Some(Motion::zero()), (&eta, &[lift(0.0); 2]))
+        modal((shapes, &of), velocity, Some(SpatialMotion::zero()), (&eta, &[lift(0.0); 2]))
     };
     let by = [by(0), by(1)];
     let mut all = Appendages::<f64>::new();
@@ -125,11 +125,11 @@ fn sff_5_parameters_have_exact_derivatives() {
         b.damping_ratio,
         b.frame.origin[1],
     ];
-    fn run<T: Scalar>(v: &[T; 8], frame: &Frame<f64>, shapes: Shapes) -> Vec<T> {
+    fn run<T: Scalar>(v: &[T; 8], frame: &SpatialFrame<f64>, shapes: Shapes) -> Vec<T> {
         let c = T::constant;
         let [x, _, z] = frame.origin.map(c);
         let beam = Beam {
-            frame: Frame { rotation: frame.rotation.map(|r| r.map(c)), origin: [x, v[7], z] },
+            frame: SpatialFrame { rotation: frame.rotation.map(|r| r.map(c)), origin: [x, v[7], z] },
             length: v[0],
             mass_per_length: v[1],
             bending_stiffness: [v[2], v[3]],
@@ -137,7 +137,7 @@ fn sff_5_parameters_have_exact_derivatives() {
             polar_inertia_per_length: v[5],
             damping_ratio: v[6],
         };
-        let velocity = Motion { angular: [0.3, -0.5, 0.7].map(c), linear: [0.2, 0.1, -0.4].map(c) };
+        let velocity = SpatialMotion { angular: [0.3, -0.5, 0.7].map(c), linear: [0.2, 0.1, -0.4].map(c) };
         let (eta, rates) = ([0.1, -0.05, 0.2, 0.03, 0.3].map(c), [0.4, 0.2, -0.3, 0.1, -0.2].map(c));
         modal((shapes, &beam), velocity, None, (&eta, &rates))
     }

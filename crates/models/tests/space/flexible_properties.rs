@@ -6,11 +6,11 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_models::space::MAX_APPENDAGES;
 use trueup_models::space::appendage::{AppendageError, Beam, Shapes, TableMode};
-use trueup_models::space::articulated::{Found, Moves, Rotor, accelerations};
+use trueup_models::space::articulated::{Moves, Rotor, SweepResult, accelerations};
 use trueup_models::space::composite::{BASE, forces, mass_matrix, rotor_rows};
 use trueup_models::space::flexible::Appendages;
-use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
-use trueup_models::space::tree::{Body, Joint, Tree, subspace};
+use trueup_models::space::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use trueup_models::space::tree::{JointType, Tree, TreeBody, subspace};
 use trueup_models::space::vector::dot;
 use trueup_numerics::Dual;
 
@@ -23,7 +23,7 @@ pub(super) fn beam(rng: &mut StdRng) -> Beam<f64> {
         torsion_stiffness: between(0.5, 2.0),
         polar_inertia_per_length: between(0.02, 0.1),
         damping_ratio: between(0.0, 0.1),
-        frame: Frame { rotation: turned(rng), origin: vector(rng) },
+        frame: SpatialFrame { rotation: turned(rng), origin: vector(rng) },
     }
 }
 
@@ -32,7 +32,7 @@ fn table(rng: &mut StdRng) -> Vec<TableMode<f64>> {
         .map(|_| TableMode {
             frequency: rng.random_range(1.0..10.0),
             damping_ratio: rng.random_range(0.0..0.1),
-            participation: Wrench {
+            participation: SpatialWrench {
                 torque: vector(rng).map(|v| 0.1 * v),
                 force: vector(rng).map(|v| 0.1 * v),
             },
@@ -42,20 +42,20 @@ fn table(rng: &mut StdRng) -> Vec<TableMode<f64>> {
 
 fn machine(rng: &mut StdRng) -> Machine {
     let n = rng.random_range(0..=32);
-    let body = |rng: &mut StdRng| Body {
+    let body = |rng: &mut StdRng| TreeBody {
         rigid: Rigid::new(rng.random_range(0.5..1.5), vector(rng), &inertia(rng)),
-        mount: Frame { rotation: turned(rng), origin: vector(rng) },
+        mount: SpatialFrame { rotation: turned(rng), origin: vector(rng) },
         axis: trueup_models::space::attitude::unit(vector(rng)),
     };
     let on = |rng: &mut StdRng| if rng.random_bool(0.5) { 0 } else { rng.random_range(0..=n) };
     let tree = Tree {
         parent: (0..n).map(|i| rng.random_range(0..=i)).collect(),
         joint: (0..n)
-            .map(|_| if rng.random_bool(0.3) { Joint::Prismatic } else { Joint::Revolute })
+            .map(|_| if rng.random_bool(0.3) { JointType::Prismatic } else { JointType::Revolute })
             .collect(),
     };
     let gears = (0..n).map(|i| {
-        let share = if tree.joint[i] == Joint::Revolute { [1.0, 0.01, 0.2][i % 3] } else { 0.0 };
+        let share = if tree.joint[i] == JointType::Revolute { [1.0, 0.01, 0.2][i % 3] } else { 0.0 };
         (rng.random_range(0.05..0.3), share, rng.random_bool(0.4))
     });
     let gears = gears.collect();
@@ -71,7 +71,7 @@ fn machine(rng: &mut StdRng) -> Machine {
             .collect(),
         tables: (0..rng.random_range(0..3))
             .map(|_| {
-                let frame = Frame { rotation: turned(rng), origin: vector(rng) };
+                let frame = SpatialFrame { rotation: turned(rng), origin: vector(rng) };
                 (on(rng), frame, Rigid::new(1.0, vector(rng), &inertia(rng)), table(rng))
             })
             .collect(),
@@ -97,10 +97,10 @@ fn machine(rng: &mut StdRng) -> Machine {
         let on = rng.random_range(1..=n);
         let taken = all.links.iter().map(|l| l.0).chain(all.link_tables.iter().map(|l| l.0));
         if taken.into_iter().all(|other| other != on) {
-            let frame = Frame { rotation: turned(rng), origin: vector(rng) };
+            let frame = SpatialFrame { rotation: turned(rng), origin: vector(rng) };
             let whole = Rigid::new(1.0, vector(rng), &inertia(rng));
             let modes = table(rng);
-            let reach = |rng: &mut StdRng| Motion { angular: vector(rng), linear: vector(rng) };
+            let reach = |rng: &mut StdRng| SpatialMotion { angular: vector(rng), linear: vector(rng) };
             let modes: LinkModes = modes.into_iter().map(|m| (m, reach(rng))).collect();
             all.link_tables.push((on, frame, whole, modes, vector(rng)));
         }
@@ -128,13 +128,13 @@ fn articulated_and_composite_bodies_agree_with_appendages() {
         let (x, l) = (state(&mut rng, &m), m.layout());
         let n = l.n;
         let torques: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
-        let applied: Vec<Wrench<f64>> =
-            (0..=n).map(|_| Wrench { torque: vector(&mut rng), force: vector(&mut rng) }).collect();
+        let applied: Vec<SpatialWrench<f64>> =
+            (0..=n).map(|_| SpatialWrench { torque: vector(&mut rng), force: vector(&mut rng) }).collect();
         m.at(&x, &torques, |now, _| {
             let (rows, modal) = rotor_rows(now.tree, now.drives);
             let size = modal + l.modes;
             let [mut joint, mut rotor, mut eta] = [vec![0.0; n], vec![0.0; n], vec![0.0; l.modes]];
-            let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut eta };
+            let out = SweepResult { joint: &mut joint, rotor: &mut rotor, modal: &mut eta };
             let base = accelerations(now, &applied, None, out);
             // What acts, in the order of the coordinates.
             let (mut w, mut given) = (applied.clone(), vec![0.0; size]);
@@ -165,7 +165,7 @@ fn articulated_and_composite_bodies_agree_with_appendages() {
             let [mut needed, mut bias] = [vec![0.0; size], vec![0.0; size]];
             forces(now, (base, &joint, &rotor), &eta, &mut needed);
             let none = vec![0.0; n.max(l.modes)];
-            forces(now, (Motion::zero(), &none, &none), &none, &mut bias);
+            forces(now, (SpatialMotion::zero(), &none, &none), &none, &mut bias);
             let mut mass = vec![0.0; size * size];
             mass_matrix(now, &mut mass);
             let largest = needed.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
@@ -214,14 +214,14 @@ fn appendages_keep_momentum_and_the_balance_of_energy() {
 #[test]
 fn sff_5_a_table_of_modes_is_the_beam_that_it_was_made_of() {
     let mut rng = StdRng::seed_from_u64(58);
-    let (frame, b) = (Frame { rotation: turned(&mut rng), origin: vector(&mut rng) }, beam(&mut rng));
+    let (frame, b) = (SpatialFrame { rotation: turned(&mut rng), origin: vector(&mut rng) }, beam(&mut rng));
     let shapes = Shapes { x: 2, y: 1, torsion: 2 };
-    let here = Frame { rotation: trueup_models::space::vector::identity(), origin: [0.0; 3] };
+    let here = SpatialFrame { rotation: trueup_models::space::vector::identity(), origin: [0.0; 3] };
     let mut own = Appendages::<f64>::new();
     own.add_beam(0, shapes, &Beam { frame: here, ..b }).unwrap();
     let at_rest = |a: &Appendages<f64>| {
-        let base = trueup_models::space::tree::Placed::base(here, Motion::zero());
-        let mut bent = trueup_models::space::flexible::Bent::new();
+        let base = trueup_models::space::tree::PlacedBody::base(here, SpatialMotion::zero());
+        let mut bent = trueup_models::space::flexible::DeformedAppendages::new();
         a.bend(&[base], &[0.0; 8], &[0.0; 8], &mut bent);
         (0..5).map(|j| bent.of(a).coupling[j]).collect::<Vec<_>>()
     };
@@ -259,7 +259,7 @@ fn sff_5_a_table_of_modes_is_the_beam_that_it_was_made_of() {
     // Two shapes of a clamped beam move 0.613 and 0.188 of its mass.
     assert!(there == whole.mass && (moved / there / 4.0 - 0.8014).abs() < 1e-3, "{why}");
     assert_eq!(refused.add_beam(0, Shapes { x: 13, ..shapes }, &b), Err(AppendageError::Modes));
-    let many = vec![TableMode { participation: Wrench::zero(), ..rows[0] }; 49];
+    let many = vec![TableMode { participation: SpatialWrench::zero(), ..rows[0] }; 49];
     assert_eq!(refused.add_table(0, &frame, &whole, &many), Err(AppendageError::Modes));
     let flat = Beam { polar_inertia_per_length: 0.0, ..b };
     assert_eq!(refused.add_beam(0, shapes, &flat), Err(AppendageError::Massless(3)));

@@ -6,7 +6,7 @@ mod limits;
 mod runs;
 mod tables;
 
-use trueup_models::space::design::{Design, Motor, Thruster, Tip};
+use trueup_models::space::design::{DesignMotor, DesignTip, RobotDesign, Thruster};
 use trueup_models::space::layout::{Inputs, Outputs, Parameters, States};
 use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::Dual;
@@ -25,7 +25,7 @@ pub(crate) struct Flyer {
 }
 
 impl Flyer {
-    pub(crate) fn of(design: &Design) -> Self {
+    pub(crate) fn of(design: &RobotDesign) -> Self {
         let s = design.structure();
         let model = SpatialFreeFlyer::new(s.clone()).unwrap();
         let p = design.parameters();
@@ -92,8 +92,8 @@ pub(crate) fn worst(a: &[f64], b: &[f64]) -> f64 {
 pub(crate) const ANGLES: [f64; 6] = [0.3, -0.9, 1.4, 0.2, -0.6, 0.5];
 
 /// Everything at once: two arms, a prismatic joint, springs, rotors, thrusters.
-pub(crate) fn everything(held: bool, geared: bool) -> Design {
-    let mut d = Design { thrusters: Vec::new(), ..presets::chaser() };
+pub(crate) fn everything(held: bool, geared: bool) -> RobotDesign {
+    let mut d = RobotDesign { thrusters: Vec::new(), ..presets::chaser() };
     for (k, position) in [[0.5, 0.4, -0.3], [-0.6, 0.2, 0.1], [0.0, -0.7, 0.2]].into_iter().enumerate() {
         let direction = [[1.0, 0.0, 2.0], [0.0, -1.0, 0.5], [0.3, 0.3, -1.0]][k];
         d.thrusters.push(Thruster { position, direction });
@@ -104,16 +104,16 @@ pub(crate) fn everything(held: bool, geared: bool) -> Design {
         link.position[1] -= 0.4;
         d.links.push(link);
     }
-    d.links[7].joint = trueup_models::space::tree::Joint::Prismatic;
+    d.links[7].joint = trueup_models::space::tree::JointType::Prismatic;
     d.links[7].orientation = [0.8, 0.0, 0.6, 0.0];
-    d.tips.push(Tip { name: "other".into(), body: 9, offset: [0.1, 0.2, -0.3], mount: [0.0; 3] });
+    d.tips.push(DesignTip { name: "other".into(), body: 9, offset: [0.1, 0.2, -0.3], mount: [0.0; 3] });
     for (k, link) in d.links.iter_mut().enumerate() {
         let flexible = k % 2 == 1;
         let gear_ratio = 3.0 + k as f64;
-        link.motor = Motor { flexible, inertia: 0.3, gear_ratio, stiffness: 20.0, damping: 2.0 };
+        link.motor = DesignMotor { flexible, inertia: 0.3, gear_ratio, stiffness: 20.0, damping: 2.0 };
     }
     let mut panels = presets::table_1_with_panels().appendages;
     panels[1].shapes.y = 3;
     panels[1].orientation = [0.6, 0.0, 0.8, 0.0];
-    Design { held, geared, appendages: panels, ..d }
+    RobotDesign { held, geared, appendages: panels, ..d }
 }

@@ -1,14 +1,14 @@
 //! Golden facts B01-B33 (arm of S1 on a base) and C17-C28 (chaser of S2).
 
 use nalgebra::DMatrix;
-use trueup_models::space::analysis::{Column, MomentumForm};
-use trueup_models::space::articulated::{Drive, Moves, Rotor};
+use trueup_models::space::analysis::{MomentumForm, SpatialColumn};
+use trueup_models::space::articulated::{JointDrive, Moves, Rotor};
 use trueup_models::space::attitude::rotation;
 use trueup_models::space::composite::{forces, momentum};
 use trueup_models::space::measures::{measures, singular};
 use trueup_models::space::presets;
-use trueup_models::space::snapshot::Snapshot;
-use trueup_models::space::spatial::{Frame, Motion};
+use trueup_models::space::snapshot::RobotSnapshot;
+use trueup_models::space::spatial::{SpatialFrame, SpatialMotion};
 use trueup_models::space::vector::{add, cross, scale, times, transposed_times};
 
 use super::facts::fact;
@@ -29,7 +29,7 @@ fn near(id: &str, found: &[f64], tolerance: f64) {
     assert!(off <= tolerance, "{id}: {found:?}, not {wanted:?}");
 }
 
-fn rows(columns: &[Column<f64>], part: fn(&Column<f64>) -> [f64; 3]) -> Vec<f64> {
+fn rows(columns: &[SpatialColumn<f64>], part: fn(&SpatialColumn<f64>) -> [f64; 3]) -> Vec<f64> {
     (0..3).flat_map(|i| columns.iter().map(move |c| part(c)[i]).collect::<Vec<_>>()).collect()
 }
 
@@ -43,7 +43,7 @@ fn b01_to_b33_the_arm_pulls_at_its_base_as_the_paper_says() {
         ([130.0, -25.0, 95.0], ["B17", "B18", "B27", "B28", "B29", "B30"], "B33"),
     ] {
         let r = robot.reaction(&degrees.map(f64::to_radians), [0.0; 3]);
-        let pairs: Vec<Column<f64>> = r.coriolis.iter().map(|c| c.2).collect();
+        let pairs: Vec<SpatialColumn<f64>> = r.coriolis.iter().map(|c| c.2).collect();
         assert_eq!(r.coriolis.iter().map(|c| (c.0, c.1)).collect::<Vec<_>>(), [(0, 1), (0, 2), (1, 2)]);
         near(ids[0], &rows(&r.inertial, |c| c.force), 1e-10);
         near(ids[1], &rows(&r.inertial, |c| c.torque), 1e-10);
@@ -62,7 +62,7 @@ fn b01_to_b33_the_arm_pulls_at_its_base_as_the_paper_says() {
 
 fn form(angles: &[f64]) -> MomentumForm {
     let design = presets::chaser();
-    let base = Frame { rotation: rotation(QUATERNION), origin: POSITION };
+    let base = SpatialFrame { rotation: rotation(QUATERNION), origin: POSITION };
     design.robot().momentum_form(base, angles, (design.tips[0].body, design.tips[0].offset))
 }
 
@@ -97,14 +97,14 @@ fn c18_and_c24_bias_and_momenta_of_the_chaser() {
     let robot = presets::chaser().robot();
     let turned = rotation(QUATERNION);
     let own = |v| transposed_times(&turned, v);
-    let velocity = Motion { angular: own(BASE_RATE), linear: own(BASE_VELOCITY) };
+    let velocity = SpatialMotion { angular: own(BASE_RATE), linear: own(BASE_VELOCITY) };
     let placed = robot.tree.place(
         &robot.bodies,
-        (Frame { rotation: turned, origin: POSITION }, velocity),
+        (SpatialFrame { rotation: turned, origin: POSITION }, velocity),
         &ANGLES,
         &RATES,
     );
-    let drives = RATES.map(|rate| Drive {
+    let drives = RATES.map(|rate| JointDrive {
         moves: Moves::Driven(0.0),
         rotor: Rotor::Geared,
         inertia: 0.0,
@@ -112,9 +112,10 @@ fn c18_and_c24_bias_and_momenta_of_the_chaser() {
         rate,
     });
     // The centre of mass does not accelerate: what the spatial acceleration has beyond it is omega x v.
-    let still = Motion { angular: [0.0; 3], linear: scale(-1.0, cross(velocity.angular, velocity.linear)) };
+    let still =
+        SpatialMotion { angular: [0.0; 3], linear: scale(-1.0, cross(velocity.angular, velocity.linear)) };
     let mut c = [0.0; 12];
-    let now = Snapshot::rigid(&robot.tree, &robot.base, &robot.bodies, &placed, &drives);
+    let now = RobotSnapshot::rigid(&robot.tree, &robot.base, &robot.bodies, &placed, &drives);
     forces(&now, (still, &[0.0; 6], &[0.0; 6]), &[], &mut c);
     let (force, torque) = (times(&turned, [c[0], c[1], c[2]]), times(&turned, [c[3], c[4], c[5]]));
     near("C18", &[&force[..], &torque, &c[6..]].concat(), 1e-10);

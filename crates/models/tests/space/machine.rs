@@ -1,14 +1,14 @@
 //! A robot with appendages as numbers, its state as one vector, over any scalar.
 
 use trueup_models::space::appendage::{Beam, Shapes, TableMode};
-use trueup_models::space::articulated::{Drive, Found, Moves, Rotor, accelerations};
+use trueup_models::space::articulated::{JointDrive, Moves, Rotor, SweepResult, accelerations};
 use trueup_models::space::attitude::{rate, rotation};
 use trueup_models::space::composite::momentum;
-use trueup_models::space::flexible::{Appendages, Bent};
-use trueup_models::space::snapshot::Snapshot;
-use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
-use trueup_models::space::tree::{All, Body, Tree};
-use trueup_models::space::vector::{Vector, add, cross, times};
+use trueup_models::space::flexible::{Appendages, DeformedAppendages};
+use trueup_models::space::snapshot::RobotSnapshot;
+use trueup_models::space::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use trueup_models::space::tree::{PerBody, Tree, TreeBody};
+use trueup_models::space::vector::{Vector3, add, cross, times};
 use trueup_numerics::Scalar;
 
 /// Joint and rotor of a drive: inertia, share, whether the rotor moves by itself.
@@ -19,41 +19,41 @@ pub(super) struct Machine {
     pub(super) tree: Tree,
     pub(super) base: Rigid<f64>,
     /// The first is not used.
-    pub(super) bodies: Vec<Body<f64>>,
+    pub(super) bodies: Vec<TreeBody<f64>>,
     pub(super) gears: Vec<Gear>,
     pub(super) beams: Vec<(usize, Shapes, Beam<f64>)>,
-    pub(super) tables: Vec<(usize, Frame<f64>, Rigid<f64>, Vec<TableMode<f64>>)>,
+    pub(super) tables: Vec<(usize, SpatialFrame<f64>, Rigid<f64>, Vec<TableMode<f64>>)>,
     /// On whose ends hangs what the bodies carry.
     pub(super) links: Vec<(usize, Shapes, Beam<f64>)>,
     /// Bending shortens links.
     pub(super) stiffening: bool,
     /// The same by tables of modes; each has its end.
-    pub(super) link_tables: Vec<(usize, Frame<f64>, Rigid<f64>, LinkModes, Vector<f64>)>,
+    pub(super) link_tables: Vec<(usize, SpatialFrame<f64>, Rigid<f64>, LinkModes, Vector3<f64>)>,
 }
 
 /// Modes of a link and how they move its end.
-pub(super) type LinkModes = Vec<(TableMode<f64>, Motion<f64>)>;
+pub(super) type LinkModes = Vec<(TableMode<f64>, SpatialMotion<f64>)>;
 
 fn mode<T: Scalar>(m: &TableMode<f64>) -> TableMode<T> {
-    let Wrench { torque, force } = m.participation;
+    let SpatialWrench { torque, force } = m.participation;
     TableMode {
         frequency: T::constant(m.frequency),
         damping_ratio: T::constant(m.damping_ratio),
-        participation: Wrench { torque: lift(torque), force: lift(force) },
+        participation: SpatialWrench { torque: lift(torque), force: lift(force) },
     }
 }
 
-fn lift<T: Scalar>(v: Vector<f64>) -> Vector<T> {
+fn lift<T: Scalar>(v: Vector3<f64>) -> Vector3<T> {
     v.map(T::constant)
 }
 fn rigid<T: Scalar>(r: &Rigid<f64>) -> Rigid<T> {
     Rigid { mass: T::constant(r.mass), first: lift(r.first), inertia: r.inertia.map(lift) }
 }
-fn frame<T: Scalar>(f: &Frame<f64>) -> Frame<T> {
-    Frame { rotation: f.rotation.map(lift), origin: lift(f.origin) }
+fn frame<T: Scalar>(f: &SpatialFrame<f64>) -> SpatialFrame<T> {
+    SpatialFrame { rotation: f.rotation.map(lift), origin: lift(f.origin) }
 }
-pub(super) fn body<T: Scalar>(b: &Body<f64>) -> Body<T> {
-    Body { rigid: rigid(&b.rigid), mount: frame(&b.mount), axis: lift(b.axis) }
+pub(super) fn body<T: Scalar>(b: &TreeBody<f64>) -> TreeBody<T> {
+    TreeBody { rigid: rigid(&b.rigid), mount: frame(&b.mount), axis: lift(b.axis) }
 }
 
 /// Where the parts of a state begin: position, quaternion, joints, modes; velocity, rate, joints, rotors, modes.
@@ -110,7 +110,8 @@ impl Machine {
             .iter()
             .for_each(|(on, shapes, b)| all.add_link(*on, *shapes, &lifted(b), self.stiffening).unwrap());
         for (on, place, whole, modes, end) in &self.link_tables {
-            let reach = |m: &Motion<f64>| Motion { angular: lift(m.angular), linear: lift(m.linear) };
+            let reach =
+                |m: &SpatialMotion<f64>| SpatialMotion { angular: lift(m.angular), linear: lift(m.linear) };
             let modes: Vec<_> = modes.iter().map(|(m, moved)| (mode(m), reach(moved))).collect();
             all.add_link_table(*on, &frame(place), &rigid(whole), &modes, lift(*end)).unwrap();
         }
@@ -122,16 +123,16 @@ impl Machine {
         &self,
         x: &[T],
         torques: &[T],
-        look: impl FnOnce(&Snapshot<'_, T>, &Appendages<T>) -> R,
+        look: impl FnOnce(&RobotSnapshot<'_, T>, &Appendages<T>) -> R,
     ) -> R {
         let l = self.layout();
         assert_eq!(x.len(), l.size());
         let appendages = self.appendages::<T>();
-        let bodies: Vec<Body<T>> = self.bodies.iter().map(body).collect();
-        let drives: Vec<Drive<T>> = (0..l.n)
+        let bodies: Vec<TreeBody<T>> = self.bodies.iter().map(body).collect();
+        let drives: Vec<JointDrive<T>> = (0..l.n)
             .map(|i| {
                 let (inertia, share, own) = self.gears[i];
-                Drive {
+                JointDrive {
                     moves: Moves::Driven(torques[i]),
                     rotor: if own { Rotor::Driven(torques[i]) } else { Rotor::Geared },
                     inertia: T::constant(inertia),
@@ -141,16 +142,16 @@ impl Machine {
             })
             .collect();
         let part = |from: usize| [x[from], x[from + 1], x[from + 2]];
-        let base = Frame { rotation: rotation([x[3], x[4], x[5], x[6]]), origin: part(0) };
-        let velocity = Motion { linear: part(l.velocity()), angular: part(l.velocity() + 3) };
-        let mut bent = Bent::new();
+        let base = SpatialFrame { rotation: rotation([x[3], x[4], x[5], x[6]]), origin: part(0) };
+        let velocity = SpatialMotion { linear: part(l.velocity()), angular: part(l.velocity() + 3) };
+        let mut bent = DeformedAppendages::new();
         let (eta, rates) = (&x[l.eta()..], &x[l.eta_rates()..]);
         bent.ends.set(&appendages, eta, rates);
-        let mut placed = All::new();
+        let mut placed = PerBody::new();
         let joints = (&x[7..], &x[l.rates()..]);
         self.tree.place_into(&bodies, (base, velocity), joints, Some(&bent.ends), &mut placed);
         appendages.bend(&placed, eta, rates, &mut bent);
-        let now = Snapshot {
+        let now = RobotSnapshot {
             tree: &self.tree,
             base: &rigid(&self.base),
             bodies: &bodies,
@@ -164,7 +165,7 @@ impl Machine {
     /// d(x)/dt without wrenches from outside.
     pub(super) fn rates<T: Scalar>(&self, x: &[T], torques: &[T]) -> Vec<T> {
         let l = self.layout();
-        let none = vec![Wrench::zero(); l.n + 1];
+        let none = vec![SpatialWrench::zero(); l.n + 1];
         self.at(x, torques, |now, _| {
             let mut dx = vec![T::zero(); l.size()];
             let base = now.placed[0];
@@ -174,7 +175,7 @@ impl Machine {
             dx[l.eta()..][..l.modes].copy_from_slice(&x[l.eta_rates()..]);
             let (joint, rest) = dx[l.rates()..].split_at_mut(l.n);
             let (rotor, modal) = rest.split_at_mut(l.n);
-            let a = accelerations(now, &none, None, Found { joint, rotor, modal });
+            let a = accelerations(now, &none, None, SweepResult { joint, rotor, modal });
             dx[l.velocity()..][..3].copy_from_slice(&a.linear);
             dx[l.velocity() + 3..][..3].copy_from_slice(&a.angular);
             dx

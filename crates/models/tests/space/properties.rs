@@ -3,31 +3,31 @@
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_models::space::MAX_BODIES;
-use trueup_models::space::articulated::{Drive, Found, Moves, Rotor, accelerations};
+use trueup_models::space::articulated::{JointDrive, Moves, Rotor, SweepResult, accelerations};
 use trueup_models::space::attitude::{rate, rotation, square, unit};
 use trueup_models::space::composite::{BASE, forces, mass_matrix, momentum, rotor_rows};
-use trueup_models::space::snapshot::Snapshot;
-use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
-use trueup_models::space::tree::{All, Body, Joint, Placed, Tree, subspace};
-use trueup_models::space::vector::{Matrix, Vector, dot};
+use trueup_models::space::snapshot::RobotSnapshot;
+use trueup_models::space::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
+use trueup_models::space::tree::{JointType, PerBody, PlacedBody, Tree, TreeBody, subspace};
+use trueup_models::space::vector::{Matrix3, Vector3, dot};
 
 /// A random robot in a random state.
 struct Case {
     tree: Tree,
     base: Rigid<f64>,
-    bodies: All<Body<f64>>,
-    placed: All<Placed<f64>>,
-    velocity: Motion<f64>,
-    drives: Vec<Drive<f64>>,
-    applied: All<Wrench<f64>>,
+    bodies: PerBody<TreeBody<f64>>,
+    placed: PerBody<PlacedBody<f64>>,
+    velocity: SpatialMotion<f64>,
+    drives: Vec<JointDrive<f64>>,
+    applied: PerBody<SpatialWrench<f64>>,
 }
 
-pub(super) fn vector(rng: &mut StdRng) -> Vector<f64> {
+pub(super) fn vector(rng: &mut StdRng) -> Vector3<f64> {
     [0; 3].map(|_| rng.random_range(-1.0..1.0))
 }
 
 /// Of a cloud of points, so that it is one.
-pub(super) fn inertia(rng: &mut StdRng) -> Matrix<f64> {
+pub(super) fn inertia(rng: &mut StdRng) -> Matrix3<f64> {
     let mut i = [[0.0; 3]; 3];
     for _ in 0..6 {
         let p = vector(rng);
@@ -39,7 +39,7 @@ pub(super) fn inertia(rng: &mut StdRng) -> Matrix<f64> {
     i
 }
 
-pub(super) fn turned(rng: &mut StdRng) -> Matrix<f64> {
+pub(super) fn turned(rng: &mut StdRng) -> Matrix3<f64> {
     rotation([0; 4].map(|_| rng.random_range(-1.0..1.0)))
 }
 
@@ -48,30 +48,30 @@ fn case(rng: &mut StdRng, share: f64) -> Case {
     let tree = Tree {
         parent: (0..n).map(|i| rng.random_range(0..=i)).collect(),
         joint: (0..n)
-            .map(|_| if rng.random_bool(0.3) { Joint::Prismatic } else { Joint::Revolute })
+            .map(|_| if rng.random_bool(0.3) { JointType::Prismatic } else { JointType::Revolute })
             .collect(),
     };
-    let body = |rng: &mut StdRng| Body {
+    let body = |rng: &mut StdRng| TreeBody {
         rigid: Rigid::new(rng.random_range(0.5..1.5), vector(rng), &inertia(rng)),
-        mount: Frame { rotation: turned(rng), origin: vector(rng) },
+        mount: SpatialFrame { rotation: turned(rng), origin: vector(rng) },
         axis: unit(vector(rng)),
     };
-    let bodies: All<_> = (0..=n).map(|_| body(rng)).collect();
+    let bodies: PerBody<_> = (0..=n).map(|_| body(rng)).collect();
     let base = Rigid::new(3.0, [0.0; 3], &inertia(rng));
     let [q, rates] =
         [3.0, 1.0].map(|size| (0..n).map(|_| rng.random_range(-size..size)).collect::<Vec<f64>>());
-    let velocity = Motion { angular: vector(rng), linear: vector(rng) };
-    let frame = Frame { rotation: turned(rng), origin: vector(rng) };
+    let velocity = SpatialMotion { angular: vector(rng), linear: vector(rng) };
+    let frame = SpatialFrame { rotation: turned(rng), origin: vector(rng) };
     let placed = tree.place(&bodies, (frame, velocity), &q, &rates);
-    let applied = (0..=n).map(|_| Wrench { torque: vector(rng), force: vector(rng) }).collect();
+    let applied = (0..=n).map(|_| SpatialWrench { torque: vector(rng), force: vector(rng) }).collect();
     let mut drive = |i: usize| {
         let torque = rng.random_range(-1.0..1.0);
         let own = rng.random_bool(0.4);
-        Drive {
+        JointDrive {
             moves: Moves::Driven(rng.random_range(-1.0..1.0)),
             rotor: if own { Rotor::Driven(torque) } else { Rotor::Geared },
             inertia: rng.random_range(0.05..0.3),
-            share: if tree.joint[i] == Joint::Revolute { share } else { 0.0 },
+            share: if tree.joint[i] == JointType::Revolute { share } else { 0.0 },
             rate: if own { rng.random_range(-1.0..1.0) } else { rates[i] },
         }
     };
@@ -80,13 +80,13 @@ fn case(rng: &mut StdRng, share: f64) -> Case {
 }
 
 impl Case {
-    fn now<'a>(&'a self, drives: &'a [Drive<f64>]) -> Snapshot<'a, f64> {
-        Snapshot::rigid(&self.tree, &self.base, &self.bodies, &self.placed, drives)
+    fn now<'a>(&'a self, drives: &'a [JointDrive<f64>]) -> RobotSnapshot<'a, f64> {
+        RobotSnapshot::rigid(&self.tree, &self.base, &self.bodies, &self.placed, drives)
     }
     /// Of the base, the joints, the rotors.
-    fn accelerations(&self, drives: &[Drive<f64>]) -> (Motion<f64>, Vec<f64>, Vec<f64>) {
+    fn accelerations(&self, drives: &[JointDrive<f64>]) -> (SpatialMotion<f64>, Vec<f64>, Vec<f64>) {
         let (mut joint, mut rotor) = (vec![0.0; MAX_BODIES], vec![0.0; MAX_BODIES]);
-        let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut [] };
+        let out = SweepResult { joint: &mut joint, rotor: &mut rotor, modal: &mut [] };
         let base = accelerations(&self.now(drives), &self.applied, None, out);
         (base, joint, rotor)
     }
@@ -112,7 +112,7 @@ impl Case {
         &self,
         size: usize,
         rows: &[Option<usize>],
-        base: Motion<f64>,
+        base: SpatialMotion<f64>,
         joints: &[f64],
         rotors: &[f64],
     ) -> Vec<f64> {
@@ -144,7 +144,7 @@ fn articulated_and_composite_bodies_agree() {
         forces(&c.now(&c.drives), (base, &joint, &rotor), &[], &mut needed);
         let largest = needed.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         let mut bias = vec![0.0; size];
-        let still = (Motion::zero(), &[0.0; MAX_BODIES][..], &[0.0; MAX_BODIES][..]);
+        let still = (SpatialMotion::zero(), &[0.0; MAX_BODIES][..], &[0.0; MAX_BODIES][..]);
         forces(&c.now(&c.drives), still, &[], &mut bias);
         let mut mass = vec![0.0; size * size];
         mass_matrix(&c.now(&c.drives), &mut mass);

@@ -1,8 +1,11 @@
 //! [`Driver::advance_to`]: steps, located events, observer.
 
-use super::frozen::{Frozen, Signal};
+use super::frozen::{FrozenModel, InputSignals};
 use super::step::tiny;
-use super::{Cause, DriveError, Driver, Flow, Inputs, Moment, Quantity, Reached, State, View};
+use super::{
+    DriveError, Driver, DriverMoment, DriverQuantity, DriverReached, DriverState, DriverView, EventCause,
+    Flow, StepInputs,
+};
 use crate::hybrid::Hybrid;
 
 /// What has to be done before integration goes on.
@@ -10,7 +13,7 @@ enum Due {
     Nothing,
     /// Inputs, parameters or states may have jumped.
     Jump,
-    Event(Cause),
+    Event(EventCause),
 }
 
 impl Driver {
@@ -29,16 +32,16 @@ impl Driver {
     pub fn advance_to<M: Hybrid>(
         &mut self,
         model: &M,
-        s: &mut State,
+        s: &mut DriverState,
         t_end: f64,
-        inputs: Inputs,
-        observer: &mut dyn FnMut(View) -> Flow,
-    ) -> Result<Reached, DriveError> {
+        inputs: StepInputs,
+        observer: &mut dyn FnMut(DriverView) -> Flow,
+    ) -> Result<DriverReached, DriveError> {
         if !(t_end >= *s.t && t_end.is_finite()) {
             return Err(DriveError::Backwards { t: *s.t, t_end });
         }
         self.check(s)?;
-        let mut done = Reached::default();
+        let mut done = DriverReached::default();
         let mut base = *s.t;
         self.u0.copy_from_slice(s.u);
         if let Some(next) = model.next_event(s.p, s.modes)
@@ -51,13 +54,13 @@ impl Driver {
         self.set_inputs(s, inputs, base);
         let mut due = Due::Jump;
         if self.options.stop_at_event && self.is_event(model, s)? {
-            (done.t, done.pending) = (*s.t, Some(Cause::Jump));
+            (done.t, done.pending) = (*s.t, Some(EventCause::Jump));
             return Ok(done);
         }
         loop {
             if !matches!(due, Due::Nothing) {
                 let event = if let Due::Event(cause) = due {
-                    let same = self.guard(s, cause)? && matches!(cause, Cause::Indicator(_));
+                    let same = self.guard(s, cause)? && matches!(cause, EventCause::Indicator(_));
                     if self.options.stop_at_event && !same {
                         done.pending = Some(cause);
                         break;
@@ -73,7 +76,7 @@ impl Driver {
                 }
                 if event || changed {
                     done.events += 1;
-                    match tell(observer, s, Moment::Event) {
+                    match tell(observer, s, DriverMoment::Event) {
                         Flow::Continue => {}
                         Flow::InputsChanged => {
                             base = self.rebase(s, inputs);
@@ -88,7 +91,7 @@ impl Driver {
             let next = model.next_event(s.p, s.modes);
             if *s.t >= t_end {
                 if self.options.stop_at_event && next.is_some_and(|next| next <= *s.t) {
-                    done.pending = Some(Cause::Time);
+                    done.pending = Some(EventCause::Time);
                 }
                 break;
             }
@@ -100,19 +103,19 @@ impl Driver {
                 *s.t = stop;
                 None
             } else {
-                let signal = Signal { inputs, base };
+                let signal = InputSignals { inputs, base };
                 let Self { options, stepper, work, u0, .. } = self;
-                let mut frozen = Frozen { model, p: s.p, modes: s.modes, signal, u0, work };
+                let mut frozen = FrozenModel { model, p: s.p, modes: s.modes, signal, u0, work };
                 let direction = |i| model.direction(i);
                 stepper.step(&mut frozen, &direction, s.t, s.x, s.memory, stop, options, &mut done)?
             };
             self.set_inputs(s, inputs, base);
             if let Some(i) = crossed {
-                due = Due::Event(Cause::Indicator(i));
+                due = Due::Event(EventCause::Indicator(i));
             } else if timed && *s.t == stop {
-                due = Due::Event(Cause::Time);
+                due = Due::Event(EventCause::Time);
             }
-            match tell(observer, s, Moment::Step) {
+            match tell(observer, s, DriverMoment::Step) {
                 Flow::Continue => {}
                 Flow::InputsChanged => {
                     base = self.rebase(s, inputs);
@@ -132,13 +135,13 @@ impl Driver {
         Ok(done)
     }
 
-    /// Writes the inputs at `State::t`.
-    fn set_inputs(&self, s: &mut State, inputs: Inputs, base: f64) {
-        Signal { inputs, base }.at(*s.t, &self.u0, s.u);
+    /// Writes the inputs at `DriverState::t`.
+    fn set_inputs(&self, s: &mut DriverState, inputs: StepInputs, base: f64) {
+        InputSignals { inputs, base }.at(*s.t, &self.u0, s.u);
     }
 
     /// Whether an event iteration would change anything here; it does not.
-    fn is_event<M: Hybrid>(&mut self, model: &M, s: &mut State) -> Result<bool, DriveError> {
+    fn is_event<M: Hybrid>(&mut self, model: &M, s: &mut DriverState) -> Result<bool, DriveError> {
         self.kept.0.copy_from_slice(s.x);
         self.kept.1.copy_from_slice(s.modes);
         let changed = self.handle_event(model, s)?;
@@ -150,14 +153,14 @@ impl Driver {
     }
 
     /// The observer has changed the inputs: they go on from here.
-    fn rebase(&mut self, s: &mut State, inputs: Inputs) -> f64 {
+    fn rebase(&mut self, s: &mut DriverState, inputs: StepInputs) -> f64 {
         self.u0.copy_from_slice(s.u);
         self.set_inputs(s, inputs, *s.t);
         *s.t
     }
 
     /// Counts events that follow each other within a nanosecond (at times around 1 s). Is this one such?
-    fn guard(&self, s: &mut State, cause: Cause) -> Result<bool, DriveError> {
+    fn guard(&self, s: &mut DriverState, cause: EventCause) -> Result<bool, DriveError> {
         let (t, m) = (*s.t, &mut *s.memory);
         let stands = t - m.event_time <= 1e-9 * t.abs().max(1.0);
         m.chatter = if stands { m.chatter.saturating_add(1) } else { 0 };
@@ -169,11 +172,11 @@ impl Driver {
     }
 
     /// Forgets what belongs to the states, modes and inputs before an event.
-    fn restart<M: Hybrid>(&mut self, model: &M, s: &State) -> Result<(), DriveError> {
+    fn restart<M: Hybrid>(&mut self, model: &M, s: &DriverState) -> Result<(), DriveError> {
         let z = self.stepper.restart();
         model.indicators(s.at(), z);
         match z.iter().position(|z| z.is_nan()) {
-            Some(i) => Err(DriveError::NotFinite { t: *s.t, what: Quantity::Indicator(i) }),
+            Some(i) => Err(DriveError::NotFinite { t: *s.t, what: DriverQuantity::Indicator(i) }),
             None => Ok(()),
         }
     }
@@ -181,7 +184,7 @@ impl Driver {
 
 /// Events that come ever faster (a ball that comes to rest) must not slip through between the samples of a
 /// long step: the step follows their distance, at a length that costs nothing otherwise.
-fn after_change(s: &mut State) {
+fn after_change(s: &mut DriverState) {
     let since = *s.t - s.memory.change_time;
     if since > 0.0 {
         s.memory.step = s.memory.step.min(1e4 * since);
@@ -189,6 +192,6 @@ fn after_change(s: &mut State) {
     }
 }
 
-fn tell(observer: &mut dyn FnMut(View) -> Flow, s: &mut State, moment: Moment) -> Flow {
-    observer(View { moment, t: *s.t, x: s.x, u: s.u, modes: s.modes })
+fn tell(observer: &mut dyn FnMut(DriverView) -> Flow, s: &mut DriverState, moment: DriverMoment) -> Flow {
+    observer(DriverView { moment, t: *s.t, x: s.x, u: s.u, modes: s.modes })
 }

@@ -1,28 +1,28 @@
 //! A hybrid model between events as an ordinary differential equation; its Jacobian by forward duals.
 
-use super::step::System;
-use super::terms::Inputs;
+use super::step::OdeSystem;
+use super::terms::StepInputs;
 use crate::Dual;
-use crate::hybrid::{At, Hybrid, Sizes};
-use crate::integrate::{Fault, Ode};
+use crate::hybrid::{At, Hybrid, ModelSizes};
+use crate::integrate::{Ode, StepFault};
 
 /// Directions that one pass of duals carries.
 const LANES: usize = 8;
-type Wide = Dual<LANES>;
+type WideDual = Dual<LANES>;
 
 /// The inputs as functions of time; `base` is the time of `u0`.
 #[derive(Clone, Copy)]
-pub(super) struct Signal<'a> {
-    pub(super) inputs: Inputs<'a>,
+pub(super) struct InputSignals<'a> {
+    pub(super) inputs: StepInputs<'a>,
     pub(super) base: f64,
 }
 
-impl Signal<'_> {
+impl InputSignals<'_> {
     pub(super) fn at(&self, t: f64, u0: &[f64], u: &mut [f64]) {
         match self.inputs {
-            Inputs::Hold => u.copy_from_slice(u0),
-            Inputs::Function(f) => f(t, u),
-            Inputs::Ramp(slope) => {
+            StepInputs::Hold => u.copy_from_slice(u0),
+            StepInputs::Function(f) => f(t, u),
+            StepInputs::Ramp(slope) => {
                 for (i, u) in u.iter_mut().enumerate() {
                     *u = u0[i] + slope.get(i).copied().unwrap_or(0.0) * (t - self.base);
                 }
@@ -32,13 +32,13 @@ impl Signal<'_> {
     /// du/dt; of a function by a difference, `u` being the inputs at t.
     fn slope(&self, t: f64, u: &[f64], du: &mut [f64]) {
         match self.inputs {
-            Inputs::Hold => du.fill(0.0),
-            Inputs::Ramp(slope) => {
+            StepInputs::Hold => du.fill(0.0),
+            StepInputs::Ramp(slope) => {
                 for (i, du) in du.iter_mut().enumerate() {
                     *du = slope.get(i).copied().unwrap_or(0.0);
                 }
             }
-            Inputs::Function(f) => {
+            StepInputs::Function(f) => {
                 let later = t + 1e-7 * t.abs().max(1e-3);
                 f(later, du);
                 du.iter_mut().zip(u).for_each(|(du, u)| *du = (*du - u) / (later - t));
@@ -47,21 +47,21 @@ impl Signal<'_> {
     }
 }
 
-/// Work space of [`Frozen`].
-pub(super) struct Work {
+/// Work space of [`FrozenModel`].
+pub(super) struct FrozenWorkspace {
     pub(super) u: Vec<f64>,
     du: Vec<f64>,
-    x_wide: Vec<Wide>,
-    u_wide: Vec<Wide>,
-    p_wide: Vec<Wide>,
-    dx_wide: Vec<Wide>,
+    x_wide: Vec<WideDual>,
+    u_wide: Vec<WideDual>,
+    p_wide: Vec<WideDual>,
+    dx_wide: Vec<WideDual>,
     /// Of the stiff part, in factors.
     stiff: Vec<f64>,
 }
 
-impl Work {
-    pub(super) fn new(n: Sizes) -> Self {
-        let wide = |n: usize| vec![Wide::default(); n];
+impl FrozenWorkspace {
+    pub(super) fn new(n: ModelSizes) -> Self {
+        let wide = |n: usize| vec![WideDual::default(); n];
         Self {
             u: vec![0.0; n.inputs],
             du: vec![0.0; n.inputs],
@@ -80,28 +80,31 @@ impl Work {
 }
 
 /// The model with modes and parameters frozen.
-pub(super) struct Frozen<'a, M> {
+pub(super) struct FrozenModel<'a, M> {
     pub(super) model: &'a M,
     pub(super) p: &'a [f64],
     pub(super) modes: &'a [i32],
-    pub(super) signal: Signal<'a>,
+    pub(super) signal: InputSignals<'a>,
     pub(super) u0: &'a [f64],
-    pub(super) work: &'a mut Work,
+    pub(super) work: &'a mut FrozenWorkspace,
 }
 
-impl<M: Hybrid> Ode for Frozen<'_, M> {
+impl<M: Hybrid> Ode for FrozenModel<'_, M> {
     fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]) {
         self.signal.at(t, self.u0, &mut self.work.u);
         self.model.rates(At { t, x, u: &self.work.u, p: self.p, modes: self.modes }, dx);
     }
 
-    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64, dx: &mut [f64]) -> Option<Result<(), Fault>> {
+    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64, dx: &mut [f64]) -> Option<Result<(), StepFault>> {
         let part = self.model.stiff_part()?;
         // A state that another driver initialised.
         self.work.make_room(self.model);
-        let Work { u, stiff, .. } = &mut *self.work;
+        let FrozenWorkspace { u, stiff, .. } = &mut *self.work;
         self.signal.at(t, self.u0, u);
-        Some(part.factor(At { t, x, u, p: self.p, modes: self.modes }, g, stiff, dx).map_err(Fault::Matrix))
+        Some(
+            part.factor(At { t, x, u, p: self.p, modes: self.modes }, g, stiff, dx)
+                .map_err(StepFault::Matrix),
+        )
     }
 
     fn solve_stiff(&self, y: &mut [f64]) {
@@ -115,20 +118,20 @@ impl<M: Hybrid> Ode for Frozen<'_, M> {
         self.signal.at(t, self.u0, &mut w.u);
         self.signal.slope(t, &w.u, &mut w.du);
         for (wide, p) in w.p_wide.iter_mut().zip(self.p) {
-            *wide = Wide::new(*p, [0.0; LANES]);
+            *wide = WideDual::new(*p, [0.0; LANES]);
         }
         // Directions 0..n are the states, direction n is time.
         for first in (0..=n).step_by(LANES) {
             for (j, wide) in w.x_wide.iter_mut().enumerate() {
-                *wide = Wide::variable(x[j], j.wrapping_sub(first));
+                *wide = WideDual::variable(x[j], j.wrapping_sub(first));
             }
             let time = n - first;
             for (i, wide) in w.u_wide.iter_mut().enumerate() {
-                *wide = Wide::variable(w.u[i], time);
+                *wide = WideDual::variable(w.u[i], time);
                 wide.eps.iter_mut().for_each(|e| *e *= w.du[i]);
             }
             let at = At {
-                t: Wide::variable(t, time),
+                t: WideDual::variable(t, time),
                 x: &w.x_wide,
                 u: &w.u_wide,
                 p: &w.p_wide,
@@ -148,7 +151,7 @@ impl<M: Hybrid> Ode for Frozen<'_, M> {
     }
 }
 
-impl<M: Hybrid> System for Frozen<'_, M> {
+impl<M: Hybrid> OdeSystem for FrozenModel<'_, M> {
     fn indicators(&mut self, t: f64, x: &[f64], z: &mut [f64]) {
         self.signal.at(t, self.u0, &mut self.work.u);
         self.model.indicators(At { t, x, u: &self.work.u, p: self.p, modes: self.modes }, z);
@@ -159,14 +162,14 @@ impl<M: Hybrid> System for Frozen<'_, M> {
 mod tests {
     use super::*;
     use crate::Scalar;
-    use crate::hybrid::Update;
+    use crate::hybrid::EventUpdate;
 
     /// A nonlinear ring of any length, driven by two inputs and by time.
     struct Ring(usize);
 
     impl Hybrid for Ring {
-        fn sizes(&self) -> Sizes {
-            Sizes { states: self.0, inputs: 2, parameters: 1, ..Sizes::default() }
+        fn sizes(&self) -> ModelSizes {
+            ModelSizes { states: self.0, inputs: 2, parameters: 1, ..ModelSizes::default() }
         }
         fn start<T: Scalar>(&self, _p: &[T], _x: &mut [T]) {}
         fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
@@ -178,8 +181,8 @@ mod tests {
         }
         fn outputs<T: Scalar>(&self, _at: At<T>, _y: &mut [T]) {}
         fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
-        fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
-            Update::default()
+        fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> EventUpdate {
+            EventUpdate::default()
         }
     }
 
@@ -187,11 +190,17 @@ mod tests {
     fn jacobian_equals_central_differences() {
         let curve = |t: f64, u: &mut [f64]| (u[0], u[1]) = (t.sin(), t * t);
         for n in [1, 2, 7, 8, 9, 16, 19] {
-            for inputs in [Inputs::Hold, Inputs::Ramp(&[0.3, -2.0]), Inputs::Function(&curve)] {
-                let (model, signal) = (Ring(n), Signal { inputs, base: 0.5 });
-                let mut work = Work::new(model.sizes());
-                let mut ode =
-                    Frozen { model: &model, p: &[1.7], modes: &[], signal, u0: &[0.4, 0.9], work: &mut work };
+            for inputs in [StepInputs::Hold, StepInputs::Ramp(&[0.3, -2.0]), StepInputs::Function(&curve)] {
+                let (model, signal) = (Ring(n), InputSignals { inputs, base: 0.5 });
+                let mut work = FrozenWorkspace::new(model.sizes());
+                let mut ode = FrozenModel {
+                    model: &model,
+                    p: &[1.7],
+                    modes: &[],
+                    signal,
+                    u0: &[0.4, 0.9],
+                    work: &mut work,
+                };
                 let (t, x) = (0.8, (0..n).map(|i| (i as f64).cos()).collect::<Vec<_>>());
                 let (mut dfdx, mut dfdt) = (vec![f64::NAN; n * n], vec![f64::NAN; n]);
                 ode.jacobian(t, &x, &mut dfdx, &mut dfdt);

@@ -1,11 +1,11 @@
 //! A whole simulation in one call, for reference runs.
 
-use super::{DriveError, Driver, Flow, Inputs, Memory, Moment, Options, State};
+use super::{DriveError, Driver, DriverMemory, DriverMoment, DriverOptions, DriverState, Flow, StepInputs};
 use crate::hybrid::{At, Hybrid};
 
 /// What [`simulate`] recorded.
 #[derive(Clone, Debug, Default)]
-pub struct Run {
+pub struct SimulationRecord {
     /// Requested times in s.
     pub t: Vec<f64>,
     /// States at these times.
@@ -29,22 +29,22 @@ pub fn simulate<M: Hybrid>(
     model: &M,
     p: &[f64],
     nominal: &[f64],
-    options: Options,
+    options: DriverOptions,
     inputs: &dyn Fn(f64, &mut [f64]),
     times: &[f64],
-) -> Result<Run, DriveError> {
+) -> Result<SimulationRecord, DriveError> {
     let n = model.sizes();
-    let mut driver = Driver::new(n, nominal, Options { stop_at_event: false, ..options });
-    let (mut t, mut memory) = (times.first().copied().unwrap_or(0.0), Memory::default());
+    let mut driver = Driver::new(n, nominal, DriverOptions { stop_at_event: false, ..options });
+    let (mut t, mut memory) = (times.first().copied().unwrap_or(0.0), DriverMemory::default());
     let (mut x, mut u, mut modes) = (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]);
     inputs(t, &mut u);
-    let mut s = State { t: &mut t, x: &mut x, u: &mut u, p, modes: &mut modes, memory: &mut memory };
+    let mut s = DriverState { t: &mut t, x: &mut x, u: &mut u, p, modes: &mut modes, memory: &mut memory };
     driver.initialise(model, &mut s)?;
-    let mut run = Run::default();
+    let mut run = SimulationRecord::default();
     for &time in times {
         let events = &mut run.events;
-        let reached = driver.advance_to(model, &mut s, time, Inputs::Function(inputs), &mut |view| {
-            if view.moment == Moment::Event {
+        let reached = driver.advance_to(model, &mut s, time, StepInputs::Function(inputs), &mut |view| {
+            if view.moment == DriverMoment::Event {
                 events.push((view.t, view.modes.to_vec()));
             }
             Flow::Continue

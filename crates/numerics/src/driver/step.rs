@@ -1,11 +1,11 @@
-//! One accepted step of a one-step method, with step control and event location: [`Stepper`].
+//! One accepted step of a one-step method, with step control and event location: [`ErrorControlledStepper`].
 
-use super::terms::{DriveError, Memory, Options, Quantity, Reached, Solver};
+use super::terms::{DriveError, DriverMemory, DriverOptions, DriverQuantity, DriverReached, Solver};
 use crate::event::{Direction, Locator};
-use crate::integrate::{Dopri5, Euler, Fault, Method, Ode, Rk4, Rodas4, Ros2, Tolerance};
+use crate::integrate::{Dopri5, Euler, Ode, Rk4, Rodas4, Ros2, StepFault, StepMethod, Tolerance};
 
 /// dx/dt = f(t, x) with event indicators, smooth until the next event.
-pub trait System: Ode {
+pub trait OdeSystem: Ode {
     /// Event indicators at (t, x) into `z`.
     fn indicators(&mut self, t: f64, x: &[f64], z: &mut [f64]);
 }
@@ -25,21 +25,21 @@ const GROW: f64 = 10.0;
 const SAFETY: f64 = 0.9;
 const BETA: f64 = 0.04;
 
-/// A one-step method with its step control and event location; work space only, see [`Memory`].
-pub struct Stepper {
+/// A one-step method with its step control and event location; work space only, see [`DriverMemory`].
+pub struct ErrorControlledStepper {
     nominal: Vec<f64>,
-    method: Box<dyn Method>,
+    method: Box<dyn StepMethod>,
     locator: Locator,
     x1: Vec<f64>,
     f0: Vec<f64>,
     f1: Vec<f64>,
 }
 
-impl Stepper {
+impl ErrorControlledStepper {
     /// Allocates everything. `nominal` are the typical magnitudes of the states.
     pub fn new(solver: Solver, nominal: Vec<f64>, indicators: usize) -> Self {
         let n = nominal.len();
-        let method: Box<dyn Method> = match solver {
+        let method: Box<dyn StepMethod> = match solver {
             Solver::Explicit => Box::new(Dopri5::new(n)),
             Solver::Stiff => Box::new(Rodas4::new(n)),
             Solver::FixedEuler => Box::new(Euler::new(n)),
@@ -66,16 +66,16 @@ impl Stepper {
     ///
     /// # Errors
     /// A state, rate or indicator that is not finite however short the step; too many or too short steps.
-    pub fn step<S: System>(
+    pub fn step<S: OdeSystem>(
         &mut self,
         system: &mut S,
         direction: &dyn Fn(usize) -> Direction,
         time: &mut f64,
         x: &mut [f64],
-        memory: &mut Memory,
+        memory: &mut DriverMemory,
         stop: f64,
-        options: &Options,
-        done: &mut Reached,
+        options: &DriverOptions,
+        done: &mut DriverReached,
     ) -> Result<Option<usize>, DriveError> {
         let (t, left, floor) = (*time, stop - *time, tiny(*time).max(SHORTEST));
         let Self { nominal, method, locator, x1, f0, f1 } = self;
@@ -105,8 +105,8 @@ impl Stepper {
             let shrink = match method.attempt(system, t, x, h, tol) {
                 Err(f) => {
                     fault = Some(match f {
-                        Fault::Rate(i) | Fault::Matrix(i) => Quantity::Rate(i),
-                        Fault::State(i) => Quantity::State(i),
+                        StepFault::Rate(i) | StepFault::Matrix(i) => DriverQuantity::Rate(i),
+                        StepFault::State(i) => DriverQuantity::State(i),
                     });
                     SHRINK
                 }
@@ -125,7 +125,7 @@ impl Stepper {
                         };
                         match locator.find(t, t1, direction, &mut indicators) {
                             Ok(found) => crossing = found,
-                            Err(i) => bad = Some(Quantity::Indicator(i)),
+                            Err(i) => bad = Some(DriverQuantity::Indicator(i)),
                         }
                     }
                     if bad.is_none() {

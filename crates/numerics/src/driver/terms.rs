@@ -1,7 +1,7 @@
 //! The request to a simulation, its memory, and its result.
 
-use crate::figure::Figure;
-use crate::hybrid::{At, Sizes};
+use crate::figure::ShortNumber;
+use crate::hybrid::{At, ModelSizes};
 
 /// Which one-step method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub enum Solver {
 
 /// How to integrate.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub struct DriverOptions {
     /// One-step method.
     pub solver: Solver,
     /// Relative tolerance of the local error; the absolute one is this times the state's nominal value.
@@ -38,7 +38,7 @@ pub struct Options {
     pub max_chatter: u32,
 }
 
-impl Default for Options {
+impl Default for DriverOptions {
     fn default() -> Self {
         Self {
             solver: Solver::Explicit,
@@ -54,7 +54,7 @@ impl Default for Options {
 
 /// What the integrator remembers from call to call. Plain data: store and restore it with the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Memory {
+pub struct DriverMemory {
     /// Size of the next step in s; 0: to be chosen.
     pub step: f64,
     /// Error ratio of the last accepted step.
@@ -67,7 +67,7 @@ pub struct Memory {
     pub chatter: u32,
 }
 
-impl Default for Memory {
+impl Default for DriverMemory {
     fn default() -> Self {
         Self {
             step: 0.0,
@@ -79,20 +79,20 @@ impl Default for Memory {
     }
 }
 
-impl Memory {
+impl DriverMemory {
     /// As numbers, for storing.
     pub fn to_array(self) -> [f64; 5] {
         [self.step, self.error, self.event_time, self.change_time, f64::from(self.chatter)]
     }
-    /// From [`Memory::to_array`].
+    /// From [`DriverMemory::to_array`].
     pub fn from_array([step, error, event_time, change_time, chatter]: [f64; 5]) -> Self {
         Self { step, error, event_time, change_time, chatter: chatter as u32 }
     }
 }
 
-/// All that a simulation carries on, lent by the caller; SI units, lengths as in [`Sizes`].
+/// All that a simulation carries on, lent by the caller; SI units, lengths as in [`ModelSizes`].
 #[derive(Debug)]
-pub struct State<'a> {
+pub struct DriverState<'a> {
     /// Time in s.
     pub t: &'a mut f64,
     /// Continuous states.
@@ -104,10 +104,10 @@ pub struct State<'a> {
     /// Modes.
     pub modes: &'a mut [i32],
     /// What the integrator remembers.
-    pub memory: &'a mut Memory,
+    pub memory: &'a mut DriverMemory,
 }
 
-impl State<'_> {
+impl DriverState<'_> {
     pub(super) fn at(&self) -> At<'_, f64> {
         At { t: *self.t, x: self.x, u: self.u, p: self.p, modes: self.modes }
     }
@@ -115,19 +115,19 @@ impl State<'_> {
 
 /// The inputs during one call.
 #[derive(Clone, Copy)]
-pub enum Inputs<'a> {
-    /// Held at `State::u`.
+pub enum StepInputs<'a> {
+    /// Held at `DriverState::u`.
     Hold,
-    /// `State::u` plus these slopes (unit of the input per s) times the time since the start of the call
+    /// `DriverState::u` plus these slopes (unit of the input per s) times the time since the start of the call
     /// or since the observer changed the inputs.
     Ramp(&'a [f64]),
-    /// Any function of time; overwrites `State::u`.
+    /// Any function of time; overwrites `DriverState::u`.
     Function(&'a dyn Fn(f64, &mut [f64])),
 }
 
 /// What is reported to the observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Moment {
+pub enum DriverMoment {
     /// A step was accepted and `t` reached.
     Step,
     /// An event was handled.
@@ -136,9 +136,9 @@ pub enum Moment {
 
 /// What the observer sees, during a call.
 #[derive(Debug)]
-pub struct View<'a> {
+pub struct DriverView<'a> {
     /// Why it is called.
-    pub moment: Moment,
+    pub moment: DriverMoment,
     /// Time in s.
     pub t: f64,
     /// Continuous states.
@@ -162,7 +162,7 @@ pub enum Flow {
 
 /// What an event came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum EventCause {
     /// Domain change of an indicator.
     Indicator(usize),
     /// [`Hybrid::next_event`](crate::hybrid::Hybrid::next_event).
@@ -173,11 +173,11 @@ pub enum Cause {
 
 /// Result of [`Driver::advance_to`](super::Driver::advance_to).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reached {
-    /// Time reached in s (also in `State::t`); before the end of the call after an event or an early return.
+pub struct DriverReached {
+    /// Time reached in s (also in `DriverState::t`); before the end of the call after an event or an early return.
     pub t: f64,
     /// With `stop_at_event`: the event that waits to be handled at `t`.
-    pub pending: Option<Cause>,
+    pub pending: Option<EventCause>,
     /// Events handled.
     pub events: usize,
     /// Steps accepted.
@@ -188,7 +188,7 @@ pub struct Reached {
 
 /// What was not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub enum DriverQuantity {
     /// This state.
     State(usize),
     /// The rate of this state.
@@ -203,7 +203,7 @@ pub enum Quantity {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DriveError {
     /// The tolerance cannot be met.
-    #[error("step of {} s at t = {} s is too small: loosen the tolerance or use the stiff solver", Figure(*.h), Figure(*.t))]
+    #[error("step of {} s at t = {} s is too small: loosen the tolerance or use the stiff solver", ShortNumber(*.h), ShortNumber(*.t))]
     StepTooSmall {
         /// Time in s.
         t: f64,
@@ -211,29 +211,29 @@ pub enum DriveError {
         h: f64,
     },
     /// NaN or infinity.
-    #[error("{what:?} is not finite at t = {} s", Figure(*.t))]
+    #[error("{what:?} is not finite at t = {} s", ShortNumber(*.t))]
     NotFinite {
         /// Time in s.
         t: f64,
         /// Which number.
-        what: Quantity,
+        what: DriverQuantity,
     },
     /// Events without progress in time.
-    #[error("endless events ({cause:?}) at t = {} s", Figure(*.t))]
+    #[error("endless events ({cause:?}) at t = {} s", ShortNumber(*.t))]
     Chattering {
         /// Time in s.
         t: f64,
         /// The last one.
-        cause: Cause,
+        cause: EventCause,
     },
     /// An event iteration does not settle.
-    #[error("event iteration at t = {} s does not settle", Figure(*.t))]
+    #[error("event iteration at t = {} s does not settle", ShortNumber(*.t))]
     EventIteration {
         /// Time in s.
         t: f64,
     },
     /// Too many steps in one call.
-    #[error("more than {steps} steps up to t = {} s in one call", Figure(*.t))]
+    #[error("more than {steps} steps up to t = {} s in one call", ShortNumber(*.t))]
     MaxSteps {
         /// Time in s.
         t: f64,
@@ -244,7 +244,7 @@ pub enum DriveError {
     #[error("the driver expects {expected:?}")]
     Lengths {
         /// The lengths it was made for.
-        expected: Sizes,
+        expected: ModelSizes,
     },
     /// The end is before the start, or is not finite.
     #[error("cannot go from t = {t} s to {t_end} s")]

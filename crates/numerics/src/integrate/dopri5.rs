@@ -1,6 +1,6 @@
 //! Dormand and Prince 5(4): Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5 and II.6.
 
-use super::{Fault, Method, Ode, Tolerance, checked_rates, not_finite};
+use super::{Ode, StepFault, StepMethod, Tolerance, checked_rates, not_finite};
 
 const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 /// The last row are the weights of the solution of order 5 too (first same as last).
@@ -50,7 +50,7 @@ impl Dopri5 {
     }
 }
 
-impl Method for Dopri5 {
+impl StepMethod for Dopri5 {
     fn error_order(&self) -> i32 {
         5
     }
@@ -64,7 +64,7 @@ impl Method for Dopri5 {
         x: &[f64],
         h: f64,
         tol: Tolerance,
-    ) -> Result<f64, Fault> {
+    ) -> Result<f64, StepFault> {
         if !self.fresh {
             checked_rates(ode, t, x, &mut self.k[0])?;
             self.fresh = true;
@@ -81,7 +81,7 @@ impl Method for Dopri5 {
             checked_rates(ode, t + C[s] * h, &self.stage, &mut rest[0])?;
         }
         if let Some(i) = not_finite(&self.stage) {
-            return Err(Fault::State(i));
+            return Err(StepFault::State(i));
         }
         let k = &self.k;
         Ok(tol.ratio(|i| h * (0..7).map(|s| E[s] * k[s][i]).sum::<f64>(), x, &self.stage))

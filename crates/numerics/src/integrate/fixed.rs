@@ -1,7 +1,7 @@
 //! Methods without an error estimate, for a fixed step (real time); cubic Hermite between the ends, of [`Ros2`] a parabola.
 
 use super::rodas4::factor;
-use super::{Fault, Hermite, Method, Ode, Tolerance, checked, checked_rates, not_finite};
+use super::{Hermite, Ode, StepFault, StepMethod, Tolerance, checked, checked_rates, not_finite};
 use crate::linear::lu_solve;
 
 /// What the three methods share.
@@ -21,7 +21,7 @@ impl Common {
         let row = || vec![0.0; n];
         Self { f0: row(), f1: row(), end: row(), hermite: Hermite::new(n), fresh: false, end_fresh: false }
     }
-    fn begin(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64]) -> Result<(), Fault> {
+    fn begin(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64]) -> Result<(), StepFault> {
         self.end_fresh = false;
         if !self.fresh {
             checked_rates(ode, t, x, &mut self.f0)?;
@@ -29,8 +29,8 @@ impl Common {
         }
         Ok(())
     }
-    fn finish(&self) -> Result<f64, Fault> {
-        not_finite(&self.end).map_or(Ok(0.0), |i| Err(Fault::State(i)))
+    fn finish(&self) -> Result<f64, StepFault> {
+        not_finite(&self.end).map_or(Ok(0.0), |i| Err(StepFault::State(i)))
     }
     fn rates_at_end(&mut self, ode: &mut dyn Ode, t: f64, h: f64) {
         ode.rates(t + h, &self.end, &mut self.f1);
@@ -47,14 +47,14 @@ macro_rules! fixed {
                 Self::with(Common::new(n), n)
             }
         }
-        impl Method for $method {
+        impl StepMethod for $method {
             fn error_order(&self) -> i32 {
                 0
             }
             fn restart(&mut self) {
                 self.common.fresh = false;
             }
-            fn attempt(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64, _: Tolerance) -> Result<f64, Fault> {
+            fn attempt(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64, _: Tolerance) -> Result<f64, StepFault> {
                 self.step(ode, t, x, h)?;
                 self.common.finish()
             }
@@ -96,7 +96,7 @@ impl Euler {
     fn end_rates(&mut self, ode: &mut dyn Ode, t: f64, _x: &[f64], h: f64) {
         self.common.rates_at_end(ode, t, h);
     }
-    fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
+    fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), StepFault> {
         let c = &mut self.common;
         c.begin(ode, t, x)?;
         for i in 0..x.len() {
@@ -122,7 +122,7 @@ impl Rk4 {
     fn end_rates(&mut self, ode: &mut dyn Ode, t: f64, _x: &[f64], h: f64) {
         self.common.rates_at_end(ode, t, h);
     }
-    fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
+    fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), StepFault> {
         let c = &mut self.common;
         c.begin(ode, t, x)?;
         for (s, part) in [0.5, 0.5, 1.0].into_iter().enumerate() {
@@ -161,7 +161,7 @@ struct Whole {
 }
 
 impl Whole {
-    fn factor(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], g: f64) -> Result<(), Fault> {
+    fn factor(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], g: f64) -> Result<(), StepFault> {
         ode.jacobian(t, x, &mut self.dfdx, &mut self.dfdt);
         factor(&self.dfdx, 1.0 / g, x.len(), &mut self.lu, &mut self.pivots)
     }
@@ -188,7 +188,7 @@ impl Ros2 {
     }
     /// (1 - gamma h J) k1 = f(t, x) + gamma h f_t;
     /// (1 - gamma h J) k2 = f(t + h, x + h k1) - 2 k1 - gamma h f_t; x1 = x + 3/2 h k1 + 1/2 h k2.
-    fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
+    fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), StepFault> {
         let (c, n) = (&mut self.common, x.len());
         let g = (1.0 - core::f64::consts::FRAC_1_SQRT_2) * h;
         c.end_fresh = false;

@@ -23,7 +23,13 @@ pub trait Ode {
     fn jacobian(&mut self, t: f64, x: &[f64], dfdx: &mut [f64], dfdt: &mut [f64]);
     /// Factors of 1 - g A, A being the stiff part of df/dx, for [`Ode::solve_stiff`], and f(t, x) into `dx`; `None`: no such
     /// part is known, and nothing was done.
-    fn factor_stiff(&mut self, _t: f64, _x: &[f64], _g: f64, _dx: &mut [f64]) -> Option<Result<(), Fault>> {
+    fn factor_stiff(
+        &mut self,
+        _t: f64,
+        _x: &[f64],
+        _g: f64,
+        _dx: &mut [f64],
+    ) -> Option<Result<(), StepFault>> {
         None
     }
     /// Solves (1 - g A) y' = y in place.
@@ -59,7 +65,7 @@ impl Tolerance<'_> {
 
 /// Why a step could not be computed at all; a shorter one may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum StepFault {
     /// The rate of this state is not finite.
     Rate(usize),
     /// This state is not finite at the end of the step.
@@ -69,7 +75,7 @@ pub enum Fault {
 }
 
 /// A one-step method.
-pub trait Method: Send {
+pub trait StepMethod: Send {
     /// Order of the error estimate plus 1: the error of a step goes with this power of its size;
     /// 0 for a method without an estimate, which is then used with a fixed step.
     fn error_order(&self) -> i32;
@@ -79,11 +85,17 @@ pub trait Method: Send {
     ///
     /// # Errors
     /// What was not finite.
-    fn attempt(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64, tol: Tolerance)
-    -> Result<f64, Fault>;
+    fn attempt(
+        &mut self,
+        ode: &mut dyn Ode,
+        t: f64,
+        x: &[f64],
+        h: f64,
+        tol: Tolerance,
+    ) -> Result<f64, StepFault>;
     /// The states at the end of the last attempt.
     fn end(&self) -> &[f64];
-    /// Makes [`Method::dense`] ready for the last attempt.
+    /// Makes [`StepMethod::dense`] ready for the last attempt.
     fn prepare_dense(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64);
     /// The states at `theta` in [0, 1] of the last attempt.
     fn dense(&self, theta: f64, x: &mut [f64]);
@@ -101,20 +113,20 @@ pub(crate) fn not_finite(values: &[f64]) -> Option<usize> {
 }
 
 /// f(t, x), checked.
-fn checked_rates(ode: &mut dyn Ode, t: f64, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+fn checked_rates(ode: &mut dyn Ode, t: f64, x: &[f64], dx: &mut [f64]) -> Result<(), StepFault> {
     ode.rates(t, x, dx);
     checked(x, dx)
 }
 
 /// Rates that are finite.
-fn checked(x: &[f64], dx: &[f64]) -> Result<(), Fault> {
+fn checked(x: &[f64], dx: &[f64]) -> Result<(), StepFault> {
     // A sum is finite only if all its terms are: one test in the usual case.
     if dx.iter().sum::<f64>().is_finite() {
         return Ok(());
     }
     match (not_finite(x), not_finite(dx)) {
-        (Some(i), _) => Err(Fault::State(i)),
-        (None, Some(i)) => Err(Fault::Rate(i)),
+        (Some(i), _) => Err(StepFault::State(i)),
+        (None, Some(i)) => Err(StepFault::Rate(i)),
         (None, None) => Ok(()),
     }
 }

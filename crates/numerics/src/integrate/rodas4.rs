@@ -1,6 +1,6 @@
 //! RODAS4: Hairer, Wanner, Solving Ordinary Differential Equations II, IV.7 (stiffly accurate Rosenbrock method).
 
-use super::{Fault, Method, Ode, Tolerance, checked_rates, not_finite};
+use super::{Ode, StepFault, StepMethod, Tolerance, checked_rates, not_finite};
 use crate::linear::{lu_factor, lu_solve};
 
 const STAGES: usize = 6;
@@ -73,17 +73,17 @@ pub(super) fn factor(
     n: usize,
     lu: &mut [f64],
     pivots: &mut [usize],
-) -> Result<(), Fault> {
+) -> Result<(), StepFault> {
     for (l, j) in lu.iter_mut().zip(dfdx) {
         *l = -j;
     }
     for i in 0..n {
         lu[i * n + i] += g;
     }
-    lu_factor(lu, n, pivots).map_err(|e| Fault::Matrix(e.index))
+    lu_factor(lu, n, pivots).map_err(|e| StepFault::Matrix(e.index))
 }
 
-impl Method for Rodas4 {
+impl StepMethod for Rodas4 {
     fn error_order(&self) -> i32 {
         4
     }
@@ -97,16 +97,16 @@ impl Method for Rodas4 {
         x: &[f64],
         h: f64,
         tol: Tolerance,
-    ) -> Result<f64, Fault> {
+    ) -> Result<f64, StepFault> {
         let n = x.len();
         if !self.fresh {
             checked_rates(ode, t, x, &mut self.f0)?;
             ode.jacobian(t, x, &mut self.dfdx, &mut self.dfdt);
             if let Some(i) = not_finite(&self.dfdx) {
-                return Err(Fault::Rate(i / n));
+                return Err(StepFault::Rate(i / n));
             }
             if let Some(i) = not_finite(&self.dfdt) {
-                return Err(Fault::Rate(i));
+                return Err(StepFault::Rate(i));
             }
             self.fresh = true;
         }
@@ -133,7 +133,7 @@ impl Method for Rodas4 {
         let error = &self.k[STAGES - 1];
         self.end.iter_mut().zip(error).for_each(|(y, k)| *y += k);
         if let Some(i) = not_finite(&self.end) {
-            return Err(Fault::State(i));
+            return Err(StepFault::State(i));
         }
         Ok(tol.ratio(|i| error[i], x, &self.end))
     }

@@ -3,15 +3,15 @@
 
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
 /// A model without outputs, inputs, modes and events.
 macro_rules! smooth {
     ($name:ident, $states:expr, $start:expr, |$t:ident, $x:ident, $dx:ident| $rates:block) => {
         pub struct $name;
         impl Hybrid for $name {
-            fn sizes(&self) -> Sizes {
-                Sizes { states: $states, ..Sizes::default() }
+            fn sizes(&self) -> ModelSizes {
+                ModelSizes { states: $states, ..ModelSizes::default() }
             }
             fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
                 x.iter_mut().zip($start).for_each(|(x, v)| *x = T::constant(v));
@@ -24,8 +24,15 @@ macro_rules! smooth {
             }
             fn outputs<T: Scalar>(&self, _at: At<T>, _y: &mut [T]) {}
             fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
-            fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
-                Update::default()
+            fn update(
+                &self,
+                _t: f64,
+                _x: &mut [f64],
+                _u: &[f64],
+                _p: &[f64],
+                _modes: &mut [i32],
+            ) -> EventUpdate {
+                EventUpdate::default()
             }
         }
     };
@@ -68,8 +75,8 @@ pub struct Ball(pub Direction);
 pub const GRAVITY: f64 = 9.81;
 
 impl Hybrid for Ball {
-    fn sizes(&self) -> Sizes {
-        Sizes { states: 2, parameters: 1, indicators: 1, outputs: 1, ..Sizes::default() }
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes { states: 2, parameters: 1, indicators: 1, outputs: 1, ..ModelSizes::default() }
     }
     fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
         (x[0], x[1]) = (T::one(), T::zero());
@@ -87,12 +94,12 @@ impl Hybrid for Ball {
     fn direction(&self, _indicator: usize) -> Direction {
         self.0
     }
-    fn update(&self, _t: f64, x: &mut [f64], _u: &[f64], p: &[f64], _modes: &mut [i32]) -> Update {
+    fn update(&self, _t: f64, x: &mut [f64], _u: &[f64], p: &[f64], _modes: &mut [i32]) -> EventUpdate {
         let hit = x[0] <= 0.0 && x[1] < 0.0;
         if hit {
             x[1] *= -p[0];
         }
-        Update { states: hit, modes: false }
+        EventUpdate { states: hit, modes: false }
     }
 }
 
@@ -112,8 +119,8 @@ impl Block {
 }
 
 impl Hybrid for Block {
-    fn sizes(&self) -> Sizes {
-        Sizes { states: 2, parameters: 4, modes: 1, indicators: 2, outputs: 1, ..Sizes::default() }
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes { states: 2, parameters: 4, modes: 1, indicators: 2, outputs: 1, ..ModelSizes::default() }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         (x[0], x[1]) = (T::zero(), p[0]);
@@ -138,14 +145,14 @@ impl Hybrid for Block {
     fn direction(&self, _indicator: usize) -> Direction {
         Direction::Down
     }
-    fn update(&self, _t: f64, x: &mut [f64], _u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, _t: f64, x: &mut [f64], _u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let holds = p[2] - p[1] * x[0] > 0.0;
         match (modes[0], holds) {
             (0, false) => modes[0] = 1,
             (1, true) if p[0] - x[1] <= 0.0 => (modes[0], x[1]) = (0, p[0]),
-            _ => return Update::default(),
+            _ => return EventUpdate::default(),
         }
-        Update { modes: true, states: true }
+        EventUpdate { modes: true, states: true }
     }
 }
 
@@ -153,8 +160,8 @@ impl Hybrid for Block {
 pub struct Graze;
 
 impl Hybrid for Graze {
-    fn sizes(&self) -> Sizes {
-        Sizes { states: 2, parameters: 1, modes: 2, indicators: 1, ..Sizes::default() }
+    fn sizes(&self) -> ModelSizes {
+        ModelSizes { states: 2, parameters: 1, modes: 2, indicators: 1, ..ModelSizes::default() }
     }
     fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
         (x[0], x[1]) = (-T::one(), T::zero());
@@ -169,11 +176,11 @@ impl Hybrid for Graze {
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         z[0] = at.x[0] - at.p[0];
     }
-    fn update(&self, _t: f64, x: &mut [f64], _u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+    fn update(&self, _t: f64, x: &mut [f64], _u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let above = i32::from(x[0] - p[0] > 0.0);
         let changed = above != modes[0];
         modes[0] = above;
         modes[1] += i32::from(changed);
-        Update { modes: changed, states: false }
+        EventUpdate { modes: changed, states: false }
     }
 }

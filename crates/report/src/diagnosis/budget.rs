@@ -2,22 +2,22 @@
 
 use std::fmt::Write as _;
 
-use trueup_diagnosis::outcome::{Diagnosis, Gap};
+use trueup_diagnosis::outcome::{Diagnosis, HeldOutGap};
 
 use super::words::{percent, size};
 use crate::page::{Page, escape};
 
 /// A part of the square of a gap, with its colour.
-struct Part {
+struct GapPart {
     what: &'static str,
     square: f64,
     colour: usize,
 }
 
 /// Parts of `before`², which add up to it.
-fn parts(g: &Gap, effects: bool) -> Vec<Part> {
+fn parts(g: &HeldOutGap, effects: bool) -> Vec<GapPart> {
     let [before, tuned, after, floor] = [g.before, g.tuned, g.after, g.floor].map(|x| x * x);
-    let part = |what, square, colour| Part { what, square, colour };
+    let part = |what, square, colour| GapPart { what, square, colour };
     // What does worse than the nominal model explains nothing of its gap.
     let left = after.min(before);
     let noise = floor.min(left);
@@ -102,7 +102,7 @@ mod tests {
         for k in 0..VALUES.len().pow(4) {
             let [before, tuned, after, floor] =
                 [0, 1, 2, 3].map(|at| VALUES[k / VALUES.len().pow(at) % VALUES.len()]);
-            let g = Gap { before, tuned, after, floor, closed: None, ci95: None, window: None };
+            let g = HeldOutGap { before, tuned, after, floor, closed: None, ci95: None, window: None };
             for effects in [false, true] {
                 let of = parts(&g, effects);
                 let sum: f64 = of.iter().map(|p| p.square).sum();
@@ -110,8 +110,15 @@ mod tests {
                 assert!(of.iter().all(|p| p.square >= 0.0), "{g:?}");
             }
         }
-        let g =
-            Gap { before: 0.5, tuned: 0.4, after: 0.1, floor: 0.06, closed: None, ci95: None, window: None };
+        let g = HeldOutGap {
+            before: 0.5,
+            tuned: 0.4,
+            after: 0.1,
+            floor: 0.06,
+            closed: None,
+            ci95: None,
+            window: None,
+        };
         let of: Vec<f64> = parts(&g, true).iter().map(|p| (1e4 * p.square).round() / 1e4).collect();
         assert_eq!(of, [0.09, 0.15, 0.0036, 0.0064]);
     }

@@ -1,8 +1,8 @@
 //! What the page of a diagnosis shows in addition to `diagnosis.json`.
 
 use trueup_diagnosis::diagnose;
-use trueup_diagnosis::locate::map::{Curve, Surface};
-use trueup_diagnosis::locate::{Bands, Order};
+use trueup_diagnosis::locate::map::{Curve, ForceSurface};
+use trueup_diagnosis::locate::{Bands, ResidualOrder};
 use trueup_diagnosis::picture::Picture;
 
 /// What the page shows in addition to `diagnosis.json`; whatever is empty is left out.
@@ -11,15 +11,15 @@ pub struct Evidence<'a> {
     /// Name of the case.
     pub case: &'a str,
     /// Compared channels over time, the held-out recordings first.
-    pub traces: Vec<Trace<'a>>,
+    pub traces: Vec<EvidenceTrace<'a>>,
     /// What is missing, as pictures.
-    pub maps: Vec<Map<'a>>,
+    pub maps: Vec<EvidenceMap<'a>>,
     /// The noise floor of each channel: channel, its standard deviation with unit, where it comes from.
     pub floors: Vec<[String; 3]>,
     /// Inputs of the next experiment: name, unit, times in s, values.
     pub next: Vec<(&'a str, &'a str, &'a [f64], &'a [f64])>,
     /// What was read, and what was assumed of it.
-    pub intake: Intake,
+    pub intake: IntakeEvidence,
     /// Files that are written next to the page.
     pub files: Vec<String>,
     /// How it was done: setting and value.
@@ -30,7 +30,7 @@ pub struct Evidence<'a> {
 
 /// A channel of a recording, measured and simulated.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Trace<'a> {
+pub struct EvidenceTrace<'a> {
     /// The recording.
     pub recording: &'a str,
     /// The channel.
@@ -53,7 +53,7 @@ pub struct Trace<'a> {
 
 /// A picture of what is missing.
 #[derive(Clone, Copy, Debug)]
-pub enum Map<'a> {
+pub enum EvidenceMap<'a> {
     /// A quantity along another, with the band of its mean.
     Curve {
         /// Title of the picture.
@@ -78,7 +78,7 @@ pub enum Map<'a> {
         /// Unit of the quantity.
         unit: &'a str,
         /// The cells.
-        surface: &'a Surface,
+        surface: &'a ForceSurface,
     },
     /// Spectrum of a residual against that of noise.
     Spectrum {
@@ -96,7 +96,7 @@ pub enum Map<'a> {
         /// Unit of the amplitude.
         unit: &'a str,
         /// Periods per turn with their amplitudes.
-        orders: &'a [Order],
+        orders: &'a [ResidualOrder],
     },
     /// An unknown quantity over time.
     Course {
@@ -116,7 +116,7 @@ pub enum Map<'a> {
 /// Of the recordings so many are drawn.
 pub(super) const RECORDINGS: usize = 4;
 
-impl<'a> Map<'a> {
+impl<'a> EvidenceMap<'a> {
     /// What a case shows before any effect is named: courses of some recordings, surfaces, curves, orders, spectra.
     pub fn of(picture: &'a Picture) -> Vec<Self> {
         fn pair(of: &[String; 2]) -> [&str; 2] {
@@ -124,17 +124,23 @@ impl<'a> Map<'a> {
         }
         let surfaces = picture.surfaces.iter().map(|s| {
             let (x, y) = (pair(&s.x), pair(&s.y));
-            Map::Surface { title: &s.title, x, y, unit: &s.unit, surface: &s.map }
+            EvidenceMap::Surface { title: &s.title, x, y, unit: &s.unit, surface: &s.map }
         });
         let curves = picture.curves.iter().map(|c| {
             let (x, before, after) = (pair(&c.x), &c.map, None);
-            Map::Curve { title: &c.title, x, unit: &c.unit, before, after }
+            EvidenceMap::Curve { title: &c.title, x, unit: &c.unit, before, after }
         });
-        let orders =
-            picture.orders.iter().map(|o| Map::Orders { title: &o.title, unit: &o.unit, orders: &o.map });
-        let bands =
-            picture.bands.iter().map(|b| Map::Spectrum { title: &b.title, unit: &b.unit, bands: &b.map });
-        let courses = picture.courses.iter().take(RECORDINGS).map(|c| Map::Course {
+        let orders = picture.orders.iter().map(|o| EvidenceMap::Orders {
+            title: &o.title,
+            unit: &o.unit,
+            orders: &o.map,
+        });
+        let bands = picture.bands.iter().map(|b| EvidenceMap::Spectrum {
+            title: &b.title,
+            unit: &b.unit,
+            bands: &b.map,
+        });
+        let courses = picture.courses.iter().take(RECORDINGS).map(|c| EvidenceMap::Course {
             title: &c.title,
             recording: &c.recording,
             unit: &c.unit,
@@ -145,19 +151,19 @@ impl<'a> Map<'a> {
     }
 }
 
-impl<'a> Trace<'a> {
+impl<'a> EvidenceTrace<'a> {
     /// What the diagnosis compared, in this unit.
-    pub fn of(t: &'a diagnose::Trace, unit: &'a str) -> Self {
-        let diagnose::Trace { recording, channel, time, measured, before, tuned, after, floor } = t;
+    pub fn of(t: &'a diagnose::ChannelTrace, unit: &'a str) -> Self {
+        let diagnose::ChannelTrace { recording, channel, time, measured, before, tuned, after, floor } = t;
         Self { recording, channel, unit, time, measured, before, tuned, after, floor: *floor }
     }
 }
 
 /// What was read and what was assumed of it.
 #[derive(Clone, Debug, Default)]
-pub struct Intake {
+pub struct IntakeEvidence {
     /// Recordings in the order of the case.
-    pub recordings: Vec<Recorded>,
+    pub recordings: Vec<RecordingEvidence>,
     /// Channels: name, unit, role in the model, what is known of it.
     pub channels: Vec<[String; 4]>,
     /// What was assumed, a sentence each.
@@ -168,7 +174,7 @@ pub struct Intake {
 
 /// A recording.
 #[derive(Clone, Debug, Default)]
-pub struct Recorded {
+pub struct RecordingEvidence {
     /// Its file in the case's folder.
     pub name: String,
     /// What the case uses it for.

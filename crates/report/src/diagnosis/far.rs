@@ -1,6 +1,6 @@
 //! How far the gap shrinks.
 
-use trueup_diagnosis::outcome::{Diagnosis, Gap, Verdict, WindowGap};
+use trueup_diagnosis::outcome::{Diagnosis, HeldOutGap, Verdict, WindowGap};
 
 use super::bars::{Bar, decades};
 use super::budget::budget;
@@ -24,7 +24,7 @@ pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
     let channels = d.gap.channels.iter().filter(|_| many).map(|(name, g)| (name.clone(), g));
     let blocks = [("Overall".to_owned(), overall)].into_iter().chain(channels);
     decades(page, blocks.map(|(name, g)| (name, stages(d, g))).collect());
-    let row = |name: &str, g: &Gap| {
+    let row = |name: &str, g: &HeldOutGap| {
         vec![name.to_owned(), size(g.before), size(g.tuned), size(g.after), size(g.floor), closed(g)]
     };
     let mut rows = vec![row("overall", overall)];
@@ -66,7 +66,7 @@ fn windows(page: &mut Page, d: &Diagnosis) {
     page.table(&["channel", "before", "tuned", "after", "noise alone", "closed"], &rows);
 }
 
-fn stages(d: &Diagnosis, g: &Gap) -> Vec<Bar> {
+fn stages(d: &Diagnosis, g: &HeldOutGap) -> Vec<Bar> {
     let all = [
         ("before", g.before, 1),
         ("own parameters refitted", g.tuned, 4),

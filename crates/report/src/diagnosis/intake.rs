@@ -1,6 +1,6 @@
 //! What the diagnosis was made from.
 
-use trueup_diagnosis::outcome::{Diagnosis, Noticed, Severity};
+use trueup_diagnosis::outcome::{Diagnosis, NoticedMistake, OutcomeSeverity};
 
 use super::evidence::Evidence;
 use crate::page::{Page, escape};
@@ -24,7 +24,7 @@ pub(super) fn intake(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
             page.html(&format!("<h3>{title}</h3><ul>{items}</ul>"));
         }
     };
-    let notes = d.findings.iter().filter(|f| f.severity == Severity::Note || d.findings.len() > MOST);
+    let notes = d.findings.iter().filter(|f| f.severity == OutcomeSeverity::Note || d.findings.len() > MOST);
     let findings: Vec<String> = notes.map(said).collect();
     list(page, "Noticed", &findings.into_iter().chain(d.notes.iter().cloned()).collect::<Vec<_>>());
     let hash = |name: &str| {
@@ -71,7 +71,8 @@ pub(super) fn intake(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
 
 /// What may make figures wrong is seen at once, next to the verdict.
 pub(super) fn doubts(page: &mut Page, d: &Diagnosis) {
-    let bad: Vec<&Noticed> = d.findings.iter().filter(|f| f.severity != Severity::Note).collect();
+    let bad: Vec<&NoticedMistake> =
+        d.findings.iter().filter(|f| f.severity != OutcomeSeverity::Note).collect();
     if bad.is_empty() {
         return;
     }
@@ -84,11 +85,11 @@ pub(super) fn doubts(page: &mut Page, d: &Diagnosis) {
 }
 
 /// `warning: train-1.csv:12: loadAngle: ...`
-fn said(f: &Noticed) -> String {
+fn said(f: &NoticedMistake) -> String {
     let severity = match f.severity {
-        Severity::Grave => "grave",
-        Severity::Warning => "warning",
-        Severity::Note => "note",
+        OutcomeSeverity::Grave => "grave",
+        OutcomeSeverity::Warning => "warning",
+        OutcomeSeverity::Note => "note",
     };
     let line = f.line.map_or_else(String::new, |line| format!(":{line}"));
     let channel = f.channel.as_ref().map_or_else(String::new, |c| format!(" {c}:"));

@@ -2,7 +2,7 @@
 
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
-use super::evidence::{Evidence, Map};
+use super::evidence::{Evidence, EvidenceMap};
 use crate::chart::{Axis, Chart, Style};
 use crate::heat::Heat;
 use crate::page::Page;
@@ -28,7 +28,7 @@ pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     page.section("What is missing, without a formula", text);
     for map in &e.maps {
         match map {
-            Map::Curve { title, x, unit, before, after } => {
+            EvidenceMap::Curve { title, x, unit, before, after } => {
                 let mut chart = Chart::new(title, Axis::new(x[0], x[1]), Axis::new("", unit))
                     .series("mean", &before.x, &before.mean, Style::LineAndPoints)
                     .line("95 % low", &before.x, &before.low)
@@ -39,7 +39,7 @@ pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
                 }
                 page.chart(&chart);
             }
-            Map::Surface { title, x, y, unit, surface } => page.heat(&Heat {
+            EvidenceMap::Surface { title, x, y, unit, surface } => page.heat(&Heat {
                 title,
                 x: *x,
                 y: *y,
@@ -48,7 +48,7 @@ pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
                 cells: &surface.z,
                 marks: &[],
             }),
-            Map::Spectrum { title, unit, bands } => {
+            EvidenceMap::Spectrum { title, unit, bands } => {
                 let unit = format!("({unit})²/Hz");
                 let least = DEPTH * bands.residual.iter().copied().fold(0.0, f64::max);
                 let drawn = |v: &f64| if *v > least { *v } else { f64::NAN };
@@ -62,13 +62,13 @@ pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
                 }
                 page.chart(&chart);
             }
-            Map::Orders { title, unit, orders } => {
+            EvidenceMap::Orders { title, unit, orders } => {
                 let (order, amplitude): (Vec<f64>, Vec<f64>) =
                     orders.iter().map(|o| (o.order, o.amplitude())).unzip();
                 let (x, y) = (Axis::new("periods per turn", ""), Axis::new("amplitude", unit));
                 page.chart(&Chart::new(title, x, y).line("amplitude", &order, &amplitude));
             }
-            Map::Course { title, recording, unit, time, value } => {
+            EvidenceMap::Course { title, recording, unit, time, value } => {
                 let title = format!("{title}, {recording}");
                 page.chart(&Chart::over_time(&title, unit).line("estimate", time, value));
             }

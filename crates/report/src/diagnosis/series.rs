@@ -2,7 +2,7 @@
 
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
-use super::evidence::{Evidence, RECORDINGS, Trace};
+use super::evidence::{Evidence, EvidenceTrace, RECORDINGS};
 use crate::chart::Chart;
 use crate::page::Page;
 
@@ -41,7 +41,7 @@ pub(super) fn series(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
 }
 
 /// One channel of one recording.
-pub(super) fn trace(page: &mut Page, d: &Diagnosis, t: &Trace<'_>) {
+pub(super) fn trace(page: &mut Page, d: &Diagnosis, t: &EvidenceTrace<'_>) {
     let with = matches!(d.verdict, Verdict::Effects | Verdict::Ambiguous) || !d.effects.is_empty();
     let (last, name, colour) = match with {
         true => (t.after, "with the effects", AFTER),

@@ -62,7 +62,7 @@ fn rows(d: &Diagnosis, e: &Claimed) -> Vec<Vec<String>> {
     if e.parameters.is_empty() {
         return vec![[head, vec![String::new(); 3]].concat()];
     }
-    let row = |(k, (name, a)): (usize, (&String, &trueup_diagnosis::outcome::Amount))| {
+    let row = |(k, (name, a)): (usize, (&String, &trueup_diagnosis::outcome::ClaimedAmount))| {
         let lead = if k == 0 { head.clone() } else { vec![String::new(); head.len()] };
         [lead, vec![name.clone(), amount(a), interval(a)]].concat()
     };

@@ -1,6 +1,6 @@
 //! Candidates, and which of them were not distinguished.
 
-use trueup_diagnosis::outcome::{Candidate, Diagnosis, Verdict};
+use trueup_diagnosis::outcome::{CandidateCause, Diagnosis, Verdict};
 
 use super::bars::{Bar, bars};
 use super::words::{LEAST_SHARE, at, effect_name, list, percent, size};
@@ -21,7 +21,7 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
          nothing added, on the recordings for fitting; the gap is on the others. Candidates for one cause share one \
          probability with none of these; causes that are there together have each their own.",
     );
-    let claimed = |c: &Candidate| d.effects.iter().any(|e| e.id == c.id && e.joint == c.joint);
+    let claimed = |c: &CandidateCause| d.effects.iter().any(|e| e.id == c.id && e.joint == c.joint);
     let shown = d.candidates.iter().take(CANDIDATES);
     let row = |label: String, probability: f64, colour: usize| Bar {
         label,
@@ -29,7 +29,7 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
         figure: percent(probability),
         colour,
     };
-    let name = |c: &Candidate| format!("{} ({})", effect_name(&c.id), at(d, &c.component, c.joint));
+    let name = |c: &CandidateCause| format!("{} ({})", effect_name(&c.id), at(d, &c.component, c.joint));
     let mut rows: Vec<Bar> = shown
         .clone()
         .filter(|c| c.probability >= LEAST_SHARE)

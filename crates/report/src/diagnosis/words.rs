@@ -1,7 +1,7 @@
 //! A diagnosis in words.
 
 use trueup_diagnosis::outcome::{
-    AT_BOUND, Amount, Claimed, Diagnosis, Gap, NO_HOLDOUT, NextExperiment, Verdict,
+    AT_BOUND, Claimed, ClaimedAmount, Diagnosis, HeldOutGap, NO_HOLDOUT, NextExperiment, Verdict,
 };
 use trueup_diagnosis::words::noun;
 
@@ -48,7 +48,7 @@ pub(super) fn times(x: f64) -> String {
 }
 
 /// How much of a gap is closed.
-pub(super) fn closed(g: &Gap) -> String {
+pub(super) fn closed(g: &HeldOutGap) -> String {
     let Some(closed) = g.closed else {
         return match g.before > 1.0 {
             true => "no figure: the nominal run drifts away".to_owned(),
@@ -64,7 +64,7 @@ pub(super) fn closed(g: &Gap) -> String {
 }
 
 /// A value with its unit.
-pub(super) fn amount(a: &Amount) -> String {
+pub(super) fn amount(a: &ClaimedAmount) -> String {
     with_unit(number(a.value), &a.unit)
 }
 
@@ -76,7 +76,7 @@ pub(super) fn with_unit(value: String, unit: &str) -> String {
 }
 
 /// Its interval with the unit; open ends as words, and why there is none.
-pub(super) fn interval(a: &Amount) -> String {
+pub(super) fn interval(a: &ClaimedAmount) -> String {
     let end = |x: f64| with_unit(number(x), &a.unit);
     match (&a.reason, a.ci95) {
         (Some(reason), _) => reason.clone(),
@@ -91,7 +91,7 @@ pub(super) fn interval(a: &Amount) -> String {
 }
 
 /// Whether a value is at a bound of the search.
-pub(super) fn at_bound(a: &Amount) -> bool {
+pub(super) fn at_bound(a: &ClaimedAmount) -> bool {
     a.reason.as_deref() == Some(AT_BOUND)
 }
 
@@ -277,7 +277,7 @@ mod tests {
     #[test]
     fn an_interval_has_a_unit_or_a_reason() {
         let told = |value, ci| {
-            interval(&Amount::within([0.0, 10.0], value, "N.m".into(), ci)).replace('\u{a0}', " ")
+            interval(&ClaimedAmount::within([0.0, 10.0], value, "N.m".into(), ci)).replace('\u{a0}', " ")
         };
         assert_eq!(told(3.0, [2.0, 4.0]), "2 to 4 N.m");
         assert_eq!(told(3.0, [0.0, 4.0]), "at most 4 N.m");
@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn what_is_closed_is_never_more_than_all_or_less_than_nothing() {
         let told = |before, closed: Option<f64>, ci95| {
-            let g = Gap { before, tuned: 0.1, after: 0.1, floor: 0.01, closed, ci95, window: None };
+            let g = HeldOutGap { before, tuned: 0.1, after: 0.1, floor: 0.01, closed, ci95, window: None };
             super::closed(&g).replace('\u{a0}', " ")
         };
         assert_eq!(told(0.5, Some(0.9), Some([0.8, 1.1])), "90.0 % (80.0 % to 100 %)");

@@ -4,23 +4,23 @@ use std::path::{Component as Part, Path, PathBuf};
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::Scaled;
-use crate::error::Error;
-use crate::law::Scale;
+use super::ScaledSystem;
+use crate::error::ScalingError;
+use crate::law::AffineScale;
 use crate::toml::{Parsed, of, put, scale, value_mut};
 
 /// The text of the system's TOML with the new values in their places, and those that its FMUs have added; of a single FMU
 /// (`text` is then empty) a new system. `to` is the file that it will be; `inputs` the name of the scaled inputs, next to it.
 ///
 /// # Errors
-/// [`Error::Mistakes`] where the text has no place for a value, with the remedy.
+/// [`ScalingError::Mistakes`] where the text has no place for a value, with the remedy.
 pub fn toml(
-    scaled: &Scaled,
+    scaled: &ScaledSystem,
     text: &str,
     from: &Path,
     to: &Path,
     inputs: Option<&str>,
-) -> Result<String, Error> {
+) -> Result<String, ScalingError> {
     let mut document = Parsed::of(text, from)?.document.into_mut();
     let system = &scaled.system;
     for (at, component) in system.components.iter().enumerate() {
@@ -42,14 +42,14 @@ pub fn toml(
                 let message =
                     format!("start of `{}`: write it as a number, or a list of numbers", start.variable);
                 let place = start.place.clone();
-                return Err(Error::Mistakes(vec![trueup_cosim::Mistake { place, message }]));
+                return Err(ScalingError::Mistakes(vec![trueup_cosim::InputMistake { place, message }]));
             }
         }
         if !changes.added[at].is_empty() {
             let Some(start) = opened(table, "start") else {
                 let message = format!("`start` of `{key}` is no table; write [components.{key}.start]");
                 let place = component.place.clone();
-                return Err(Error::Mistakes(vec![trueup_cosim::Mistake { place, message }]));
+                return Err(ScalingError::Mistakes(vec![trueup_cosim::InputMistake { place, message }]));
             };
             for (name, values) in &changes.added[at] {
                 start.insert(name, Item::Value(value(values)));
@@ -79,7 +79,7 @@ pub fn toml(
 }
 
 /// The name of a component that has none: that of its file.
-fn single(scaled: &Scaled, at: usize) -> String {
+fn single(scaled: &ScaledSystem, at: usize) -> String {
     let fmu = &scaled.system.components[at].fmu;
     let stem = fmu.file_stem().unwrap_or_default().to_string_lossy();
     let stem = stem.split('.').next().unwrap_or_default();
@@ -87,7 +87,11 @@ fn single(scaled: &Scaled, at: usize) -> String {
 }
 
 /// The table at the end of this path, made where there is none.
-fn table_in<'t>(root: &'t mut Table, path: &[&str], file: &Path) -> Result<&'t mut dyn TableLike, Error> {
+fn table_in<'t>(
+    root: &'t mut Table,
+    path: &[&str],
+    file: &Path,
+) -> Result<&'t mut dyn TableLike, ScalingError> {
     let mut table: &mut dyn TableLike = root;
     for (depth, key) in path.iter().enumerate() {
         let item = table.entry(key).or_insert_with(|| {
@@ -96,7 +100,7 @@ fn table_in<'t>(root: &'t mut Table, path: &[&str], file: &Path) -> Result<&'t m
             Item::Table(made)
         });
         table = item.as_table_like_mut().ok_or_else(|| {
-            Error::at(file, format!("`{}` is no table; write [{}]", path.join("."), path.join(".")))
+            ScalingError::at(file, format!("`{}` is no table; write [{}]", path.join("."), path.join(".")))
         })?;
     }
     Ok(table)
@@ -112,7 +116,7 @@ fn opened<'t>(table: &'t mut dyn TableLike, key: &str) -> Option<&'t mut dyn Tab
 }
 
 /// Scales the value of this name; one without quotes (`spring.stiffness`) is a table in a table.
-fn change(table: &mut dyn TableLike, name: &str, by: Scale) -> bool {
+fn change(table: &mut dyn TableLike, name: &str, by: AffineScale) -> bool {
     if let Some(item) = table.get_mut(name) {
         return match item.as_table_like_mut() {
             Some(inner) => value_mut(inner, "value").is_some_and(|v| scale(v, by)),
@@ -140,12 +144,12 @@ fn number(table: &mut dyn TableLike, key: &str, x: f64) {
     }
 }
 
-fn connections(document: &mut DocumentMut, scaled: &Scaled, file: &Path) -> Result<(), Error> {
+fn connections(document: &mut DocumentMut, scaled: &ScaledSystem, file: &Path) -> Result<(), ScalingError> {
     if scaled.changes.links.iter().all(Option::is_none) {
         return Ok(());
     }
     let Some(list) = document.get_mut("connections").and_then(Item::as_array_mut) else {
-        return Err(Error::at(file, "`connections` is a list: connections = [\"...\", \"...\"]"));
+        return Err(ScalingError::at(file, "`connections` is a list: connections = [\"...\", \"...\"]"));
     };
     for (at, changed) in scaled.changes.links.iter().enumerate() {
         let (Some((factor, offset)), Some(value)) = (changed, list.get_mut(at)) else { continue };

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::Case;
-use crate::error::{Error, verdict};
-use crate::finding::{Finding, Kind};
+use crate::error::{SignalsError, verdict};
+use crate::finding::{Finding, FindingKind};
 use crate::outlier;
 use crate::recording::Recording;
-use crate::variable::Variable;
+use crate::variable::SignalVariable;
 
 /// A case and all its recordings.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,12 +50,12 @@ impl Case {
     /// (none: everything is taken as it is), and may refuse it.
     ///
     /// # Errors
-    /// [`Error::Wrong`] with everything that is wrong in any of the files.
+    /// [`SignalsError::Wrong`] with everything that is wrong in any of the files.
     pub fn load(
         path: &Path,
-        variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
-    ) -> Result<(Loaded, Vec<Finding>), Error> {
-        let read = |case: &Case, name: &str, known: &[Variable]| {
+        variables: impl FnOnce(&Case) -> Result<Vec<SignalVariable>, SignalsError>,
+    ) -> Result<(Loaded, Vec<Finding>), SignalsError> {
+        let read = |case: &Case, name: &str, known: &[SignalVariable]| {
             Recording::read(&case.folder.join(name), known, &case.declared())
         };
         gather(|known| Self::read(path, known), variables, read)
@@ -69,14 +69,19 @@ impl Case {
     pub fn of_tables(
         text: &str,
         tables: &BTreeMap<String, Vec<(String, Vec<f64>)>>,
-        variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
-    ) -> Result<(Loaded, Vec<Finding>), Error> {
-        let read = |case: &Case, name: &str, known: &[Variable]| match tables.get(name) {
+        variables: impl FnOnce(&Case) -> Result<Vec<SignalVariable>, SignalsError>,
+    ) -> Result<(Loaded, Vec<Finding>), SignalsError> {
+        let read = |case: &Case, name: &str, known: &[SignalVariable]| match tables.get(name) {
             Some(columns) => Recording::of_columns(name, columns, known, &case.declared()),
             None => {
                 let what = "there is no recording of this name";
                 let mend = "give it, or take its name out of the case";
-                Err(Error::Wrong(vec![Finding::error(Kind::MissingFile, Path::new(name), what, mend)]))
+                Err(SignalsError::Wrong(vec![Finding::error(
+                    FindingKind::MissingFile,
+                    Path::new(name),
+                    what,
+                    mend,
+                )]))
             }
         };
         gather(|known| Self::parse(Path::new("case.toml"), text, known), variables, read)
@@ -84,10 +89,10 @@ impl Case {
 }
 
 fn gather(
-    case: impl Fn(&[Variable]) -> Result<(Case, Vec<Finding>), Error>,
-    variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
-    recording: impl Fn(&Case, &str, &[Variable]) -> Result<(Recording, Vec<Finding>), Error>,
-) -> Result<(Loaded, Vec<Finding>), Error> {
+    case: impl Fn(&[SignalVariable]) -> Result<(Case, Vec<Finding>), SignalsError>,
+    variables: impl FnOnce(&Case) -> Result<Vec<SignalVariable>, SignalsError>,
+    recording: impl Fn(&Case, &str, &[SignalVariable]) -> Result<(Recording, Vec<Finding>), SignalsError>,
+) -> Result<(Loaded, Vec<Finding>), SignalsError> {
     // The model's variables depend on its structure, which the case itself declares.
     let (first, _) = case(&[])?;
     let known = variables(&first)?;
@@ -101,7 +106,7 @@ fn gather(
                 outlier::leave_out(&mut recording, &known, &mut findings);
                 recordings.insert(name.to_owned(), recording);
             }
-            Err(Error::Wrong(more)) => findings.extend(more),
+            Err(SignalsError::Wrong(more)) => findings.extend(more),
             Err(other) => return Err(other),
         }
     }

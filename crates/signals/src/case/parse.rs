@@ -5,21 +5,21 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::Case;
-use crate::error::{Error, verdict};
-use crate::finding::{Finding, Kind};
+use crate::error::{SignalsError, verdict};
+use crate::finding::{Finding, FindingKind};
 use crate::keys;
 use crate::names::{base_name, suggestion};
-use crate::read::toml::{Reader, text};
+use crate::read::toml::{TomlReader, text};
 use crate::read::{doubts, parameters};
-use crate::variable::{Role, Variable};
+use crate::variable::{SignalVariable, VariableRole};
 
 impl Case {
     /// Reads `case.toml` of a folder, or the file itself. `known` are the model's variables; with none, names are
     /// taken as they are. A `key.toml` is never looked at.
     ///
     /// # Errors
-    /// [`Error::Wrong`] with every mistake and its line.
-    pub fn read(path: &Path, known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
+    /// [`SignalsError::Wrong`] with every mistake and its line.
+    pub fn read(path: &Path, known: &[SignalVariable]) -> Result<(Self, Vec<Finding>), SignalsError> {
         let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
         let mut findings = Vec::new();
         let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
@@ -29,7 +29,12 @@ impl Case {
                 "put it into a folder with a case.toml that contains model = \"TwoMassJoint\" and train = [\"{name}\"], and give that folder"
             );
             let what = "this is a recording, no case";
-            return Err(Error::Wrong(vec![Finding::error(Kind::Unreadable, &file, what, mend)]));
+            return Err(SignalsError::Wrong(vec![Finding::error(
+                FindingKind::Unreadable,
+                &file,
+                what,
+                mend,
+            )]));
         }
         match text(&file, &mut findings) {
             Some(text) => Self::parse(&file, &text, known),
@@ -38,7 +43,7 @@ impl Case {
                     finding.mend =
                         "a case is a folder of recordings with a case.toml; see docs/cases.md".into();
                 }
-                Err(Error::Wrong(findings))
+                Err(SignalsError::Wrong(findings))
             }
         }
     }
@@ -46,25 +51,29 @@ impl Case {
     /// Reads a text of this file.
     ///
     /// # Errors
-    /// [`Error::Wrong`] with every mistake and its line.
-    pub fn parse(file: &Path, text: &str, known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
+    /// [`SignalsError::Wrong`] with every mistake and its line.
+    pub fn parse(
+        file: &Path,
+        text: &str,
+        known: &[SignalVariable],
+    ) -> Result<(Self, Vec<Finding>), SignalsError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let folder = file.parent().unwrap_or(Path::new("")).to_owned();
         let mut case = Self { folder, file: file.into(), ..Self::default() };
         let mut findings = Vec::new();
-        let mut reader = Reader::new(file, text, &mut findings);
+        let mut reader = TomlReader::new(file, text, &mut findings);
         if let Some(root) = reader.parse(text) {
             case.fill(&mut reader, root.get_ref(), known);
         }
         verdict(case, findings)
     }
 
-    fn fill(&mut self, reader: &mut Reader, root: &DeTable, known: &[Variable]) {
+    fn fill(&mut self, reader: &mut TomlReader, root: &DeTable, known: &[SignalVariable]) {
         reader.known(root, keys::CASE.of, keys::CASE);
         match root.get("model") {
             Some(node) => self.model = reader.text(node, "model").unwrap_or_default(),
             None => reader.wrong(
-                Kind::UnknownModel,
+                FindingKind::UnknownModel,
                 0..0,
                 "there is no `model`",
                 "write model = \"TwoMassJoint\"",
@@ -93,11 +102,12 @@ impl Case {
         if let Some(table) = root.get("channels").and_then(|n| reader.table(n, "channels")) {
             for (key, node) in table.iter() {
                 let name = key.get_ref().as_ref();
-                let names = || known.iter().filter(|v| v.role != Role::Parameter).map(|v| v.name.as_str());
+                let names =
+                    || known.iter().filter(|v| v.role != VariableRole::Parameter).map(|v| v.name.as_str());
                 if !known.is_empty() && !names().any(|n| n == name || base_name(n) == name) {
                     let mend = suggestion(name, names(), "see `trueup fmu info`");
                     let what = format!("the model has no input or output `{name}`");
-                    reader.wrong(Kind::UnknownChannel, key.span(), what, mend);
+                    reader.wrong(FindingKind::UnknownChannel, key.span(), what, mend);
                 }
                 let settings = reader.settings(node, name);
                 self.channels.insert(name.into(), settings);
@@ -105,14 +115,14 @@ impl Case {
         }
     }
 
-    fn files(&mut self, reader: &mut Reader, root: &DeTable) {
-        let list = |reader: &mut Reader, key: &str| {
+    fn files(&mut self, reader: &mut TomlReader, root: &DeTable) {
+        let list = |reader: &mut TomlReader, key: &str| {
             let Some(node) = root.get(key) else { return Vec::new() };
             let mut names: Vec<String> = Vec::new();
             for (name, span) in reader.texts(node, key) {
                 if names.contains(&name) {
                     let what = format!("`{name}` is listed twice in `{key}`");
-                    reader.warn(Kind::SameRecording, span, what, "name it once");
+                    reader.warn(FindingKind::SameRecording, span, what, "name it once");
                 } else {
                     names.push(name);
                 }
@@ -125,13 +135,13 @@ impl Case {
         if self.train.is_empty() {
             let span = root.get("train").map_or(0..0, |n| n.span());
             let mend = "write train = [\"run-1.csv\"]";
-            reader.wrong(Kind::NoTraining, span, "there is no recording to train on", mend);
+            reader.wrong(FindingKind::NoTraining, span, "there is no recording to train on", mend);
         }
         for name in self.holdout.iter().filter(|n| self.train.contains(n)) {
             let span = root.get("holdout").map_or(0..0, |n| n.span());
             let what = format!("`{name}` is in `holdout` and in `train`");
             let mend = "take it out of one: figures on what was fitted say nothing";
-            reader.wrong(Kind::HoldoutInTrain, span, what, mend);
+            reader.wrong(FindingKind::HoldoutInTrain, span, what, mend);
         }
         match root.get("repeats").map(|n| (n, n.get_ref())) {
             None => {}
@@ -144,7 +154,7 @@ impl Case {
                     let list =
                         if flat.len() > 1 { flat.join(", ") } else { format!("{}, \"b.csv\"", flat[0]) };
                     let mend = format!("write repeats = [[{list}]], each inner list the runs of one command");
-                    return reader.wrong(Kind::BadValue, span, what, mend);
+                    return reader.wrong(FindingKind::BadValue, span, what, mend);
                 }
                 for node in groups.iter() {
                     let group: Vec<_> =
@@ -155,7 +165,7 @@ impl Case {
                             None => "`repeats` has an empty group".to_owned(),
                         };
                         let mend = "name at least two runs of the same command";
-                        reader.wrong(Kind::BadValue, node.span(), what, mend);
+                        reader.wrong(FindingKind::BadValue, node.span(), what, mend);
                     }
                     self.repeats.push(group);
                 }
@@ -163,25 +173,25 @@ impl Case {
             Some((node, other)) => {
                 let mend = "write repeats = [[\"a.csv\", \"b.csv\"]]";
                 let what = format!("`repeats` is a {}, no list of lists", other.type_str());
-                reader.wrong(Kind::BadValue, node.span(), what, mend);
+                reader.wrong(FindingKind::BadValue, node.span(), what, mend);
             }
         }
     }
 
-    fn doubts(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
+    fn doubts(&mut self, reader: &mut TomlReader, table: &DeTable, known: &[SignalVariable]) {
         for (key, _) in table.iter() {
             let name = key.get_ref().as_ref();
             let is = |p: &String| p == name || base_name(p) == name;
             if !self.parameters.keys().any(is) {
                 let mend = suggestion(name, self.parameters.keys().map(String::as_str), "give its value");
                 let what = format!("`{name}` is uncertain, but [parameters] has no value of it");
-                reader.wrong(Kind::UnknownParameter, key.span(), what, mend);
+                reader.wrong(FindingKind::UnknownParameter, key.span(), what, mend);
             }
         }
         self.uncertain.extend(doubts(reader, table, known));
     }
 
-    fn fitted(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
+    fn fitted(&mut self, reader: &mut TomlReader, table: &DeTable, known: &[SignalVariable]) {
         reader.known(table, keys::FIT.of, keys::FIT);
         if let Some(node) = table.get("effects") {
             let ids = reader.texts(node, "effects");
@@ -193,14 +203,15 @@ impl Case {
             let mend =
                 "name some, as in parameters = [\"stiffness\"], or remove the line to fit the usual ones";
             let what = "`[fit] parameters` is empty: there is nothing to estimate";
-            reader.wrong(Kind::BadValue, node.span(), what, mend);
+            reader.wrong(FindingKind::BadValue, node.span(), what, mend);
         }
         for (name, span) in &names {
-            let parameters = || known.iter().filter(|v| v.role == Role::Parameter).map(|v| v.name.as_str());
+            let parameters =
+                || known.iter().filter(|v| v.role == VariableRole::Parameter).map(|v| v.name.as_str());
             if !known.is_empty() && !parameters().any(|p| p == name || base_name(p) == name) {
                 let mend = suggestion(name, parameters(), "see `trueup fmu info`");
                 let what = format!("the model has no parameter `{name}`");
-                reader.wrong(Kind::UnknownParameter, span.clone(), what, mend);
+                reader.wrong(FindingKind::UnknownParameter, span.clone(), what, mend);
             }
         }
         self.fit = Some(names.into_iter().map(|(name, _)| name).collect());

@@ -2,13 +2,13 @@
 
 use toml::de::{DeTable, DeValue};
 
-use super::{Case, Value};
-use crate::finding::Kind;
+use super::{Case, ParameterValue};
+use crate::finding::FindingKind;
 use crate::keys;
-use crate::read::toml::{Node, Reader};
+use crate::read::toml::{TomlNode, TomlReader};
 
 /// A figure of a payload.
-struct Figure {
+struct PayloadFigure {
     key: &'static str,
     /// Its numbers as the case names them.
     names: &'static [&'static str],
@@ -19,22 +19,22 @@ struct Figure {
     unit: &'static str,
 }
 
-const FIGURES: [Figure; 3] = [
-    Figure {
+const FIGURES: [PayloadFigure; 3] = [
+    PayloadFigure {
         key: "mass",
         names: &["payload.mass"],
         least: 0.0,
         example: "{ value = 0.0, doubt = 2.0 }",
         unit: "kg",
     },
-    Figure {
+    PayloadFigure {
         key: "centerOfMass",
         names: &["payload.centerOfMass[1]", "payload.centerOfMass[2]"],
         least: f64::NEG_INFINITY,
         example: "{ value = [0.4, 0.0], doubt = 0.05 }",
         unit: "m, along and across the link",
     },
-    Figure {
+    PayloadFigure {
         key: "inertia",
         names: &["payload.inertia"],
         least: 0.0,
@@ -43,7 +43,7 @@ const FIGURES: [Figure; 3] = [
     },
 ];
 
-impl Figure {
+impl PayloadFigure {
     fn mend(&self) -> String {
         format!("write {} = {} in {}, or the known value", self.key, self.example, self.unit)
     }
@@ -51,14 +51,14 @@ impl Figure {
 
 impl Case {
     /// Values join [`Case::parameters`] under names that begin with `payload.`, standard deviations [`Case::uncertain`], in SI.
-    pub(super) fn carries(&mut self, reader: &mut Reader, node: &Node) {
+    pub(super) fn carries(&mut self, reader: &mut TomlReader, node: &TomlNode) {
         let what = keys::PAYLOAD.of;
         let Some(table) = reader.table(node, what) else { return };
         reader.known(table, what, keys::PAYLOAD);
         if self.model != "PlanarManipulator" {
             let mend = "it is for PlanarManipulator; add what a joint moves to loadInertia";
             return reader.wrong(
-                Kind::BadValue,
+                FindingKind::BadValue,
                 node.span(),
                 format!("{} has no [payload]", self.model),
                 mend,
@@ -67,7 +67,7 @@ impl Case {
         let missing = |key: &str| table.get(key).is_none();
         for key in ["link", "mass"].into_iter().filter(|k| missing(k)) {
             let mend = "write link = 3 (from 1) and mass = { value = 0.0, doubt = 2.0 } in kg";
-            reader.wrong(Kind::BadValue, node.span(), format!("[payload] has no `{key}`"), mend);
+            reader.wrong(FindingKind::BadValue, node.span(), format!("[payload] has no `{key}`"), mend);
         }
         self.payload = table.get("link").and_then(|n| {
             let link = reader.number(n, "link")?;
@@ -75,7 +75,7 @@ impl Case {
                 return Some(link as usize);
             }
             let mend = "write link = 1 for the one next to the base";
-            reader.wrong(Kind::BadValue, n.span(), format!("`link` of [payload] is {link}"), mend);
+            reader.wrong(FindingKind::BadValue, n.span(), format!("`link` of [payload] is {link}"), mend);
             None
         });
         for figure in &FIGURES {
@@ -85,9 +85,9 @@ impl Case {
             for (name, value) in figure.names.iter().zip(values) {
                 if value < figure.least {
                     let what = format!("`{key}` of [payload] is {value}");
-                    reader.wrong(Kind::BadValue, node.span(), what, "it cannot be below 0");
+                    reader.wrong(FindingKind::BadValue, node.span(), what, "it cannot be below 0");
                 }
-                self.parameters.insert((*name).to_owned(), Value::Number(value));
+                self.parameters.insert((*name).to_owned(), ParameterValue::Number(value));
                 if let Some(doubt) = doubt {
                     self.uncertain.insert((*name).to_owned(), doubt);
                 }
@@ -97,13 +97,17 @@ impl Case {
 }
 
 /// Numbers, or a table of a value and its `doubt`.
-fn figure_of(reader: &mut Reader, node: &Node, figure: &Figure) -> Option<(Vec<f64>, Option<f64>)> {
+fn figure_of(
+    reader: &mut TomlReader,
+    node: &TomlNode,
+    figure: &PayloadFigure,
+) -> Option<(Vec<f64>, Option<f64>)> {
     let (key, count) = (figure.key, figure.names.len());
     if let Some(text) = node.get_ref().as_str() {
         let what = format!(
             "`{key}` of [payload] is {text:?}: neither a number nor a table of a value and its `doubt`"
         );
-        reader.wrong(Kind::BadValue, node.span(), what, figure.mend());
+        reader.wrong(FindingKind::BadValue, node.span(), what, figure.mend());
         return None;
     }
     let table: Option<&DeTable> = node.get_ref().as_table();
@@ -119,7 +123,7 @@ fn figure_of(reader: &mut Reader, node: &Node, figure: &Figure) -> Option<(Vec<f
             let doubt = reader.number(n, "doubt")?;
             if doubt < 0.0 {
                 let what = format!("`doubt` of {key} of [payload] is {doubt}");
-                reader.wrong(Kind::BadValue, n.span(), what, "it cannot be below 0");
+                reader.wrong(FindingKind::BadValue, n.span(), what, "it cannot be below 0");
             }
             Some(doubt)
         }
@@ -134,6 +138,6 @@ fn figure_of(reader: &mut Reader, node: &Node, figure: &Figure) -> Option<(Vec<f
         return Some((values, doubt));
     }
     let wrong = format!("`{key}` of [payload] has {} numbers, not {count}", values.len());
-    reader.wrong(Kind::BadValue, node.span(), wrong, figure.mend());
+    reader.wrong(FindingKind::BadValue, node.span(), wrong, figure.mend());
     None
 }

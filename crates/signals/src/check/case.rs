@@ -1,13 +1,13 @@
 //! Recordings of a case against each other.
 
 use crate::case::Loaded;
-use crate::finding::{Finding, Kind};
+use crate::finding::{Finding, FindingKind};
 use crate::names::short;
 use crate::noise;
 use crate::recording::{Channel, Recording};
-use crate::variable::{Role, Variable, role};
+use crate::variable::{SignalVariable, VariableRole, role};
 
-pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Finding>) {
+pub(super) fn check(loaded: &Loaded, known: &[SignalVariable], findings: &mut Vec<Finding>) {
     let case = &loaded.case;
     // The same run under two names.
     let runs: Vec<_> = loaded.recordings.values().collect();
@@ -21,9 +21,14 @@ pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Find
             let what = format!("it holds the same samples as {}", b.name);
             findings.push(if apart {
                 let mend = "hold out a run of its own: figures on what was fitted say nothing";
-                Finding::error(Kind::HoldoutInTrain, &a.file, what, mend)
+                Finding::error(FindingKind::HoldoutInTrain, &a.file, what, mend)
             } else {
-                Finding::warning(Kind::SameRecording, &a.file, what, "name it once: it would count twice")
+                Finding::warning(
+                    FindingKind::SameRecording,
+                    &a.file,
+                    what,
+                    "name it once: it would count twice",
+                )
             });
         }
     }
@@ -41,27 +46,28 @@ pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Find
     let noisy = !case.repeats.is_empty() || !case.rest.is_empty();
     if let (false, Some(run)) = (noisy, loaded.train().first()) {
         for c in &run.channels {
-            let compared = known.is_empty() || role(known, &c.name) == Some(Role::Output);
+            let compared = known.is_empty() || role(known, &c.name) == Some(VariableRole::Output);
             if compared && c.sensor.deviation().is_none() {
                 let mend = format!(
                     "declare `noise` or `resolution` under [channels.\"{}\"], or `repeats` or `rest` recordings",
                     c.name
                 );
                 let what = "the noise of this sensor is not given: there is no noise floor to compare with";
-                findings.push(Finding::warning(Kind::NoNoise, &case.file, what, mend).channel(&c.name));
+                findings
+                    .push(Finding::warning(FindingKind::NoNoise, &case.file, what, mend).channel(&c.name));
             }
         }
     }
 }
 
 /// Two runs of the same command have the same inputs.
-fn repeats(a: &Recording, b: &Recording, known: &[Variable]) -> Option<Finding> {
+fn repeats(a: &Recording, b: &Recording, known: &[SignalVariable]) -> Option<Finding> {
     let mend = "take it out of `repeats`: what differs would count as noise";
     if (a.duration() - b.duration()).abs() > 0.02 * a.duration() {
         let what = format!("it lasts {} s, {} that it repeats {} s", b.duration(), a.name, a.duration());
-        return Some(Finding::warning(Kind::RepeatDiffers, &b.file, what, mend));
+        return Some(Finding::warning(FindingKind::RepeatDiffers, &b.file, what, mend));
     }
-    let inputs = a.channels.iter().filter(|c| role(known, &c.name) == Some(Role::Input));
+    let inputs = a.channels.iter().filter(|c| role(known, &c.name) == Some(VariableRole::Input));
     inputs.filter_map(|c| Some((c, b.channel(&c.name)?))).find_map(|(c, d)| {
         let shifted: Vec<f64> = c.time.iter().map(|t| t - a.start + b.start).collect();
         let other = d.sample(&shifted);
@@ -71,14 +77,15 @@ fn repeats(a: &Recording, b: &Recording, known: &[Variable]) -> Option<Finding> 
         (apart > 0.3 * size).then(|| {
             let what =
                 format!("its input differs from that of {} by {:.0} % (RMS)", a.name, 100.0 * apart / size);
-            Finding::warning(Kind::RepeatDiffers, &b.file, what, mend).channel(&c.name)
+            Finding::warning(FindingKind::RepeatDiffers, &b.file, what, mend).channel(&c.name)
         })
     })
 }
 
 /// The difference between repeats of one command in addition to their noise, where it exceeds the noise.
-fn drifts(loaded: &Loaded, c: &Channel, known: &[Variable]) -> Option<Finding> {
-    let floor = noise::floor(loaded, &c.name).filter(|_| role(known, &c.name) == Some(Role::Output))?;
+fn drifts(loaded: &Loaded, c: &Channel, known: &[SignalVariable]) -> Option<Finding> {
+    let floor =
+        noise::floor(loaded, &c.name).filter(|_| role(known, &c.name) == Some(VariableRole::Output))?;
     (floor.drift > floor.deviation).then(|| {
         let what = format!(
             "between its repeats it changes by {} (RMS) as smoothly as a motion does, with a noise of {}: this is no noise and none \
@@ -87,7 +94,7 @@ fn drifts(loaded: &Loaded, c: &Channel, known: &[Variable]) -> Option<Finding> {
             short(floor.deviation)
         );
         let mend = "if their inputs are alike, look for what warms up, wears or slips from run to run";
-        Finding::note(Kind::RepeatDiffers, &loaded.case.file, what, mend).channel(&c.name)
+        Finding::note(FindingKind::RepeatDiffers, &loaded.case.file, what, mend).channel(&c.name)
     })
 }
 
@@ -104,21 +111,21 @@ fn moving(run: &Recording, c: &Channel) -> Option<Finding> {
     let least = noise.max(c.sensor.deviation().unwrap_or(0.0)).max(c.sensor.resolution.unwrap_or(0.0));
     (change.abs() > 5.0 * least && change != 0.0).then(|| {
         let what = format!("the mean moves by {} although the recording is declared at rest", short(change));
-        Finding::warning(Kind::NotAtRest, &run.file, what, "take it out of `rest`").channel(&c.name)
+        Finding::warning(FindingKind::NotAtRest, &run.file, what, "take it out of `rest`").channel(&c.name)
     })
 }
 
 /// No output of any recording that is to be fitted leaves its first value.
-fn still(loaded: &Loaded, known: &[Variable]) -> Option<Finding> {
+fn still(loaded: &Loaded, known: &[SignalVariable]) -> Option<Finding> {
     let train = loaded.train();
     let moves = |c: &Channel| c.range().is_some_and(|(low, high)| low < high);
     let all = train.iter().flat_map(|r| &r.channels);
-    let mut outputs = all.filter(|c| role(known, &c.name) == Some(Role::Output)).peekable();
+    let mut outputs = all.filter(|c| role(known, &c.name) == Some(VariableRole::Output)).peekable();
     outputs.peek()?;
     (!outputs.any(moves)).then(|| {
         let what = "no output moves in any recording of `train`: nothing can be fitted or compared";
         let mend = "record a motion, with the motors driven, and name it in `train`";
-        Finding::error(Kind::LittleExcitation, &loaded.case.file, what, mend)
+        Finding::error(FindingKind::LittleExcitation, &loaded.case.file, what, mend)
     })
 }
 
@@ -126,10 +133,10 @@ fn still(loaded: &Loaded, known: &[Variable]) -> Option<Finding> {
 const STILL: f64 = 3.0;
 
 /// Outputs that hardly leave the noise in any recording that is to be fitted.
-fn excitation(loaded: &Loaded, known: &[Variable]) -> Vec<Finding> {
+fn excitation(loaded: &Loaded, known: &[SignalVariable]) -> Vec<Finding> {
     let train = loaded.train();
     let Some(first) = train.first() else { return Vec::new() };
-    let outputs = first.channels.iter().filter(|c| role(known, &c.name) == Some(Role::Output));
+    let outputs = first.channels.iter().filter(|c| role(known, &c.name) == Some(VariableRole::Output));
     outputs
         .filter_map(|c| {
             let error = c.sensor.deviation().filter(|e| *e > 0.0)?;
@@ -147,7 +154,7 @@ fn excitation(loaded: &Loaded, known: &[Variable]) -> Vec<Finding> {
                     short(error)
                 );
                 let mend = "record larger or longer motions, or correct `noise` and `resolution`";
-                Finding::warning(Kind::LittleExcitation, &loaded.case.file, what, mend).channel(&c.name)
+                Finding::warning(FindingKind::LittleExcitation, &loaded.case.file, what, mend).channel(&c.name)
             })
         })
         .collect()

@@ -1,32 +1,33 @@
 //! One channel alone.
 
-use crate::finding::{Finding, Kind, Severity};
+use crate::finding::{Finding, FindingKind, Severity};
 use crate::names::short;
 use crate::quantum::Quantum;
 use crate::recording::{Channel, Interpolation, Recording};
-use crate::variable::{Role, Variable};
+use crate::variable::{SignalVariable, VariableRole};
 
 /// A gap is a dropout from so many median steps on.
 const GAP: f64 = 5.0;
 /// Least number of samples of a plateau that may be clipping.
 const PLATEAU: usize = 5;
 
-pub(super) fn check(run: &Recording, c: &Channel, known: &[Variable], findings: &mut Vec<Finding>) {
+pub(super) fn check(run: &Recording, c: &Channel, known: &[SignalVariable], findings: &mut Vec<Finding>) {
     let variable = known.iter().find(|v| v.name == c.name);
     let Some((low, high)) = c.range() else { return };
     if low == high {
         if c.len() > 1 {
             // At rest an unused input is 0 all along, and rightly so.
-            let idle = low == 0.0 && variable.is_some_and(|v| v.role == Role::Input);
+            let idle = low == 0.0 && variable.is_some_and(|v| v.role == VariableRole::Input);
             let what = format!("the value is {low} all along");
             let mend = "look whether the sensor was connected, or leave the column out";
             let severity = if idle { Severity::Note } else { Severity::Warning };
-            let finding = Finding::warning(Kind::Constant, &run.file, what, mend).channel(&c.name);
+            let finding = Finding::warning(FindingKind::Constant, &run.file, what, mend).channel(&c.name);
             findings.push(Finding { severity, ..finding });
         }
         return;
     }
-    let driven = variable.is_some_and(|v| v.role == Role::Input) || c.interpolation == Interpolation::Hold;
+    let driven =
+        variable.is_some_and(|v| v.role == VariableRole::Input) || c.interpolation == Interpolation::Hold;
     let tell = |f: Finding| f.channel(&c.name);
     let quantum = Quantum::of(&c.values);
     findings.extend(size(run, variable, low, high).map(tell));
@@ -39,14 +40,15 @@ pub(super) fn check(run: &Recording, c: &Channel, known: &[Variable], findings: 
 }
 
 /// Values that the variable can hardly have.
-fn size(run: &Recording, variable: Option<&Variable>, low: f64, high: f64) -> Option<Finding> {
+fn size(run: &Recording, variable: Option<&SignalVariable>, low: f64, high: f64) -> Option<Finding> {
     let v = variable?;
     let unit = if v.unit.is_empty() { String::new() } else { format!(" {}", v.unit) };
     let mend = format!(
         "if the file is in another unit, say so in the sidecar: [columns] {} = {{ unit = \"...\" }}",
         v.name
     );
-    let warn = |what: String| Some(Finding::warning(Kind::UnitSuspicion, &run.file, what, mend.clone()));
+    let warn =
+        |what: String| Some(Finding::warning(FindingKind::UnitSuspicion, &run.file, what, mend.clone()));
     if let Some(min) = v.min.filter(|m| low < *m) {
         return warn(format!("values down to {low}{unit}, below the least sensible one, {min}{unit}"));
     }
@@ -71,7 +73,7 @@ fn gaps(run: &Recording, c: &Channel) -> Option<Finding> {
         short(step)
     );
     let mend = "nothing is compared there; an input goes on by its interpolation: look whether that is right";
-    Some(Finding::warning(Kind::Dropout, &run.file, what, mend).time(longest[0]))
+    Some(Finding::warning(FindingKind::Dropout, &run.file, what, mend).time(longest[0]))
 }
 
 /// Runs of equal values: first index and length.
@@ -111,11 +113,11 @@ fn clipped(run: &Recording, c: &Channel, low: f64, high: f64, quantum: f64) -> O
     let values = sides.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and ");
     let what = format!("{samples} samples in {} runs are at the extreme {values}: clipped", all.len());
     let mend = "widen the range of the amplifier or sensor, or cut the recording";
-    Some(Finding::warning(Kind::Clipped, &run.file, what, mend).time(c.time[all[0].0]))
+    Some(Finding::warning(FindingKind::Clipped, &run.file, what, mend).time(c.time[all[0].0]))
 }
 
 /// A reading that freezes and comes back with a jump, or freezes while another one moves.
-fn stuck(run: &Recording, c: &Channel, known: &[Variable], range: f64) -> Option<Finding> {
+fn stuck(run: &Recording, c: &Channel, known: &[SignalVariable], range: f64) -> Option<Finding> {
     let x = &c.values;
     let mut steps: Vec<f64> = x.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
     steps.sort_unstable_by(f64::total_cmp);
@@ -129,12 +131,12 @@ fn stuck(run: &Recording, c: &Channel, known: &[Variable], range: f64) -> Option
     let (start, end) = (c.time[at], c.time[at + n - 1]);
     let what = format!("the reading stays at {} from {start} s to {end} s although the system moves", x[at]);
     let mend = "leave these cells empty, or cut the recording";
-    Some(Finding::warning(Kind::Stuck, &run.file, what, mend).time(start))
+    Some(Finding::warning(FindingKind::Stuck, &run.file, what, mend).time(start))
 }
 
 /// Whether another output goes over half its range meanwhile. An input may: a slow ramp moves nothing for a while.
-fn others_move(run: &Recording, c: &Channel, known: &[Variable], [from, to]: [f64; 2]) -> bool {
-    let output = |o: &&Channel| known.iter().any(|v| v.name == o.name && v.role == Role::Output);
+fn others_move(run: &Recording, c: &Channel, known: &[SignalVariable], [from, to]: [f64; 2]) -> bool {
+    let output = |o: &&Channel| known.iter().any(|v| v.name == o.name && v.role == VariableRole::Output);
     run.channels.iter().filter(|o| o.name != c.name).filter(output).any(|o| {
         let inside = o.time.partition_point(|t| *t < from)..o.time.partition_point(|t| *t <= to);
         let part = Channel::new("", "", o.time[inside.clone()].to_vec(), o.values[inside].to_vec());
@@ -151,7 +153,7 @@ fn resolution(run: &Recording, c: &Channel, q: &Quantum) -> Option<Finding> {
     let stepped = q.regular && q.distinct >= 20 && q.distinct * 4 < c.len();
     let finding = match c.sensor.resolution.filter(|r| *r > 0.0) {
         Some(declared) if stepped && step > 1.5 * declared => Finding::warning(
-            Kind::Quantisation,
+            FindingKind::Quantisation,
             &run.file,
             format!(
                 "the reading goes in steps of {}, declared is a resolution of {}",
@@ -161,7 +163,7 @@ fn resolution(run: &Recording, c: &Channel, q: &Quantum) -> Option<Finding> {
             format!("write resolution = {}", short(step)),
         ),
         Some(declared) if q.distinct >= 20 && step > 0.0 && step < 0.5 * declared => Finding::warning(
-            Kind::Quantisation,
+            FindingKind::Quantisation,
             &run.file,
             format!(
                 "the reading has steps of {}, finer than the declared resolution of {}",
@@ -172,7 +174,7 @@ fn resolution(run: &Recording, c: &Channel, q: &Quantum) -> Option<Finding> {
         ),
         // Digits of a text are no counts: they are far finer than the signal.
         None if stepped && step > 1e-4 * c.range().map_or(0.0, |(low, high)| high - low) => Finding::note(
-            Kind::Quantisation,
+            FindingKind::Quantisation,
             &run.file,
             format!("the reading goes in steps of {}", short(step)),
             format!("write [channels.\"{}\"] resolution = {}", c.name, short(step)),

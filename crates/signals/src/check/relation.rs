@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::case::Loaded;
-use crate::finding::{Finding, Kind, Severity};
+use crate::finding::{Finding, FindingKind, Severity};
 use crate::names::short;
 use crate::quantum::Quantum;
 use crate::recording::{Channel, Recording};
@@ -104,7 +104,8 @@ impl Relation {
                     None => (Severity::Warning, "one of them has another unit, sign or meaning".to_owned()),
                 };
                 let what = format!("{what} the integral of `{right}`: {cause}");
-                let finding = Finding::warning(Kind::Inconsistent, &run.file, what, MEND).channel(left);
+                let finding =
+                    Finding::warning(FindingKind::Inconsistent, &run.file, what, MEND).channel(left);
                 Some(Finding { severity, ..finding })
             }
             Self::Proportional { parameter, .. } => {
@@ -112,27 +113,31 @@ impl Relation {
                 let or = format!("or {parameter} would be {} (case.toml: {})", short(slope), short(factor));
                 let (severity, kind, what) = match unit {
                     _ if swapped => {
-                        (Severity::Grave, Kind::SwappedChannels, format!("{what}: they look swapped"))
+                        (Severity::Grave, FindingKind::SwappedChannels, format!("{what}: they look swapped"))
                     }
-                    Some((-1.0, cause)) => {
-                        (Severity::Grave, Kind::Inconsistent, format!("{what}: it looks as if {cause}"))
-                    }
-                    Some((_, cause)) => {
-                        (Severity::Grave, Kind::Inconsistent, format!("{what}: it looks as if {cause}, {or}"))
-                    }
+                    Some((-1.0, cause)) => (
+                        Severity::Grave,
+                        FindingKind::Inconsistent,
+                        format!("{what}: it looks as if {cause}"),
+                    ),
+                    Some((_, cause)) => (
+                        Severity::Grave,
+                        FindingKind::Inconsistent,
+                        format!("{what}: it looks as if {cause}, {or}"),
+                    ),
                     None if correlation.abs() >= RIGID => (
                         Severity::Grave,
-                        Kind::GearRatio,
+                        FindingKind::GearRatio,
                         format!("{what}: {parameter} contradicts it, it would be {}", short(slope)),
                     ),
                     None => (
                         Severity::Warning,
-                        Kind::Inconsistent,
+                        FindingKind::Inconsistent,
                         format!("{what}: one of them has another unit, sign or meaning, {or}"),
                     ),
                 };
                 let mend = match kind {
-                    Kind::GearRatio => format!(
+                    FindingKind::GearRatio => format!(
                         "correct {parameter} in case.toml, or say the unit of one of them in the sidecar's [columns]"
                     ),
                     _ => MEND.to_owned(),
@@ -148,7 +153,7 @@ impl Relation {
     /// If all recordings contradict, the parameter is wrong, reported once; if one of several does, that recording is.
     pub(super) fn of_all(&self, loaded: &Loaded, findings: &mut Vec<Finding>) {
         let Self::Proportional { left, right, parameter, .. } = self else { return };
-        let own = |f: &Finding| f.kind == Kind::GearRatio && f.channel.as_deref() == Some(left);
+        let own = |f: &Finding| f.kind == FindingKind::GearRatio && f.channel.as_deref() == Some(left);
         let told = findings.iter().filter(|f| own(f)).count();
         let has = |run: &&Recording| run.channel(left).is_some() && run.channel(right).is_some();
         let of = loaded.recordings.values().filter(has).count();
@@ -162,7 +167,7 @@ impl Relation {
             return;
         }
         for f in findings.iter_mut().filter(|f| own(f)) {
-            f.kind = Kind::Inconsistent;
+            f.kind = FindingKind::Inconsistent;
             f.what = format!(
                 "{}; the other recordings agree with {parameter}: one of both has another unit or scale here",
                 f.what
@@ -227,7 +232,7 @@ fn stands_still(run: &Recording, dead: &Channel, live: &Channel, within: &Range<
     let what =
         format!("it stays at {} {when} while `{}` moves: the channel is dead", short(value), live.name);
     let mend = "look at the sensor and its cable; leave the column out (`false` in the sidecar's [columns]), or the recording";
-    let finding = Finding::warning(Kind::DeadChannel, &run.file, what, mend).channel(&dead.name);
+    let finding = Finding::warning(FindingKind::DeadChannel, &run.file, what, mend).channel(&dead.name);
     Finding { severity: Severity::Grave, ..finding }.time(from)
 }
 

@@ -4,7 +4,7 @@ use crate::recording::{Channel, Recording};
 
 /// Several channels at the same, even times, known delays taken out.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Grid {
+pub struct ChannelGrid {
     /// First time in s.
     pub start: f64,
     /// Distance in s.
@@ -13,7 +13,7 @@ pub struct Grid {
     pub columns: Vec<Vec<f64>>,
 }
 
-impl Grid {
+impl ChannelGrid {
     /// Brings these channels to steps of `step` in s over the time that all of them cover. `None` if one is not there,
     /// they have no time in common, or `step` is not positive.
     ///

@@ -2,24 +2,24 @@
 
 use std::path::Path;
 
-use super::clock::{self, Use};
-use super::sidecar::{Column, Sidecar};
-use super::table::{Table, TableColumn, mend, unit_of};
-use crate::finding::{Finding, Kind, TOLD};
+use super::clock::{self, ClockUse};
+use super::sidecar::{Sidecar, SidecarColumn};
+use super::table::{ReadTable, TableColumn, mend, unit_of};
+use crate::finding::{Finding, FindingKind, TOLD};
 use crate::names::{base_name, nearest, suggestion};
-use crate::recording::{Channel, Declared, Recording};
-use crate::unit::Unit;
-use crate::variable::{Role, Variable};
+use crate::recording::{Channel, DeclaredFigures, Recording};
+use crate::unit::SignalUnit;
+use crate::variable::{SignalVariable, VariableRole};
 
 /// A jump is a line over this part of the step before it: times grow strictly, and no sum of them makes two of them one.
 const JUMP: f64 = 1e-6;
 
 pub(super) fn assemble(
     file: &Path,
-    mut table: Table,
+    mut table: ReadTable,
     sidecar: &Sidecar,
-    known: &[Variable],
-    declared: &Declared,
+    known: &[SignalVariable],
+    declared: &DeclaredFigures,
     findings: &mut Vec<Finding>,
 ) -> Recording {
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
@@ -28,7 +28,7 @@ pub(super) fn assemble(
     let is_known = |name: &str| known.iter().any(|v| v.name == name);
     prepare(file, &mut table, sidecar, is_known, findings);
     rename_elements(&mut table, known);
-    let wanted = if known.is_empty() { Use::Look } else { Use::Recording };
+    let wanted = if known.is_empty() { ClockUse::Look } else { ClockUse::Recording };
     let rate = sidecar.rate.or(declared.rate);
     let Some(clock) = clock::take(file, &mut table, sidecar, rate, wanted, findings) else {
         return recording;
@@ -38,12 +38,14 @@ pub(super) fn assemble(
         (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
     for i in 0..table.columns.len() {
         let reading = std::mem::take(&mut table.columns[i].values);
-        let column = Source { file, table: &table, index: i, sidecar };
+        let column = ColumnSource { file, table: &table, index: i, sidecar };
         if let Some(channel) = column.channel(&time, reading, known, findings) {
             if recording.channel(&channel.name).is_some() {
                 let what = format!("two columns are `{}`", channel.name);
                 let mend = "leave one out: [columns] of the sidecar, name = false";
-                findings.push(Finding::error(Kind::DuplicateName, file, what, mend).channel(&channel.name));
+                findings.push(
+                    Finding::error(FindingKind::DuplicateName, file, what, mend).channel(&channel.name),
+                );
             } else {
                 recording.channels.push(channel);
             }
@@ -59,7 +61,7 @@ pub(super) fn assemble(
 /// Units in names become units; what cannot be a column, and what a sidecar declares of missing columns, is reported.
 pub(super) fn prepare(
     file: &Path,
-    table: &mut Table,
+    table: &mut ReadTable,
     sidecar: &Sidecar,
     is_known: impl Fn(&str) -> bool,
     findings: &mut Vec<Finding>,
@@ -75,14 +77,16 @@ pub(super) fn prepare(
     }
     for skipped in &table.skipped {
         let mend = "nothing, if it is no signal; else save it as a numeric column as long as the time";
-        findings.push(Finding::note(Kind::Skipped, file, skipped.clone(), mend));
+        findings.push(Finding::note(FindingKind::Skipped, file, skipped.clone(), mend));
     }
     for (name, column) in &sidecar.columns {
         let has = |n: &str| n == name || base_name(n) == name;
         if !table.names().any(has) {
             let mend = suggestion(name, table.names(), "remove it");
             let what = format!("{} has no column `{name}`", file.display());
-            findings.push(Finding::error(Kind::UnknownColumn, &sidecar.file, what, mend).line(column.line));
+            findings.push(
+                Finding::error(FindingKind::UnknownColumn, &sidecar.file, what, mend).line(column.line),
+            );
         }
     }
 }
@@ -94,11 +98,16 @@ fn with_unit(name: &str) -> Option<(&str, &str)> {
         Some((name.trim(), unit.trim()))
     })?;
     let index = unit.bytes().all(|b| b.is_ascii_digit() || b == b',' || b == b' ');
-    (!index && !name.is_empty() && Unit::parse(unit).is_some()).then_some((name, unit))
+    (!index && !name.is_empty() && SignalUnit::parse(unit).is_some()).then_some((name, unit))
 }
 
 /// What the case declares of channels, then what the sidecar declares; an array's name holds for its elements.
-fn declare(recording: &mut Recording, sidecar: &Sidecar, declared: &Declared, findings: &mut Vec<Finding>) {
+fn declare(
+    recording: &mut Recording,
+    sidecar: &Sidecar,
+    declared: &DeclaredFigures,
+    findings: &mut Vec<Finding>,
+) {
     for channel in &mut recording.channels {
         let names = [base_name(&channel.name).to_owned(), channel.name.clone()];
         for settings in names.iter().filter_map(|n| declared.channels.get(n)) {
@@ -114,13 +123,13 @@ fn declare(recording: &mut Recording, sidecar: &Sidecar, declared: &Declared, fi
             let names = recording.channels.iter().map(|c| c.name.as_str());
             let mend = suggestion(name, names, "name a channel of this recording");
             let what = format!("{} has no channel `{name}`", recording.name);
-            findings.push(Finding::error(Kind::UnknownChannel, &sidecar.file, what, mend).line(*line));
+            findings.push(Finding::error(FindingKind::UnknownChannel, &sidecar.file, what, mend).line(*line));
         }
     }
 }
 
 /// FMPy writes a matrix as one column: its elements are counted through, those of the model have two indices.
-fn rename_elements(table: &mut Table, known: &[Variable]) {
+fn rename_elements(table: &mut ReadTable, known: &[SignalVariable]) {
     let mut renamed = Vec::new();
     for (i, name) in table.names().enumerate() {
         let base = base_name(name);
@@ -140,24 +149,24 @@ fn rename_elements(table: &mut Table, known: &[Variable]) {
 }
 
 /// One column on its way to a channel.
-struct Source<'a> {
+struct ColumnSource<'a> {
     file: &'a Path,
-    table: &'a Table,
+    table: &'a ReadTable,
     index: usize,
     sidecar: &'a Sidecar,
 }
 
-impl Source<'_> {
+impl ColumnSource<'_> {
     fn channel(
         &self,
         time: &[f64],
         mut reading: Vec<f64>,
-        known: &[Variable],
+        known: &[SignalVariable],
         findings: &mut Vec<Finding>,
     ) -> Option<Channel> {
         let own = self.column();
         let name = self.sidecar.variable(&own.name)?;
-        let found = known.iter().find(|v| v.name == name && v.role != Role::Parameter);
+        let found = known.iter().find(|v| v.name == name && v.role != VariableRole::Parameter);
         if found.is_none() && !known.is_empty() {
             findings.push(self.unknown(&name, known));
             return None;
@@ -176,7 +185,8 @@ impl Source<'_> {
                 infinite += 1;
                 if infinite <= TOLD {
                     let mend = "leave the cell empty if nothing was measured";
-                    let finding = Finding::error(Kind::InfiniteValue, self.file, "an infinite value", mend);
+                    let finding =
+                        Finding::error(FindingKind::InfiniteValue, self.file, "an infinite value", mend);
                     findings.push(finding.line(self.table.line(row)).channel(&name).time(t));
                 }
             }
@@ -184,7 +194,8 @@ impl Source<'_> {
         if values.is_empty() && infinite == 0 {
             let what = "there is no value in the whole column";
             findings.push(
-                Finding::error(Kind::NoValue, self.file, what, "fill the column or remove it").channel(&name),
+                Finding::error(FindingKind::NoValue, self.file, what, "fill the column or remove it")
+                    .channel(&name),
             );
             return None;
         }
@@ -202,12 +213,12 @@ impl Source<'_> {
         if !known {
             let mend = "nothing, if it is no signal; else write numbers";
             let what = format!("the column holds {holds} and is left out");
-            return vec![Finding::note(Kind::Skipped, self.file, what, mend).line(1).channel(name)];
+            return vec![Finding::note(FindingKind::Skipped, self.file, what, mend).line(1).channel(name)];
         }
         let word = |(row, text): (usize, &String)| {
             (!text.is_empty() && text.parse::<f64>().is_err()).then(|| {
                 let what = format!("{text:?} is no number");
-                let finding = Finding::error(Kind::NotANumber, self.file, what, mend(text));
+                let finding = Finding::error(FindingKind::NotANumber, self.file, what, mend(text));
                 finding.line(self.table.line(row)).channel(name)
             })
         };
@@ -217,13 +228,17 @@ impl Source<'_> {
         }
         if wrong.is_empty() {
             let what = format!("the column holds {holds}, no numbers");
-            wrong.push(Finding::error(Kind::NotANumber, self.file, what, "write numbers").channel(name));
+            wrong.push(
+                Finding::error(FindingKind::NotANumber, self.file, what, "write numbers").channel(name),
+            );
         }
         wrong
     }
 
-    fn unknown(&self, name: &str, known: &[Variable]) -> Finding {
-        let free = |v: &&Variable| v.role != Role::Parameter && !self.table.names().any(|n| n == v.name);
+    fn unknown(&self, name: &str, known: &[SignalVariable]) -> Finding {
+        let free = |v: &&SignalVariable| {
+            v.role != VariableRole::Parameter && !self.table.names().any(|n| n == v.name)
+        };
         let mend = match nearest(name, known.iter().filter(free).map(|v| v.name.as_str())) {
             Some(near) => format!("did you mean `{near}`? Rename it, or map it in the sidecar's [columns]"),
             None => {
@@ -231,37 +246,37 @@ impl Source<'_> {
             }
         };
         let what = "the model has no such input or output; the column is left out";
-        Finding::warning(Kind::UnknownColumn, self.file, what, mend).line(1).channel(name)
+        Finding::warning(FindingKind::UnknownColumn, self.file, what, mend).line(1).channel(name)
     }
 
     /// Readings become values in the variable's unit; its name.
     fn convert(
         &self,
         reading: &mut [f64],
-        known: Option<&Variable>,
+        known: Option<&SignalVariable>,
         findings: &mut Vec<Finding>,
     ) -> Option<String> {
         let own = known.map(|v| v.unit.clone());
         let said = self.sidecar.column(&self.column().name);
         // The sidecar's word goes before that of the file itself.
         let (place, line) = said.map_or((self.file, 1), |c| (self.sidecar.file.as_path(), c.line));
-        let scale = said.and_then(|c: &Column| c.scale);
+        let scale = said.and_then(|c: &SidecarColumn| c.scale);
         let unit = said.and_then(|c| c.unit.clone()).or_else(|| unit_of(self.column()));
-        let duration = || self.column().ticks.is_some().then(|| ("s".to_owned(), Unit::SECOND));
+        let duration = || self.column().ticks.is_some().then(|| ("s".to_owned(), SignalUnit::SECOND));
         let unit = unit.or_else(duration);
-        let mut to_si = Unit::ONE;
+        let mut to_si = SignalUnit::ONE;
         if let Some((text, unit)) = &unit {
-            let wanted = own.as_deref().and_then(Unit::parse);
+            let wanted = own.as_deref().and_then(SignalUnit::parse);
             match wanted {
                 Some(wanted) if unit.fits(&wanted) => {
                     // The model's unit may itself be a multiple of SI.
-                    to_si = Unit { factor: unit.factor / wanted.factor, ..*unit };
+                    to_si = SignalUnit { factor: unit.factor / wanted.factor, ..*unit };
                 }
                 Some(_) if scale.is_none() => {
                     let own = own.unwrap_or_default();
                     let what = format!("`{text}` cannot be the unit of a variable in `{own}`");
                     let mend = format!("correct it, or give the `scale` from {text} to {own}");
-                    findings.push(Finding::error(Kind::Unit, place, what, mend).line(line));
+                    findings.push(Finding::error(FindingKind::Unit, place, what, mend).line(line));
                     return None;
                 }
                 // The scale leads from that unit to the variable's.

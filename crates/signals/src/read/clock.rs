@@ -5,12 +5,12 @@ mod calendar;
 use std::path::Path;
 
 use super::sidecar::Sidecar;
-use super::table::{Table, TableColumn, Ticks, unit_of};
-use crate::finding::{Finding, Kind, TOLD};
+use super::table::{ClockTicks, ReadTable, TableColumn, unit_of};
+use crate::finding::{Finding, FindingKind, TOLD};
 use crate::names::short;
 use crate::outlier::LARGEST;
 use crate::recording::Recording;
-use crate::unit::Unit;
+use crate::unit::SignalUnit;
 
 /// A recording covers at most so many usual steps a row. Resampling to even steps takes memory for all that it covers:
 /// this keeps that in proportion to what was recorded. Dropouts take a few, samples on change some dozens.
@@ -18,7 +18,7 @@ const COVERS: f64 = 50.0;
 
 /// What a table is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Use {
+pub(super) enum ClockUse {
     /// To be taken as it is.
     Look,
     /// To be compared with a simulation: its rows have to cover it.
@@ -29,7 +29,7 @@ pub(super) enum Use {
 
 /// Times in s, one for each row; the same one twice is a jump.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Clock {
+pub(super) struct ClockColumn {
     pub(super) time: Vec<f64>,
     /// What time 0 is, in s since the beginning of 1970, where the file counts from there.
     pub(super) epoch: Option<f64>,
@@ -38,12 +38,12 @@ pub(super) struct Clock {
 /// Takes the time out of the table.
 pub(super) fn take(
     file: &Path,
-    table: &mut Table,
+    table: &mut ReadTable,
     sidecar: &Sidecar,
     rate: Option<f64>,
-    wanted: Use,
+    wanted: ClockUse,
     findings: &mut Vec<Finding>,
-) -> Option<Clock> {
+) -> Option<ClockColumn> {
     let before = findings.len();
     let at = table.columns.iter().position(|c| sidecar.variable(&c.name).as_deref() == Some("time"));
     let clock = match (at, rate) {
@@ -51,30 +51,31 @@ pub(super) fn take(
             let column = table.columns.remove(at);
             read(file, &column, table, sidecar, findings)?
         }
-        (None, Some(_)) => Clock::default(),
+        (None, Some(_)) => ClockColumn::default(),
         (None, None) => {
             findings.push(missing(file, table));
             return None;
         }
     };
-    let Clock { time, epoch } = clock;
+    let ClockColumn { time, epoch } = clock;
     let rows = table.columns.first().map_or(time.len(), |c| c.values.len());
     if let Some(rate) = rate {
         let start = time.first().copied().filter(|t| t.is_finite()).unwrap_or(0.0);
         let even: Vec<f64> = (0..rows).map(|row| start + row as f64 / rate).collect();
         findings.extend(evened(file, rate, &time, &even));
         check(file, &even, table, wanted, findings);
-        return (!findings[before..].iter().any(Finding::is_error)).then_some(Clock { time: even, epoch });
+        return (!findings[before..].iter().any(Finding::is_error))
+            .then_some(ClockColumn { time: even, epoch });
     }
     check(file, &time, table, wanted, findings);
     let fails = |findings: &[Finding]| findings[before..].iter().any(Finding::is_error);
-    if wanted == Use::Recording && !fails(findings) {
+    if wanted == ClockUse::Recording && !fails(findings) {
         findings.extend(jump(file, &time, table));
     }
-    (!fails(findings)).then_some(Clock { time, epoch })
+    (!fails(findings)).then_some(ClockColumn { time, epoch })
 }
 
-fn missing(file: &Path, table: &Table) -> Finding {
+fn missing(file: &Path, table: &ReadTable) -> Finding {
     let likely = ["t", "Time", "TIME", "timestamp", "Timestamp", "time_s", "times", "sec"];
     let near = table.names().find(|n| likely.contains(n));
     let first = table.names().next().unwrap_or("");
@@ -86,24 +87,24 @@ fn missing(file: &Path, table: &Table) -> Finding {
             "the first column is `{first}`: name the one with the time in s `time`; rows that are evenly spaced need none, give their `rate` (Hz) in the sidecar"
         ),
     };
-    Finding::error(Kind::NoTime, file, "there is no column `time`", mend)
+    Finding::error(FindingKind::NoTime, file, "there is no column `time`", mend)
 }
 
 /// The clock as its column gives it: seconds, a unit's counts, dates, Unix times.
 fn read(
     file: &Path,
     column: &TableColumn,
-    table: &Table,
+    table: &ReadTable,
     sidecar: &Sidecar,
     findings: &mut Vec<Finding>,
-) -> Option<Clock> {
+) -> Option<ClockColumn> {
     let said = sidecar.column(&column.name);
     let unit = match said.and_then(|c| c.unit.clone()).or_else(|| unit_of(column)) {
         Some((_, unit)) if unit.exponents == [0, 0, 1, 0, 0, 0, 0] => Some(unit),
         Some((text, _)) => {
             let (place, line) = said.map_or((file, Some(1)), |c| (sidecar.file.as_path(), Some(c.line)));
             let what = format!("`{text}` is no unit of time");
-            findings.push(Finding::error(Kind::Unit, place, what, "write s, ms or us").line(line));
+            findings.push(Finding::error(FindingKind::Unit, place, what, "write s, ms or us").line(line));
             return None;
         }
         None => None,
@@ -114,7 +115,7 @@ fn read(
     {
         let what = format!("`{}` holds times with a unit of their own", column.name);
         let mend = "take `scale`, `offset` and `unit` out";
-        findings.push(Finding::error(Kind::Unit, &sidecar.file, what, mend).line(said.line));
+        findings.push(Finding::error(FindingKind::Unit, &sidecar.file, what, mend).line(said.line));
         return None;
     }
     let (ticks, counted) = if let Some(ticks) = &column.ticks {
@@ -132,7 +133,7 @@ fn read(
                     false => format!("{:?} is neither a number nor a date", column.texts[row]),
                 };
                 let mend = "write the time in s, or as 2024-03-01T12:00:00.000Z";
-                let finding = Finding::error(Kind::NotANumber, file, what, mend).line(table.line(row));
+                let finding = Finding::error(FindingKind::NotANumber, file, what, mend).line(table.line(row));
                 findings.push(finding.channel(&column.name));
                 return None;
             }
@@ -146,23 +147,26 @@ fn read(
     match ticks {
         Some(ticks) if ticks.of_epoch => {
             findings.extend(of_epoch(file, &column.name, &ticks, &counted));
-            Some(Clock { time: ticks.since_first(), epoch: ticks.first().map(|(seconds, _)| seconds) })
+            Some(ClockColumn { time: ticks.since_first(), epoch: ticks.first().map(|(seconds, _)| seconds) })
         }
-        Some(_) => Some(Clock { time: column.values.clone(), epoch: None }),
+        Some(_) => Some(ClockColumn { time: column.values.clone(), epoch: None }),
         None => {
-            let unit = unit.unwrap_or(Unit::ONE);
+            let unit = unit.unwrap_or(SignalUnit::ONE);
             let value = |t: &f64| said.map_or(*t, |c| c.value(*t));
-            Some(Clock { time: column.values.iter().map(|t| unit.to_si(value(t))).collect(), epoch: None })
+            Some(ClockColumn {
+                time: column.values.iter().map(|t| unit.to_si(value(t))).collect(),
+                epoch: None,
+            })
         }
     }
 }
 
-fn of_epoch(file: &Path, name: &str, ticks: &Ticks, counted: &str) -> Option<Finding> {
+fn of_epoch(file: &Path, name: &str, ticks: &ClockTicks, counted: &str) -> Option<Finding> {
     let (_, date) = ticks.first()?;
     let unit = if counted.is_empty() { String::new() } else { format!(" in {counted}") };
     let what = format!("the clock shows Unix time{unit}: it is counted from the first row, {date}");
     let mend = "nothing, if that is meant; else name the unit or the scale of this column in the sidecar";
-    Some(Finding::note(Kind::TimeUnit, file, what, mend).channel(name))
+    Some(Finding::note(FindingKind::TimeUnit, file, what, mend).channel(name))
 }
 
 /// What replaces a clock that is not used.
@@ -180,14 +184,18 @@ fn evened(file: &Path, rate: f64, shown: &[f64], even: &[f64]) -> Option<Finding
         short(*first),
         short(*last)
     );
-    Some(Finding::note(Kind::TimeSpan, file, what, "correct `rate`, if that is not so"))
+    Some(Finding::note(FindingKind::TimeSpan, file, what, "correct `rate`, if that is not so"))
 }
 
 /// A gap so long that the rows do not cover what they span.
-fn jump(file: &Path, time: &[f64], table: &Table) -> Option<Finding> {
+fn jump(file: &Path, time: &[f64], table: &ReadTable) -> Option<Finding> {
     if let Some(row) = time.iter().position(|t| t.abs() > LARGEST) {
-        let finding =
-            Finding::error(Kind::TimeSpan, file, "no clock shows that", "correct it, or remove the row");
+        let finding = Finding::error(
+            FindingKind::TimeSpan,
+            file,
+            "no clock shows that",
+            "correct it, or remove the row",
+        );
         return Some(finding.line(table.line(row)).time(time[row]));
     }
     let steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
@@ -207,7 +215,7 @@ fn jump(file: &Path, time: &[f64], table: &Table) -> Option<Finding> {
         time.len()
     );
     let mend = "correct the time, or cut the file there: two runs are two recordings";
-    let finding = Finding::error(Kind::TimeSpan, file, what, mend).line(table.line(longest + 1));
+    let finding = Finding::error(FindingKind::TimeSpan, file, what, mend).line(table.line(longest + 1));
     Some(finding.time(time[longest + 1]))
 }
 
@@ -224,20 +232,20 @@ pub(super) fn bursts(run: &Recording, rows: usize) -> Option<Finding> {
         short(run.duration())
     );
     let mend = "thin it out to the rate of the other channels, or cut the recording to where it was sampled";
-    Some(Finding::error(Kind::TimeSpan, &run.file, what, mend).channel(&finest.name))
+    Some(Finding::error(FindingKind::TimeSpan, &run.file, what, mend).channel(&finest.name))
 }
 
-fn check(file: &Path, time: &[f64], table: &Table, wanted: Use, findings: &mut Vec<Finding>) {
+fn check(file: &Path, time: &[f64], table: &ReadTable, wanted: ClockUse, findings: &mut Vec<Finding>) {
     let mut wrong = 0;
     let mut last: Option<f64> = None;
     for (row, &t) in time.iter().enumerate() {
         let (kind, what, mend) = match last {
             _ if !t.is_finite() => {
                 let what = format!("the time of row {} is missing or not finite", row + 1);
-                (Kind::MissingTime, what, "remove the row")
+                (FindingKind::MissingTime, what, "remove the row")
             }
             Some(before) if t < before => (
-                Kind::ClockBack,
+                FindingKind::ClockBack,
                 format!("the clock jumps back from {before} s to {t} s"),
                 "sort the rows, or cut the file there: two runs are two recordings",
             ),
@@ -259,11 +267,16 @@ fn check(file: &Path, time: &[f64], table: &Table, wanted: Use, findings: &mut V
     }
     if wrong > TOLD {
         let what = format!("so it is in {wrong} of {} rows", time.len());
-        findings.push(Finding::error(Kind::MissingTime, file, what, "look at how the time was written"));
+        findings.push(Finding::error(
+            FindingKind::MissingTime,
+            file,
+            what,
+            "look at how the time was written",
+        ));
     }
     if time.is_empty() {
         let mend = "export the recording again";
-        findings.push(Finding::error(Kind::EmptyFile, file, "there is no row", mend));
+        findings.push(Finding::error(FindingKind::EmptyFile, file, "there is no row", mend));
     }
     if wrong == 0 {
         findings.extend(repeats(file, time, table, wanted));
@@ -272,12 +285,13 @@ fn check(file: &Path, time: &[f64], table: &Table, wanted: Use, findings: &mut V
 
 /// A time that two rows share is a jump; one that more share is none, nor are jumps at most of a recording's times: such a clock is
 /// coarser than its rows.
-fn repeats(file: &Path, time: &[f64], table: &Table, wanted: Use) -> Option<Finding> {
+fn repeats(file: &Path, time: &[f64], table: &ReadTable, wanted: ClockUse) -> Option<Finding> {
     let shared: Vec<&[f64]> = time.chunk_by(|a, b| a == b).collect();
     let most = shared.iter().enumerate().max_by_key(|(k, rows)| (rows.len(), usize::MAX - k))?.0;
     let repeated = shared.iter().filter(|rows| rows.len() > 1).count();
     let begin = |group: usize| shared[..group].iter().map(|rows| rows.len()).sum::<usize>();
-    if shared[most].len() > 2 || wanted == Use::Recording && 2 * repeated >= shared.len() && repeated > 0 {
+    if shared[most].len() > 2 || wanted == ClockUse::Recording && 2 * repeated >= shared.len() && repeated > 0
+    {
         let (t, rows) = (shared[most][0], shared[most].len());
         let span = time.last()? - time.first()?;
         let guess = match (time.len() - 1) as f64 / span {
@@ -291,14 +305,18 @@ fn repeats(file: &Path, time: &[f64], table: &Table, wanted: Use) -> Option<Find
         let mend = format!(
             "if the rows are evenly spaced{guess}, write their rate in Hz: `rate = N` in the sidecar, or under [recordings] of case.toml; else remove the rows that repeat"
         );
-        let finding = Finding::error(Kind::ClockRepeats, file, what, mend);
+        let finding = Finding::error(FindingKind::ClockRepeats, file, what, mend);
         return Some(finding.line(table.line(begin(most) + 1)).time(t));
     }
     let first = shared.iter().position(|rows| rows.len() == 2)?;
     let more = if repeated > 1 { format!(", and {} more times", repeated - 1) } else { String::new() };
     let what =
         format!("two rows have this time{more}: a jump, from the first one's values to the second one's");
-    let finding =
-        Finding::note(Kind::Jump, file, what, "nothing, if that is meant; else remove one of the rows");
+    let finding = Finding::note(
+        FindingKind::Jump,
+        file,
+        what,
+        "nothing, if that is meant; else remove one of the rows",
+    );
     Some(finding.line(table.line(begin(first) + 1)).time(shared[first][0]))
 }

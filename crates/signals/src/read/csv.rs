@@ -8,22 +8,27 @@ use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
-use super::table::{LONG, Table, TableColumn, Wanted, mend};
-use crate::finding::{Finding, Kind, TOLD};
-use dialect::{Cell, Dialect};
-use head::Head;
+use super::table::{LONG, ReadTable, TableColumn, WantedColumns, mend};
+use crate::finding::{Finding, FindingKind, TOLD};
+use dialect::{CsvCell, Dialect};
+use head::CsvHead;
 
 /// Reads all of it, row by row; `None` if there is an error.
 pub(super) fn read(
     file: &Path,
     mut source: impl BufRead,
-    wanted: Wanted,
+    wanted: WantedColumns,
     findings: &mut Vec<Finding>,
-) -> Option<Table> {
-    let head = match Head::read(&mut source) {
+) -> Option<ReadTable> {
+    let head = match CsvHead::read(&mut source) {
         Ok(head) => head,
         Err(e) => {
-            findings.push(Finding::error(Kind::Unreadable, file, e.to_string(), "make it a readable file"));
+            findings.push(Finding::error(
+                FindingKind::Unreadable,
+                file,
+                e.to_string(),
+                "make it a readable file",
+            ));
             return None;
         }
     };
@@ -41,7 +46,7 @@ pub(super) fn read(
         .trim(Trim::All)
         .delimiter(dialect.separator as u8)
         .from_reader(Cursor::new(head.text()).chain(source));
-    let mut rows = Rows {
+    let mut rows = CsvRows {
         file,
         dialect,
         wanted,
@@ -64,10 +69,10 @@ pub(super) fn read(
     (!failed).then(|| rows.table())
 }
 
-struct Rows<'a> {
+struct CsvRows<'a> {
     file: &'a Path,
     dialect: Dialect,
-    wanted: Wanted,
+    wanted: WantedColumns,
     names: Vec<String>,
     /// Where the names are.
     names_line: u64,
@@ -96,18 +101,20 @@ struct Filling {
     nan: Vec<u64>,
 }
 
-impl Rows<'_> {
+impl CsvRows<'_> {
     fn read<R: Read>(&mut self, mut reader: csv::Reader<R>) {
         let header = match reader.byte_headers() {
             Ok(header) => header.clone(),
-            Err(e) => return self.push(Kind::Unreadable, e.to_string(), "export it again", self.names_line),
+            Err(e) => {
+                return self.push(FindingKind::Unreadable, e.to_string(), "export it again", self.names_line);
+            }
         };
         // A separator at the end of each line makes no column.
         let cells = header.len() - usize::from(header.len() > 1 && header[header.len() - 1].is_empty());
         for (i, cell) in header.iter().take(cells).enumerate() {
             let Ok(name) = std::str::from_utf8(cell) else {
                 return self.push(
-                    Kind::Encoding,
+                    FindingKind::Encoding,
                     "the header is not UTF-8",
                     "save the file as UTF-8",
                     self.names_line,
@@ -117,10 +124,10 @@ impl Rows<'_> {
             if name.is_empty() {
                 let what = format!("column {} has no name", i + 1);
                 let mend = "name it, or remove it (an index column)";
-                self.push(Kind::NoHeader, what, mend, self.names_line);
+                self.push(FindingKind::NoHeader, what, mend, self.names_line);
             } else if self.names.iter().any(|n| n == name) {
                 let what = format!("two columns are named `{name}`");
-                self.push(Kind::DuplicateName, what, "rename or remove one", self.names_line);
+                self.push(FindingKind::DuplicateName, what, "rename or remove one", self.names_line);
             }
             self.names.push(name.into());
             self.columns.push(Filling::default());
@@ -133,13 +140,13 @@ impl Rows<'_> {
                 Ok(false) => break,
                 Err(e) => {
                     let line = e.position().map_or(0, csv::Position::line);
-                    return self.push(Kind::Unreadable, e.to_string(), "export it again", line);
+                    return self.push(FindingKind::Unreadable, e.to_string(), "export it again", line);
                 }
             }
         }
         if self.lines.is_empty() && self.wrong.is_empty() {
             self.push(
-                Kind::EmptyFile,
+                FindingKind::EmptyFile,
                 "there is no row after the header",
                 "export the recording again",
                 self.names_line,
@@ -147,7 +154,7 @@ impl Rows<'_> {
         }
     }
 
-    fn push(&mut self, kind: Kind, what: impl Into<String>, mend: &str, line: u64) {
+    fn push(&mut self, kind: FindingKind, what: impl Into<String>, mend: &str, line: u64) {
         self.wrong.push(Finding::error(kind, self.file, what, mend).line(line));
     }
 
@@ -161,12 +168,15 @@ impl Rows<'_> {
             };
             let what = format!("{more} with # counted as comment");
             notes.push(
-                Finding::note(Kind::Comment, self.file, what, "nothing, if that is meant").line(*first),
+                Finding::note(FindingKind::Comment, self.file, what, "nothing, if that is meant")
+                    .line(*first),
             );
         }
         if let Some((line, _)) = &self.units {
             let what = "this line holds the units of the columns";
-            notes.push(Finding::note(Kind::Unit, self.file, what, "nothing, if that is meant").line(*line));
+            notes.push(
+                Finding::note(FindingKind::Unit, self.file, what, "nothing, if that is meant").line(*line),
+            );
         }
         notes
     }
@@ -175,7 +185,12 @@ impl Rows<'_> {
     fn one_mark(&mut self) {
         if let [Some(point), Some(comma)] = self.marks {
             let what = format!("numbers have a decimal comma here and a decimal point in line {point}");
-            self.push(Kind::NotANumber, what, "write all with a point, and nothing between thousands", comma);
+            self.push(
+                FindingKind::NotANumber,
+                what,
+                "write all with a point, and nothing between thousands",
+                comma,
+            );
         }
     }
 
@@ -184,7 +199,7 @@ impl Rows<'_> {
         let comma = if self.marks[1].is_some() { ", numbers have decimal commas" } else { "" };
         let what = format!("the columns are separated by {name}{comma}");
         Some(
-            Finding::note(Kind::Separator, self.file, what, "nothing, if that is meant")
+            Finding::note(FindingKind::Separator, self.file, what, "nothing, if that is meant")
                 .line(self.names_line),
         )
     }
@@ -200,7 +215,7 @@ impl Rows<'_> {
             };
             let what = format!("\"nan\" is taken as an empty cell{more}");
             let mend = "record it again if something was measured there";
-            Some(Finding::note(Kind::NotANumber, self.file, what, mend).line(*first).channel(name))
+            Some(Finding::note(FindingKind::NotANumber, self.file, what, mend).line(*first).channel(name))
         })
     }
 
@@ -226,7 +241,7 @@ impl Rows<'_> {
             } else {
                 "complete the row, an empty cell for what is missing"
             };
-            return self.push(Kind::RaggedRow, what, mend, line);
+            return self.push(FindingKind::RaggedRow, what, mend, line);
         }
         self.lines.push(line);
         for i in 0..cells {
@@ -237,14 +252,15 @@ impl Rows<'_> {
         }
     }
 
-    fn cell(&mut self, i: usize, cell: &[u8], line: u64) -> Result<(), (Kind, String, &'static str)> {
+    fn cell(&mut self, i: usize, cell: &[u8], line: u64) -> Result<(), (FindingKind, String, &'static str)> {
         let shown = || {
             let text = String::from_utf8_lossy(cell);
             let short: String = text.chars().take(40).collect();
             format!("{short:?}")
         };
-        let text = std::str::from_utf8(cell)
-            .map_err(|_| (Kind::Encoding, format!("{} is not UTF-8", shown()), "save the file as UTF-8"))?;
+        let text = std::str::from_utf8(cell).map_err(|_| {
+            (FindingKind::Encoding, format!("{} is not UTF-8", shown()), "save the file as UTF-8")
+        })?;
         let (dialect, first) = (self.dialect, self.lines.len() == 1);
         let mut mark = |part: &str, line: u64| {
             for (slot, c) in self.marks.iter_mut().zip(['.', ',']) {
@@ -258,15 +274,15 @@ impl Rows<'_> {
         let mut word = false;
         for part in text.split_whitespace().chain(text.is_empty().then_some("")) {
             match dialect.cell(part) {
-                Cell::Missing => column.values.push(f64::NAN),
-                Cell::Number(x) => {
+                CsvCell::Missing => column.values.push(f64::NAN),
+                CsvCell::Number(x) => {
                     if x.is_nan() && column.nan.last() != Some(&line) {
                         column.nan.push(line);
                     }
                     mark(part, line);
                     column.values.push(x);
                 }
-                Cell::Word => word = true,
+                CsvCell::Word => word = true,
             }
         }
         let of_numbers = column.numbers > 0;
@@ -279,7 +295,8 @@ impl Rows<'_> {
         }
         let large = column.values.get(before).is_some_and(|x| x.abs() >= LONG);
         // Numbers need no text with them, but for those that are too long for a double.
-        let keep = self.wanted == Wanted::Texts || !of_numbers && (word || large) || !column.texts.is_empty();
+        let keep =
+            self.wanted == WantedColumns::Texts || !of_numbers && (word || large) || !column.texts.is_empty();
         if keep {
             let earlier = self.lines.len() - 1;
             if column.texts.len() < earlier {
@@ -289,8 +306,8 @@ impl Rows<'_> {
         }
         if word {
             column.words += 1;
-            if of_numbers && self.wanted == Wanted::Numbers {
-                return Err((Kind::NotANumber, format!("{} is no number", shown()), mend(text)));
+            if of_numbers && self.wanted == WantedColumns::Numbers {
+                return Err((FindingKind::NotANumber, format!("{} is no number", shown()), mend(text)));
             }
         }
         let width = column.values.len() - before;
@@ -298,14 +315,14 @@ impl Rows<'_> {
             column.width = width;
         } else if width != column.width {
             let what = format!("{width} values in the cell, {} in the rows before", column.width);
-            return Err((Kind::ArrayCell, what, "write as many values in each row"));
+            return Err((FindingKind::ArrayCell, what, "write as many values in each row"));
         }
         Ok(())
     }
 
     /// Array columns become one column per element.
-    fn table(self) -> Table {
-        let mut table = Table { lines: self.lines, ..Table::default() };
+    fn table(self) -> ReadTable {
+        let mut table = ReadTable { lines: self.lines, ..ReadTable::default() };
         let units = self.units.map(|(_, units)| units).unwrap_or_default();
         for (i, (name, filled)) in self.names.into_iter().zip(self.columns).enumerate() {
             let Filling { width, values, texts, words, .. } = filled;
@@ -325,7 +342,7 @@ impl Rows<'_> {
 
 /// The first mistakes one by one, then how many more of the kind.
 fn told(wrong: &mut Vec<Finding>, findings: &mut Vec<Finding>) {
-    let mut counts: Vec<(Kind, usize)> = Vec::new();
+    let mut counts: Vec<(FindingKind, usize)> = Vec::new();
     for finding in wrong.drain(..) {
         let at = counts.iter().position(|(kind, _)| *kind == finding.kind).unwrap_or_else(|| {
             counts.push((finding.kind, 0));

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::assemble::prepare;
-use super::clock::{self, Use};
+use super::clock::{self, ClockUse};
 use super::sidecar::Sidecar;
-use super::table::{Wanted, unit_of};
+use super::table::{WantedColumns, unit_of};
 use super::table_of;
-use crate::error::{Error, verdict};
-use crate::finding::{Finding, Kind};
+use crate::error::{SignalsError, verdict};
+use crate::finding::{Finding, FindingKind};
 use crate::recording::Interpolation;
-use crate::unit::Unit;
+use crate::unit::SignalUnit;
 
 /// A file's columns over one time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,7 +37,7 @@ pub struct InputColumn {
     /// The cells as they are written, empty ones empty; none at all where the values say all.
     pub texts: Vec<String>,
     /// The unit of the values, if the file or its sidecar names one.
-    pub unit: Option<(String, Unit)>,
+    pub unit: Option<(String, SignalUnit)>,
     /// Interpolation between samples, if the sidecar gives it.
     pub interpolation: Option<Interpolation>,
 }
@@ -46,19 +46,21 @@ impl InputTable {
     /// Reads a file with its sidecar, if there is one; `not_beside` is a file that is no sidecar, whatever its name.
     ///
     /// # Errors
-    /// [`Error::Wrong`] with all findings.
-    pub fn read(file: &Path, not_beside: &Path) -> Result<(Self, Vec<Finding>), Error> {
+    /// [`SignalsError::Wrong`] with all findings.
+    pub fn read(file: &Path, not_beside: &Path) -> Result<(Self, Vec<Finding>), SignalsError> {
         let mut findings = Vec::new();
         let sidecar = Sidecar::beside(file, Some(not_beside), &[], &mut findings);
-        let table = table_of(file, Wanted::Texts, &mut findings);
-        let (Some(mut table), Some(sidecar)) = (table, sidecar) else { return Err(Error::Wrong(findings)) };
+        let table = table_of(file, WantedColumns::Texts, &mut findings);
+        let (Some(mut table), Some(sidecar)) = (table, sidecar) else {
+            return Err(SignalsError::Wrong(findings));
+        };
         prepare(file, &mut table, &sidecar, |_| false, &mut findings);
-        let taken = clock::take(file, &mut table, &sidecar, sidecar.rate, Use::Drive, &mut findings);
+        let taken = clock::take(file, &mut table, &sidecar, sidecar.rate, ClockUse::Drive, &mut findings);
         let clock = taken.unwrap_or_default();
         for name in sidecar.parameters.keys() {
             let what = format!("the start value of `{name}` is not used for inputs");
             let mend = format!("set it for the run: --set {name}=...");
-            findings.push(Finding::warning(Kind::UnknownParameter, &sidecar.file, what, mend));
+            findings.push(Finding::warning(FindingKind::UnknownParameter, &sidecar.file, what, mend));
         }
         let mut all = Self {
             file: file.into(),
@@ -78,7 +80,7 @@ impl InputTable {
                 unit = unit.filter(|_| said.scale.is_none() || said.unit.is_some());
             }
             if own.ticks.is_some() {
-                unit = unit.or(Some(("s".to_owned(), Unit::SECOND)));
+                unit = unit.or(Some(("s".to_owned(), SignalUnit::SECOND)));
             }
             let settings = sidecar.channels.get(&name).map(|(settings, _)| settings);
             let interpolation = settings.and_then(|s| s.interpolation);
@@ -88,7 +90,8 @@ impl InputTable {
             if !all.columns.iter().any(|c| c.name == *name) {
                 let what = format!("{} has no channel `{name}`", file.display());
                 let mend = "name a column of this file";
-                findings.push(Finding::error(Kind::UnknownChannel, &sidecar.file, what, mend).line(*line));
+                findings
+                    .push(Finding::error(FindingKind::UnknownChannel, &sidecar.file, what, mend).line(*line));
             }
         }
         verdict(all, findings)

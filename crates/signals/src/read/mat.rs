@@ -7,14 +7,14 @@ mod level5;
 use std::path::Path;
 
 use super::guard::guarded;
-use super::table::{Table, TableColumn};
-use crate::finding::{Finding, Kind};
+use super::table::{ReadTable, TableColumn};
+use crate::finding::{Finding, FindingKind};
 use crate::names::element_name;
 use array::{Array, Contents};
 
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
-pub(super) fn read(file: &Path, bytes: Vec<u8>, findings: &mut Vec<Finding>) -> Option<Table> {
+pub(super) fn read(file: &Path, bytes: Vec<u8>, findings: &mut Vec<Finding>) -> Option<ReadTable> {
     match contents(bytes) {
         Ok(contents) => table(file, contents, findings),
         Err((kind, what, mend)) => {
@@ -25,29 +25,30 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>, findings: &mut Vec<Finding>) -> 
 }
 
 /// All variables, or the error and its remedy.
-fn contents(bytes: Vec<u8>) -> Result<Contents, (Kind, String, &'static str)> {
+fn contents(bytes: Vec<u8>) -> Result<Contents, (FindingKind, String, &'static str)> {
     let again = "save it again in MATLAB with save(..., '-v7'), or in Python with scipy.io.savemat";
     // MATLAB puts 512 bytes of its own before it.
     let hdf5 = [0, 512].iter().any(|at| bytes.get(*at..).is_some_and(|rest| rest.starts_with(SIGNATURE)));
     if bytes.is_empty() {
-        return Err((Kind::EmptyFile, "the file is empty".into(), "export the recording again"));
+        return Err((FindingKind::EmptyFile, "the file is empty".into(), "export the recording again"));
     }
     if hdf5 {
         let read = guarded(|| hdf5::read(bytes).map_err(|e| e.to_string())).and_then(|done| done);
-        return read
-            .map_err(|e| (Kind::Unreadable, format!("no HDF5 (MAT 7.3) that can be read: {e}"), again));
+        return read.map_err(|e| {
+            (FindingKind::Unreadable, format!("no HDF5 (MAT 7.3) that can be read: {e}"), again)
+        });
     }
     let head = bytes.get(..level5::HEADER);
     if !head.is_some_and(|head| matches!(&head[126..], b"IM" | b"MI")) || bytes.starts_with(b"MATLAB 7.3") {
-        return Err((Kind::Unreadable, "no MAT file of level 5 or 7.3".into(), again));
+        return Err((FindingKind::Unreadable, "no MAT file of level 5 or 7.3".into(), again));
     }
     guarded(|| level5::read(&bytes))
-        .map_err(|e| (Kind::Unreadable, format!("no MAT file that can be read: {e}"), again))
+        .map_err(|e| (FindingKind::Unreadable, format!("no MAT file that can be read: {e}"), again))
 }
 
-fn table(file: &Path, contents: Contents, findings: &mut Vec<Finding>) -> Option<Table> {
+fn table(file: &Path, contents: Contents, findings: &mut Vec<Finding>) -> Option<ReadTable> {
     let Contents { arrays, skipped } = contents;
-    let mut table = Table { skipped, ..Table::default() };
+    let mut table = ReadTable { skipped, ..ReadTable::default() };
     let rows = arrays.iter().filter_map(|a| a.size.iter().max().copied()).max().unwrap_or(0);
     for Array { name, size, values } in arrays {
         match size[..] {
@@ -72,7 +73,12 @@ fn table(file: &Path, contents: Contents, findings: &mut Vec<Finding>) -> Option
     }
     if table.columns.is_empty() {
         let mend = "save the signals as columns of one length, the time as `time`";
-        findings.push(Finding::error(Kind::EmptyFile, file, "there is no numeric array in the file", mend));
+        findings.push(Finding::error(
+            FindingKind::EmptyFile,
+            file,
+            "there is no numeric array in the file",
+            mend,
+        ));
         return None;
     }
     Some(table)

@@ -4,32 +4,32 @@ use std::path::Path;
 
 use super::assemble;
 use super::sidecar::Sidecar;
-use super::table::{Table, TableColumn};
-use crate::error::{Error, verdict};
-use crate::finding::{Finding, Kind};
-use crate::recording::{Declared, Recording};
-use crate::variable::Variable;
+use super::table::{ReadTable, TableColumn};
+use crate::error::{SignalsError, verdict};
+use crate::finding::{Finding, FindingKind};
+use crate::recording::{DeclaredFigures, Recording};
+use crate::variable::SignalVariable;
 
 impl Recording {
     /// A recording whose columns are in memory, `time` in s among them: of one length, `NaN` where nothing was measured. It is
     /// looked at as a file of this name without a sidecar is.
     ///
     /// # Errors
-    /// [`Error::Wrong`] with all findings.
+    /// [`SignalsError::Wrong`] with all findings.
     pub fn of_columns(
         name: &str,
         columns: &[(String, Vec<f64>)],
-        known: &[Variable],
-        declared: &Declared,
-    ) -> Result<(Self, Vec<Finding>), Error> {
+        known: &[SignalVariable],
+        declared: &DeclaredFigures,
+    ) -> Result<(Self, Vec<Finding>), SignalsError> {
         let file = Path::new(name);
         let mut findings = shape(file, columns);
         if !findings.is_empty() {
-            return Err(Error::Wrong(findings));
+            return Err(SignalsError::Wrong(findings));
         }
         let columns =
             columns.iter().map(|(name, values)| TableColumn::numbers(name.as_str(), values.clone()));
-        let table = Table { columns: columns.collect(), ..Table::default() };
+        let table = ReadTable { columns: columns.collect(), ..ReadTable::default() };
         let recording = assemble::assemble(file, table, &Sidecar::default(), known, declared, &mut findings);
         verdict(recording, findings)
     }
@@ -40,7 +40,7 @@ fn shape(file: &Path, columns: &[(String, Vec<f64>)]) -> Vec<Finding> {
     let mut findings = Vec::new();
     let Some((first, values)) = columns.first() else {
         return vec![Finding::error(
-            Kind::EmptyFile,
+            FindingKind::EmptyFile,
             file,
             "there is no column",
             "give it `time` and a channel",
@@ -48,19 +48,19 @@ fn shape(file: &Path, columns: &[(String, Vec<f64>)]) -> Vec<Finding> {
     };
     let rows = values.len();
     if rows == 0 {
-        findings.push(Finding::error(Kind::EmptyFile, file, "there is no row", "record it again"));
+        findings.push(Finding::error(FindingKind::EmptyFile, file, "there is no row", "record it again"));
     }
     for (i, (name, values)) in columns.iter().enumerate() {
         if values.len() != rows {
             let n = values.len();
             let what = format!("there are {n} values, of `{first}` {rows}");
             let mend = "make all columns of one length, nan where nothing was measured";
-            findings.push(Finding::error(Kind::RaggedRow, file, what, mend).channel(name));
+            findings.push(Finding::error(FindingKind::RaggedRow, file, what, mend).channel(name));
         }
         if columns[..i].iter().any(|(before, _)| before == name) {
             let what = format!("two columns are named `{name}`");
             let mend = "rename or remove one";
-            findings.push(Finding::error(Kind::DuplicateName, file, what, mend).channel(name));
+            findings.push(Finding::error(FindingKind::DuplicateName, file, what, mend).channel(name));
         }
     }
     findings
@@ -69,15 +69,18 @@ fn shape(file: &Path, columns: &[(String, Vec<f64>)]) -> Vec<Finding> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variable::Role;
+    use crate::variable::VariableRole;
 
-    fn known() -> Vec<Variable> {
-        vec![Variable::new("u", "N", Role::Input), Variable::new("y", "m", Role::Output)]
+    fn known() -> Vec<SignalVariable> {
+        vec![
+            SignalVariable::new("u", "N", VariableRole::Input),
+            SignalVariable::new("y", "m", VariableRole::Output),
+        ]
     }
 
-    fn of(columns: &[(&str, &[f64])]) -> Result<(Recording, Vec<Finding>), Error> {
+    fn of(columns: &[(&str, &[f64])]) -> Result<(Recording, Vec<Finding>), SignalsError> {
         let columns: Vec<_> = columns.iter().map(|(n, v)| ((*n).to_owned(), v.to_vec())).collect();
-        Recording::of_columns("run.csv", &columns, &known(), &Declared::default())
+        Recording::of_columns("run.csv", &columns, &known(), &DeclaredFigures::default())
     }
 
     #[test]

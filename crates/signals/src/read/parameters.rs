@@ -5,21 +5,21 @@ use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-use super::toml::{Node, Reader};
-use crate::finding::Kind;
+use super::toml::{TomlNode, TomlReader};
+use crate::finding::FindingKind;
 use crate::names::{base_name, suggestion};
-use crate::value::Value;
-use crate::variable::{Role, Takes, Variable};
+use crate::value::ParameterValue;
+use crate::variable::{SignalVariable, Takes, VariableRole};
 
 /// An element's name, its value and its place.
-type Given = (String, Value, Range<usize>);
+type GivenElement = (String, ParameterValue, Range<usize>);
 
 /// A table of parameters, arrays element by element; what does not fit the model's variables is reported and left out.
 pub(crate) fn parameters(
-    reader: &mut Reader,
+    reader: &mut TomlReader,
     table: &DeTable,
-    known: &[Variable],
-) -> BTreeMap<String, Value> {
+    known: &[SignalVariable],
+) -> BTreeMap<String, ParameterValue> {
     let mut all = BTreeMap::new();
     for (key, node) in table.iter() {
         let name = key.get_ref().as_ref();
@@ -31,10 +31,15 @@ pub(crate) fn parameters(
         for (element, value, span) in values {
             let variable = family.iter().find(|v| v.name == element);
             if let Some((what, mend)) = variable.and_then(|v| wrong(v, &value)) {
-                reader.wrong(Kind::BadValue, span, what, mend);
+                reader.wrong(FindingKind::BadValue, span, what, mend);
             } else if all.insert(element.clone(), value).is_some() {
                 let what = format!("`{element}` has two values");
-                reader.wrong(Kind::DuplicateName, span, what, "give the array or its elements, not both");
+                reader.wrong(
+                    FindingKind::DuplicateName,
+                    span,
+                    what,
+                    "give the array or its elements, not both",
+                );
             }
         }
     }
@@ -42,7 +47,11 @@ pub(crate) fn parameters(
 }
 
 /// A table of relative standard deviations; one number may be given for all elements of an array.
-pub(crate) fn doubts(reader: &mut Reader, table: &DeTable, known: &[Variable]) -> BTreeMap<String, f64> {
+pub(crate) fn doubts(
+    reader: &mut TomlReader,
+    table: &DeTable,
+    known: &[SignalVariable],
+) -> BTreeMap<String, f64> {
     let mut all = BTreeMap::new();
     for (key, node) in table.iter() {
         let name = key.get_ref().as_ref();
@@ -54,13 +63,13 @@ pub(crate) fn doubts(reader: &mut Reader, table: &DeTable, known: &[Variable]) -
         }
         for (element, value, span) in values {
             match value {
-                Value::Number(doubt) if doubt >= 0.0 => {
+                ParameterValue::Number(doubt) if doubt >= 0.0 => {
                     all.insert(element, doubt);
                 }
                 _ => {
                     let what = format!("the uncertainty of `{element}` is {value}");
                     let mend = "write a share such as 0.1 for 10 %, or 0 for a value that is known";
-                    reader.wrong(Kind::BadValue, span, what, mend);
+                    reader.wrong(FindingKind::BadValue, span, what, mend);
                 }
             }
         }
@@ -70,38 +79,44 @@ pub(crate) fn doubts(reader: &mut Reader, table: &DeTable, known: &[Variable]) -
 
 /// The variables of this name, be it a scalar's, an array's or an element's; `None`, and a word, if there is none.
 fn family<'v>(
-    reader: &mut Reader,
+    reader: &mut TomlReader,
     name: &str,
-    node: &Node,
-    known: &'v [Variable],
-) -> Option<Vec<&'v Variable>> {
-    let is = |v: &&Variable| v.name == name || base_name(&v.name) == name;
+    node: &TomlNode,
+    known: &'v [SignalVariable],
+) -> Option<Vec<&'v SignalVariable>> {
+    let is = |v: &&SignalVariable| v.name == name || base_name(&v.name) == name;
     let family: Vec<_> = known.iter().filter(is).collect();
     match family.first() {
         _ if known.is_empty() => Some(family),
-        Some(v) if v.role == Role::Parameter => Some(family),
+        Some(v) if v.role == VariableRole::Parameter => Some(family),
         Some(_) => {
             let what = format!("`{name}` is an input or output, no parameter");
-            reader.wrong(Kind::UnknownParameter, node.span(), what, "remove it");
+            reader.wrong(FindingKind::UnknownParameter, node.span(), what, "remove it");
             None
         }
         None => {
-            let names = known.iter().filter(|v| v.role == Role::Parameter);
+            let names = known.iter().filter(|v| v.role == VariableRole::Parameter);
             let mend = suggestion(name, names.map(|v| v.name.as_str()), "see `trueup fmu info`");
             let what = format!("the model has no parameter `{name}`");
-            reader.wrong(Kind::UnknownParameter, node.span(), what, mend);
+            reader.wrong(FindingKind::UnknownParameter, node.span(), what, mend);
             None
         }
     }
 }
 
 /// Whether a value has the shape of its variable: a scalar is no list, a list has all elements.
-fn fits(reader: &mut Reader, name: &str, node: &Node, family: &[&Variable], values: &[Given]) -> bool {
+fn fits(
+    reader: &mut TomlReader,
+    name: &str,
+    node: &TomlNode,
+    family: &[&SignalVariable],
+    values: &[GivenElement],
+) -> bool {
     let scalar = family.iter().any(|v| v.name == name);
     let list = matches!(node.get_ref(), DeValue::Array(_));
     let same = family.len() == values.len() && family.iter().all(|v| values.iter().any(|g| g.0 == v.name));
-    let shown = |value: Option<&Given>, takes: Takes| match (value, takes) {
-        (Some((_, value @ Value::Number(_), _)), _) => value.to_string(),
+    let shown = |value: Option<&GivenElement>, takes: Takes| match (value, takes) {
+        (Some((_, value @ ParameterValue::Number(_), _)), _) => value.to_string(),
         (_, Takes::Boolean) => "true".to_owned(),
         (_, Takes::Item) => "\"...\"".to_owned(),
         _ => "1.0".to_owned(),
@@ -130,12 +145,12 @@ fn fits(reader: &mut Reader, name: &str, node: &Node, family: &[&Variable], valu
             )
         }
     };
-    reader.wrong(Kind::BadValue, node.span(), what, mend);
+    reader.wrong(FindingKind::BadValue, node.span(), what, mend);
     false
 }
 
 /// How an array is written that has these elements: `[1.0, ..]`, `[[1.0, ..], ..]`.
-fn shape(family: &[&Variable], value: &str) -> String {
+fn shape(family: &[&SignalVariable], value: &str) -> String {
     let last = family.last().map_or("", |v| v.name.as_str());
     let index = last[base_name(last).len()..].trim_matches(['[', ']']);
     let lengths: Vec<usize> = index.split(',').filter_map(|i| i.parse().ok()).collect();
@@ -148,16 +163,18 @@ fn shape(family: &[&Variable], value: &str) -> String {
 }
 
 /// A value that its variable cannot have, and the remedy.
-fn wrong(v: &Variable, value: &Value) -> Option<(String, String)> {
+fn wrong(v: &SignalVariable, value: &ParameterValue) -> Option<(String, String)> {
     let name = &v.name;
     let is = match value {
-        Value::Number(_) => "a number",
-        Value::Boolean(_) => "a truth value",
-        Value::Text(_) => "a text",
+        ParameterValue::Number(_) => "a number",
+        ParameterValue::Boolean(_) => "a truth value",
+        ParameterValue::Text(_) => "a text",
     };
     let (wanted, mend) = match (v.takes, value) {
-        (Takes::Number, Value::Number(x)) => return outside(v, *x),
-        (Takes::Boolean, Value::Boolean(_)) | (Takes::Item, Value::Text(_)) | (Takes::Anything, _) => {
+        (Takes::Number, ParameterValue::Number(x)) => return outside(v, *x),
+        (Takes::Boolean, ParameterValue::Boolean(_))
+        | (Takes::Item, ParameterValue::Text(_))
+        | (Takes::Anything, _) => {
             return None;
         }
         (Takes::Number, _) => ("a number", format!("write {name} = 1.0 with its value, without quotes")),
@@ -169,8 +186,8 @@ fn wrong(v: &Variable, value: &Value) -> Option<(String, String)> {
     Some((format!("`{name}` is {is}, {value}, where {wanted} is required"), mend))
 }
 
-fn outside(v: &Variable, x: f64) -> Option<(String, String)> {
-    let Variable { name, unit, .. } = v;
+fn outside(v: &SignalVariable, x: f64) -> Option<(String, String)> {
+    let SignalVariable { name, unit, .. } = v;
     let unit = if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") };
     let told =
         |what: String| Some((format!("`{name}` is {x}{unit}, {what}"), "give its value in that unit".into()));

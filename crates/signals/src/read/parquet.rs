@@ -15,30 +15,38 @@ use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReade
 use parquet::schema::types::ColumnDescriptor;
 
 use super::guard::guarded;
-use super::table::{LONG, Table, TableColumn, Ticks, Wanted};
-use crate::finding::{Finding, Kind};
+use super::table::{ClockTicks, LONG, ReadTable, TableColumn, WantedColumns};
+use crate::finding::{Finding, FindingKind};
 
-pub(super) fn read(file: &Path, open: File, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<Table> {
+pub(super) fn read(
+    file: &Path,
+    open: File,
+    wanted: WantedColumns,
+    findings: &mut Vec<Finding>,
+) -> Option<ReadTable> {
     let again = "export the recording again";
     if open.len() == 0 {
-        findings.push(Finding::error(Kind::EmptyFile, file, "the file is empty", again));
+        findings.push(Finding::error(FindingKind::EmptyFile, file, "the file is empty", again));
         return None;
     }
     let mend = "write a flat table of numbers, uncompressed or with Snappy, zstd or gzip (pandas: to_parquet(...) as it is)";
     let table = guarded(|| all(open, wanted).map_err(|e| e.to_string())).and_then(|done| done);
     let wrong = match table {
         Ok(table) if table.columns.iter().all(|c| c.values.is_empty()) && !table.columns.is_empty() => {
-            Finding::error(Kind::EmptyFile, file, "the table has columns and no row", again)
+            Finding::error(FindingKind::EmptyFile, file, "the table has columns and no row", again)
         }
         Ok(table) if table.columns.is_empty() => {
             let left = table.skipped.join("; ");
             let what = if left.is_empty() { "the table has no column".to_owned() } else { left };
-            Finding::error(Kind::EmptyFile, file, what, "save the signals as columns of numbers")
+            Finding::error(FindingKind::EmptyFile, file, what, "save the signals as columns of numbers")
         }
         Ok(table) => return Some(table),
-        Err(e) => {
-            Finding::error(Kind::Unreadable, file, format!("no Parquet file that can be read: {e}"), mend)
-        }
+        Err(e) => Finding::error(
+            FindingKind::Unreadable,
+            file,
+            format!("no Parquet file that can be read: {e}"),
+            mend,
+        ),
     };
     findings.push(wrong);
     None
@@ -47,7 +55,7 @@ pub(super) fn read(file: &Path, open: File, wanted: Wanted, findings: &mut Vec<F
 /// A row takes a byte at least for so many of them, whatever its encoding.
 const ROWS_PER_BYTE: u64 = 256;
 
-fn all(open: File, wanted: Wanted) -> Result<Table, ParquetError> {
+fn all(open: File, wanted: WantedColumns) -> Result<ReadTable, ParquetError> {
     let general = |what: String| ParquetError::General(what);
     let size = open.len();
     let copy = open.try_clone().map_err(|e| general(e.to_string()))?;
@@ -63,7 +71,7 @@ fn all(open: File, wanted: Wanted) -> Result<Table, ParquetError> {
         // Its columns have no pages to look at.
         let schema = reader.metadata().file_metadata().schema_descr();
         let names = schema.columns().iter().map(|c| TableColumn::numbers(c.path().string(), Vec::new()));
-        return Ok(Table { columns: names.collect(), ..Table::default() });
+        return Ok(ReadTable { columns: names.collect(), ..ReadTable::default() });
     }
     for chunk in groups.iter().flat_map(|g| g.columns()) {
         let begin = chunk
@@ -128,13 +136,13 @@ fn meaning(column: &ColumnDescriptor, durations: &[(String, f64)]) -> Meaning {
 
 /// A cell as it is in the file.
 #[derive(Clone, Copy)]
-enum Raw {
+enum RawColumn {
     Real(f64),
     Whole(i64),
 }
 
-fn columns(reader: &SerializedFileReader<File>, wanted: Wanted) -> Result<Table, ParquetError> {
-    let mut table = Table::default();
+fn columns(reader: &SerializedFileReader<File>, wanted: WantedColumns) -> Result<ReadTable, ParquetError> {
+    let mut table = ReadTable::default();
     let metadata = reader.metadata().file_metadata();
     let keys = metadata.key_value_metadata().map_or(&[][..], Vec::as_slice);
     let value = |key: &str| keys.iter().find(|k| k.key == key).and_then(|k| k.value.clone());
@@ -151,7 +159,7 @@ fn columns(reader: &SerializedFileReader<File>, wanted: Wanted) -> Result<Table,
         };
         let readable = match meaning {
             Meaning::Other => false,
-            Meaning::Text => wanted == Wanted::Texts && !list,
+            Meaning::Text => wanted == WantedColumns::Texts && !list,
             Meaning::Time(..) => !list,
             _ => column.max_rep_level() <= 1,
         };
@@ -173,24 +181,28 @@ fn columns(reader: &SerializedFileReader<File>, wanted: Wanted) -> Result<Table,
             let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
             match group.get_column_reader(i)? {
                 ColumnReader::BoolColumnReader(mut r) => {
-                    cells.fill(&mut r, rows, |x| Raw::Whole((*x).into()))?
+                    cells.fill(&mut r, rows, |x| RawColumn::Whole((*x).into()))?
                 }
                 ColumnReader::Int32ColumnReader(mut r) => {
-                    cells.fill(&mut r, rows, |x| Raw::Whole((*x).into()))?
+                    cells.fill(&mut r, rows, |x| RawColumn::Whole((*x).into()))?
                 }
-                ColumnReader::Int64ColumnReader(mut r) => cells.fill(&mut r, rows, |x| Raw::Whole(*x))?,
+                ColumnReader::Int64ColumnReader(mut r) => {
+                    cells.fill(&mut r, rows, |x| RawColumn::Whole(*x))?
+                }
                 ColumnReader::Int96ColumnReader(mut r) => {
-                    cells.fill(&mut r, rows, |x| Raw::Whole(x.to_nanos()))?
+                    cells.fill(&mut r, rows, |x| RawColumn::Whole(x.to_nanos()))?
                 }
                 ColumnReader::FloatColumnReader(mut r) => {
-                    cells.fill(&mut r, rows, |x| Raw::Real((*x).into()))?
+                    cells.fill(&mut r, rows, |x| RawColumn::Real((*x).into()))?
                 }
-                ColumnReader::DoubleColumnReader(mut r) => cells.fill(&mut r, rows, |x| Raw::Real(*x))?,
+                ColumnReader::DoubleColumnReader(mut r) => {
+                    cells.fill(&mut r, rows, |x| RawColumn::Real(*x))?
+                }
                 ColumnReader::FixedLenByteArrayColumnReader(mut r) => {
-                    cells.fill(&mut r, rows, |x| Raw::Real(of_bytes(x.data(), meaning)))?
+                    cells.fill(&mut r, rows, |x| RawColumn::Real(of_bytes(x.data(), meaning)))?
                 }
                 ColumnReader::ByteArrayColumnReader(mut r) => {
-                    cells.fill(&mut r, rows, |x| Raw::Real(of_bytes(x.data(), meaning)))?
+                    cells.fill(&mut r, rows, |x| RawColumn::Real(of_bytes(x.data(), meaning)))?
                 }
             }
         }
@@ -238,7 +250,7 @@ fn of_bytes(bytes: &[u8], meaning: Meaning) -> f64 {
 /// The cells of a column, and of lists how many there are in each row.
 #[derive(Default)]
 struct CellsOf {
-    cells: Vec<Option<Raw>>,
+    cells: Vec<Option<RawColumn>>,
     lengths: Vec<usize>,
     defined: i16,
 }
@@ -248,7 +260,7 @@ impl CellsOf {
         &mut self,
         reader: &mut ColumnReaderImpl<T>,
         rows: usize,
-        raw: impl Fn(&T::T) -> Raw,
+        raw: impl Fn(&T::T) -> RawColumn,
     ) -> Result<(), ParquetError> {
         let (mut batch, mut levels, mut repeats) = (Vec::new(), Vec::new(), Vec::new());
         let mut left = rows;
@@ -297,7 +309,7 @@ impl CellsOf {
         width: usize,
         list: bool,
         meaning: Meaning,
-        wanted: Wanted,
+        wanted: WantedColumns,
     ) -> Vec<TableColumn> {
         let mut cells = self.cells;
         if list {
@@ -306,29 +318,30 @@ impl CellsOf {
             cells = self.lengths.iter().flat_map(row).collect();
         }
         if let Meaning::Time(per_second, of_epoch) = meaning {
-            let count = |cell: &Option<Raw>| match cell {
-                Some(Raw::Whole(n)) => Some(*n),
+            let count = |cell: &Option<RawColumn>| match cell {
+                Some(RawColumn::Whole(n)) => Some(*n),
                 _ => None,
             };
             let counts: Vec<_> = cells.iter().map(count).collect();
             let values = counts.iter().map(|n| n.map_or(f64::NAN, |n| n as f64 / per_second)).collect();
-            let ticks = Some(Ticks { counts, per_second, of_epoch });
+            let ticks = Some(ClockTicks { counts, per_second, of_epoch });
             return vec![TableColumn { ticks, ..TableColumn::numbers(name, values) }];
         }
-        let number = |cell: &Option<Raw>| match (cell, meaning) {
+        let number = |cell: &Option<RawColumn>| match (cell, meaning) {
             (None, _) => f64::NAN,
-            (Some(Raw::Real(x)), _) => *x,
-            (Some(Raw::Whole(n)), Meaning::Unsigned) => n.cast_unsigned() as f64,
-            (Some(Raw::Whole(n)), Meaning::Decimal(scale)) => *n as f64 / 10_f64.powi(scale),
-            (Some(Raw::Whole(n)), _) => *n as f64,
+            (Some(RawColumn::Real(x)), _) => *x,
+            (Some(RawColumn::Whole(n)), Meaning::Unsigned) => n.cast_unsigned() as f64,
+            (Some(RawColumn::Whole(n)), Meaning::Decimal(scale)) => *n as f64 / 10_f64.powi(scale),
+            (Some(RawColumn::Whole(n)), _) => *n as f64,
         };
         let values: Vec<f64> = cells.iter().map(number).collect();
-        let whole =
-            cells.iter().any(|c| matches!(c, Some(Raw::Whole(_)))) && !matches!(meaning, Meaning::Decimal(_));
-        let keep = whole && (wanted == Wanted::Texts || values.first().is_some_and(|x| x.abs() >= LONG));
-        let text = |cell: &Option<Raw>| match (cell, meaning) {
-            (Some(Raw::Whole(n)), Meaning::Unsigned) => n.cast_unsigned().to_string(),
-            (Some(Raw::Whole(n)), _) => n.to_string(),
+        let whole = cells.iter().any(|c| matches!(c, Some(RawColumn::Whole(_))))
+            && !matches!(meaning, Meaning::Decimal(_));
+        let keep =
+            whole && (wanted == WantedColumns::Texts || values.first().is_some_and(|x| x.abs() >= LONG));
+        let text = |cell: &Option<RawColumn>| match (cell, meaning) {
+            (Some(RawColumn::Whole(n)), Meaning::Unsigned) => n.cast_unsigned().to_string(),
+            (Some(RawColumn::Whole(n)), _) => n.to_string(),
             _ => String::new(),
         };
         let texts: Vec<String> = if keep { cells.iter().map(text).collect() } else { Vec::new() };

@@ -1,7 +1,7 @@
 //! The content of a file, before it has a meaning.
 
 use crate::names::element_name;
-use crate::unit::Unit;
+use crate::unit::SignalUnit;
 
 /// Numbers from here on are kept as they are written: of a Unix time in s a double has no more than the microsecond, of a larger
 /// integer not even the last digit.
@@ -9,7 +9,7 @@ pub(super) const LONG: f64 = 1e9;
 
 /// The requested form of the cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Wanted {
+pub(crate) enum WantedColumns {
     /// Numbers; a word among them is a mistake.
     Numbers,
     /// As they are written, too: the caller decides which of them are numbers, texts or items.
@@ -18,7 +18,7 @@ pub(crate) enum Wanted {
 
 /// Columns of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Table {
+pub(crate) struct ReadTable {
     pub(crate) columns: Vec<TableColumn>,
     /// Line of each row; empty where a format has none.
     pub(crate) lines: Vec<u64>,
@@ -39,12 +39,12 @@ pub(crate) struct TableColumn {
     /// The unit that the file gives it.
     pub(crate) unit: Option<String>,
     /// Of a column that is a time by its type.
-    pub(crate) ticks: Option<Ticks>,
+    pub(crate) ticks: Option<ClockTicks>,
 }
 
 /// Times as whole counts.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Ticks {
+pub(crate) struct ClockTicks {
     /// `None` where there is none.
     pub(crate) counts: Vec<Option<i64>>,
     pub(crate) per_second: f64,
@@ -52,7 +52,7 @@ pub(crate) struct Ticks {
     pub(crate) of_epoch: bool,
 }
 
-impl Table {
+impl ReadTable {
     /// Where row `i` is: a line, or nothing.
     pub(crate) fn line(&self, row: usize) -> Option<u64> {
         self.lines.get(row).copied()
@@ -85,9 +85,9 @@ impl TableColumn {
 }
 
 /// The unit that the file itself gives a column, if it is known here.
-pub(super) fn unit_of(column: &TableColumn) -> Option<(String, Unit)> {
+pub(super) fn unit_of(column: &TableColumn) -> Option<(String, SignalUnit)> {
     let text = column.unit.as_deref()?;
-    Some((text.to_owned(), Unit::parse(text)?))
+    Some((text.to_owned(), SignalUnit::parse(text)?))
 }
 
 /// What to do with a cell that should be a number.

@@ -6,18 +6,18 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::finding::{Finding, Kind};
+use crate::finding::{Finding, FindingKind};
 use crate::keys::{self, Keys};
 use crate::names::{element_name, suggestion};
 use crate::outlier::LARGEST;
-use crate::recording::{Guess, Interpolation, Settings};
-use crate::value::Value;
+use crate::recording::{ChannelSettings, Interpolation, PriorGuess};
+use crate::value::ParameterValue;
 
 /// A value with its place.
-pub(crate) type Node<'i> = Spanned<DeValue<'i>>;
+pub(crate) type TomlNode<'i> = Spanned<DeValue<'i>>;
 
 /// Reads a file's text and reports mistakes.
-pub(crate) struct Reader<'a> {
+pub(crate) struct TomlReader<'a> {
     pub(crate) file: &'a Path,
     /// Where each line starts.
     lines: Vec<usize>,
@@ -29,17 +29,17 @@ pub(crate) fn text(file: &Path, findings: &mut Vec<Finding>) -> Option<String> {
     let fail = |kind, what: String, mend: &str| Finding::error(kind, file, what, mend);
     let wrong = match std::fs::read(file).map(String::from_utf8) {
         Ok(Ok(text)) => return Some(text),
-        Ok(Err(_)) => fail(Kind::Encoding, "the file is not UTF-8".into(), "save it as UTF-8"),
+        Ok(Err(_)) => fail(FindingKind::Encoding, "the file is not UTF-8".into(), "save it as UTF-8"),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            fail(Kind::MissingFile, "there is no such file or folder".into(), "name one that is there")
+            fail(FindingKind::MissingFile, "there is no such file or folder".into(), "name one that is there")
         }
-        Err(e) => fail(Kind::MissingFile, e.to_string(), "make it a readable file"),
+        Err(e) => fail(FindingKind::MissingFile, e.to_string(), "make it a readable file"),
     };
     findings.push(wrong);
     None
 }
 
-impl<'a> Reader<'a> {
+impl<'a> TomlReader<'a> {
     pub(crate) fn new(file: &'a Path, text: &str, findings: &'a mut Vec<Finding>) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
         Self { file, lines: std::iter::once(0).chain(breaks).collect(), findings }
@@ -51,7 +51,7 @@ impl<'a> Reader<'a> {
         let failed = !errors.is_empty();
         for error in errors {
             let span = error.span().unwrap_or(0..0);
-            self.wrong(Kind::Syntax, span, error.message().replace('\n', "; "), "correct the TOML");
+            self.wrong(FindingKind::Syntax, span, error.message().replace('\n', "; "), "correct the TOML");
         }
         (!failed).then_some(root)
     }
@@ -62,7 +62,7 @@ impl<'a> Reader<'a> {
 
     pub(crate) fn wrong(
         &mut self,
-        kind: Kind,
+        kind: FindingKind,
         span: Range<usize>,
         what: impl Into<String>,
         mend: impl Into<String>,
@@ -73,7 +73,7 @@ impl<'a> Reader<'a> {
 
     pub(crate) fn warn(
         &mut self,
-        kind: Kind,
+        kind: FindingKind,
         span: Range<usize>,
         what: impl Into<String>,
         mend: impl Into<String>,
@@ -88,27 +88,27 @@ impl<'a> Reader<'a> {
             let name = key.get_ref().as_ref();
             if !keys.names().any(|known| known == name) {
                 let mend = suggestion(name, keys.names(), "remove it");
-                self.wrong(Kind::UnknownKey, key.span(), format!("{what} has no `{name}`"), mend);
+                self.wrong(FindingKind::UnknownKey, key.span(), format!("{what} has no `{name}`"), mend);
             }
         }
     }
 
-    pub(crate) fn table<'t, 'i>(&mut self, node: &'t Node<'i>, what: &str) -> Option<&'t DeTable<'i>> {
+    pub(crate) fn table<'t, 'i>(&mut self, node: &'t TomlNode<'i>, what: &str) -> Option<&'t DeTable<'i>> {
         let table = node.get_ref().as_table();
         if table.is_none() {
             let kind = node.get_ref().type_str();
             let mend = format!("write [{what}] and its keys below");
-            self.wrong(Kind::BadValue, node.span(), format!("`{what}` is a table, no {kind}"), mend);
+            self.wrong(FindingKind::BadValue, node.span(), format!("`{what}` is a table, no {kind}"), mend);
         }
         table
     }
 
-    pub(crate) fn text(&mut self, node: &Node, what: &str) -> Option<String> {
+    pub(crate) fn text(&mut self, node: &TomlNode, what: &str) -> Option<String> {
         let text = node.get_ref().as_str().map(str::to_owned);
         if text.is_none() {
             let kind = node.get_ref().type_str();
             self.wrong(
-                Kind::BadValue,
+                FindingKind::BadValue,
                 node.span(),
                 format!("`{what}` is a {kind}"),
                 "write a text in quotes",
@@ -118,11 +118,11 @@ impl<'a> Reader<'a> {
     }
 
     /// A list of texts.
-    pub(crate) fn texts(&mut self, node: &Node, what: &str) -> Vec<(String, Range<usize>)> {
+    pub(crate) fn texts(&mut self, node: &TomlNode, what: &str) -> Vec<(String, Range<usize>)> {
         let Some(list) = node.get_ref().as_array() else {
             let kind = node.get_ref().type_str();
             let mend = format!("write {what} = [\"...\"]");
-            self.wrong(Kind::BadValue, node.span(), format!("`{what}` is a {kind}, no list"), mend);
+            self.wrong(FindingKind::BadValue, node.span(), format!("`{what}` is a {kind}, no list"), mend);
             return Vec::new();
         };
         let mut texts = Vec::new();
@@ -133,52 +133,62 @@ impl<'a> Reader<'a> {
     }
 
     /// A finite number, no larger than any quantity is.
-    pub(crate) fn number(&mut self, node: &Node, what: &str) -> Option<f64> {
+    pub(crate) fn number(&mut self, node: &TomlNode, what: &str) -> Option<f64> {
         let number = scalar(node.get_ref());
         if number.is_none() {
             let kind = node.get_ref().type_str();
             let what = format!("`{what}` is a {kind} that is no finite number");
-            self.wrong(Kind::BadValue, node.span(), what, "write a number such as 3.07e-5");
+            self.wrong(FindingKind::BadValue, node.span(), what, "write a number such as 3.07e-5");
         }
         let large = number.filter(|x| x.abs() > LARGEST);
         if let Some(x) = large {
             let what = format!("`{what}` is {x:e}: no quantity is as large");
-            self.wrong(Kind::BadValue, node.span(), what, "write its value in SI");
+            self.wrong(FindingKind::BadValue, node.span(), what, "write its value in SI");
         }
         number.filter(|_| large.is_none())
     }
 
     /// A number >= 0.
-    fn positive(&mut self, node: &Node, what: &str) -> Option<f64> {
+    fn positive(&mut self, node: &TomlNode, what: &str) -> Option<f64> {
         let number = self.number(node, what)?;
         if number < 0.0 {
-            self.wrong(Kind::BadValue, node.span(), format!("`{what}` is {number}"), "it cannot be below 0");
+            self.wrong(
+                FindingKind::BadValue,
+                node.span(),
+                format!("`{what}` is {number}"),
+                "it cannot be below 0",
+            );
             return None;
         }
         // Its square is divided by.
         if number != 0.0 && number < 1.0 / LARGEST {
             let what = format!("`{what}` is {number:e}: no sensor is as good");
-            self.wrong(Kind::BadValue, node.span(), what, "write it in the channel's unit, or 0");
+            self.wrong(FindingKind::BadValue, node.span(), what, "write it in the channel's unit, or 0");
             return None;
         }
         Some(number)
     }
 
     /// Rows a second.
-    pub(crate) fn rate(&mut self, node: &Node) -> Option<f64> {
+    pub(crate) fn rate(&mut self, node: &TomlNode) -> Option<f64> {
         let rate = self.number(node, "rate")?;
         if !(1.0 / LARGEST..).contains(&rate) {
             let what = format!("`rate` is {rate}");
-            self.wrong(Kind::BadValue, node.span(), what, "write how many rows there are a second, in Hz");
+            self.wrong(
+                FindingKind::BadValue,
+                node.span(),
+                what,
+                "write how many rows there are a second, in Hz",
+            );
             return None;
         }
         Some(rate)
     }
 
     /// What is known of a channel.
-    pub(crate) fn settings(&mut self, node: &Node, name: &str) -> Settings {
+    pub(crate) fn settings(&mut self, node: &TomlNode, name: &str) -> ChannelSettings {
         let what = format!("{}.{name}", keys::CHANNELS.of);
-        let mut settings = Settings::default();
+        let mut settings = ChannelSettings::default();
         let Some(table) = self.table(node, &what) else { return settings };
         self.known(table, &what, keys::CHANNELS);
         for (key, node) in table.iter() {
@@ -197,7 +207,7 @@ impl<'a> Reader<'a> {
                     Some("linear") => settings.interpolation = Some(Interpolation::Linear),
                     Some("hold") => settings.interpolation = Some(Interpolation::Hold),
                     _ => self.wrong(
-                        Kind::BadValue,
+                        FindingKind::BadValue,
                         span,
                         format!("`interpolation` of {what} is not known"),
                         "write \"linear\" or \"hold\"",
@@ -211,9 +221,14 @@ impl<'a> Reader<'a> {
 
     /// A figure of a sensor that is to be estimated; `neutral` is what it has where nothing is known, `known` the key of a column
     /// for one that is known.
-    fn guess(&mut self, node: &Node, what: &str, (key, neutral, known): (&str, f64, &str)) -> Option<Guess> {
+    fn guess(
+        &mut self,
+        node: &TomlNode,
+        what: &str,
+        (key, neutral, known): (&str, f64, &str),
+    ) -> Option<PriorGuess> {
         if node.get_ref().as_str() == Some("estimate") {
-            return Some(Guess { value: neutral, doubt: None });
+            return Some(PriorGuess { value: neutral, doubt: None });
         }
         let Some(table) = node.get_ref().as_table() else {
             let known = match key {
@@ -226,7 +241,7 @@ impl<'a> Reader<'a> {
                 "write {key} = \"estimate\" or {key} = {{ value = {neutral:?}, doubt = 0.1 }}; {known}"
             );
             let what = format!("`{key}` of {what} is neither \"estimate\" nor a value with a `doubt`");
-            self.wrong(Kind::BadValue, node.span(), what, mend);
+            self.wrong(FindingKind::BadValue, node.span(), what, mend);
             return None;
         };
         self.known(table, &format!("{key} of {what}"), keys::GUESS);
@@ -237,14 +252,23 @@ impl<'a> Reader<'a> {
         };
         if key == "gain" && value == 0.0 {
             let what = format!("`gain` of {what} is 0: such a sensor shows nothing");
-            self.wrong(Kind::BadValue, node.span(), what, "leave its column out by `false` in [columns]");
+            self.wrong(
+                FindingKind::BadValue,
+                node.span(),
+                what,
+                "leave its column out by `false` in [columns]",
+            );
             return None;
         }
-        Some(Guess { value, doubt })
+        Some(PriorGuess { value, doubt })
     }
 
     /// A value of [parameters], arrays as one entry per element, with its line.
-    pub(crate) fn values(&mut self, name: &str, node: &Node) -> Vec<(String, Value, Range<usize>)> {
+    pub(crate) fn values(
+        &mut self,
+        name: &str,
+        node: &TomlNode,
+    ) -> Vec<(String, ParameterValue, Range<usize>)> {
         let mut all = Vec::new();
         self.elements(name, node, &mut Vec::new(), &mut all);
         all
@@ -253,14 +277,14 @@ impl<'a> Reader<'a> {
     fn elements(
         &mut self,
         name: &str,
-        node: &Node,
+        node: &TomlNode,
         indices: &mut Vec<usize>,
-        all: &mut Vec<(String, Value, Range<usize>)>,
+        all: &mut Vec<(String, ParameterValue, Range<usize>)>,
     ) {
         let full = || if indices.is_empty() { name.to_owned() } else { element_name(name, indices) };
         let value = match node.get_ref() {
-            DeValue::Boolean(b) => Some(Value::Boolean(*b)),
-            DeValue::String(s) => Some(Value::Text(s.to_string())),
+            DeValue::Boolean(b) => Some(ParameterValue::Boolean(*b)),
+            DeValue::String(s) => Some(ParameterValue::Text(s.to_string())),
             DeValue::Array(list) => {
                 for (i, node) in list.iter().enumerate() {
                     indices.push(i + 1);
@@ -269,7 +293,7 @@ impl<'a> Reader<'a> {
                 }
                 return;
             }
-            _ => self.number(node, &full()).map(Value::Number),
+            _ => self.number(node, &full()).map(ParameterValue::Number),
         };
         all.extend(value.map(|v| (full(), v, node.span())));
     }

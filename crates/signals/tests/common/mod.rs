@@ -4,17 +4,17 @@ use std::fs;
 use std::path::PathBuf;
 
 use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Error, Finding, Role, Takes, Variable};
+use trueup_signals::{Case, Finding, SignalVariable, SignalsError, Takes, VariableRole};
 
 /// The scalar variables of a joint.
-pub(crate) fn joint() -> Vec<Variable> {
+pub(crate) fn joint() -> Vec<SignalVariable> {
     let mut all = vec![
-        Variable::new("motorCurrent", "A", Role::Input),
-        Variable::new("externalTorque", "N.m", Role::Input),
-        Variable::new("motorAngle", "rad", Role::Output),
-        Variable::new("motorVelocity", "rad/s", Role::Output),
-        Variable::new("loadAngle", "rad", Role::Output),
-        Variable::new("sticking", "", Role::Output),
+        SignalVariable::new("motorCurrent", "A", VariableRole::Input),
+        SignalVariable::new("externalTorque", "N.m", VariableRole::Input),
+        SignalVariable::new("motorAngle", "rad", VariableRole::Output),
+        SignalVariable::new("motorVelocity", "rad/s", VariableRole::Output),
+        SignalVariable::new("loadAngle", "rad", VariableRole::Output),
+        SignalVariable::new("sticking", "", VariableRole::Output),
     ];
     let parameters = [
         ("motorInertia", "kg.m2"),
@@ -28,7 +28,7 @@ pub(crate) fn joint() -> Vec<Variable> {
         ("viscousFriction", "N.m.s/rad"),
         ("initialMotorAngle", "rad"),
     ];
-    all.extend(parameters.map(|(name, unit)| Variable::new(name, unit, Role::Parameter)));
+    all.extend(parameters.map(|(name, unit)| SignalVariable::new(name, unit, VariableRole::Parameter)));
     all
 }
 
@@ -46,7 +46,11 @@ pub(crate) const CASE: &str = "model = \"TwoMassJoint\"\ntrain = [\"run.csv\"]\n
 pub(crate) const HEALTHY: &str = "time,motorCurrent,motorAngle\n0,0,0\n1,1,1\n2,0.5,3\n";
 
 /// Everything that is found in a case made of these files.
-pub(crate) fn found(files: &[(&str, &[u8])], known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
+pub(crate) fn found(
+    files: &[(&str, &[u8])],
+    known: &[SignalVariable],
+    relations: &[Relation],
+) -> Vec<Finding> {
     let folder = tempfile::tempdir().unwrap();
     if !files.iter().any(|(name, _)| *name == "case.toml") {
         fs::write(folder.path().join("case.toml"), CASE).unwrap();
@@ -59,21 +63,34 @@ pub(crate) fn found(files: &[(&str, &[u8])], known: &[Variable], relations: &[Re
             findings.extend(check::case(&loaded, known, relations));
             findings
         }
-        Err(Error::Wrong(findings)) => findings,
+        Err(SignalsError::Wrong(findings)) => findings,
         Err(other) => panic!("{other}"),
     }
 }
 
 /// A joint's variables, and an array, a choice and a truth value.
-pub(crate) fn with_links() -> Vec<Variable> {
+pub(crate) fn with_links() -> Vec<SignalVariable> {
     let mut all = joint();
-    all.extend((1..3).map(|i| Variable::new(&format!("linkMass[{i}]"), "kg", Role::Parameter)));
-    let center =
-        |i: usize| Variable::new(&format!("center[{},{}]", i / 2 + 1, i % 2 + 1), "m", Role::Parameter);
+    all.extend((1..3).map(|i| SignalVariable::new(&format!("linkMass[{i}]"), "kg", VariableRole::Parameter)));
+    let center = |i: usize| {
+        SignalVariable::new(&format!("center[{},{}]", i / 2 + 1, i % 2 + 1), "m", VariableRole::Parameter)
+    };
     all.extend((0..4).map(center));
-    all.push(Variable { takes: Takes::Boolean, ..Variable::new("jointFlexible", "", Role::Parameter) });
-    all.push(Variable { takes: Takes::Item, ..Variable::new("motorCoupling", "", Role::Parameter) });
-    all.push(Variable { positive: true, ..Variable::new("baseMass", "kg", Role::Parameter) });
-    all.push(Variable { min: Some(0.0), ..Variable::new("baseInertia", "kg.m2", Role::Parameter) });
+    all.push(SignalVariable {
+        takes: Takes::Boolean,
+        ..SignalVariable::new("jointFlexible", "", VariableRole::Parameter)
+    });
+    all.push(SignalVariable {
+        takes: Takes::Item,
+        ..SignalVariable::new("motorCoupling", "", VariableRole::Parameter)
+    });
+    all.push(SignalVariable {
+        positive: true,
+        ..SignalVariable::new("baseMass", "kg", VariableRole::Parameter)
+    });
+    all.push(SignalVariable {
+        min: Some(0.0),
+        ..SignalVariable::new("baseInertia", "kg.m2", VariableRole::Parameter)
+    });
     all
 }

@@ -1,14 +1,14 @@
 //! A case of an arm from its numbers.
 
 use super::choice::{IDS, OUTSIDE, choose};
-use super::plant::{LINKS, Values};
+use super::plant::{ArmValues, LINKS};
 use super::rig;
-use super::scene::{Done, Scene, finite, scales, scene};
+use super::scene::{ArmRecord, ArmScene, finite, scales, scene};
 use super::size::{ALL, NONE, floors, get, ratio, set, size};
 use super::write::write;
-use crate::case::{Case, Split};
-use crate::draw::Draw;
-use crate::error::Error;
+use crate::case::{TrialCase, TrialSplit};
+use crate::draw::SeededDraw;
+use crate::error::TrialError;
 use crate::joint::short;
 
 const ATTEMPTS: usize = 40;
@@ -18,22 +18,22 @@ const MIMICS: [(&[&str], &[usize]); 2] =
     [(&["actuator-lag", "sensor-delay"], &[6]), (&["table-tilt", "base-thrust"], &[0, 1])];
 
 /// Draws until the effect shows.
-pub(crate) fn generate(split: Split, seed: u64, index: usize) -> Result<Case, Error> {
+pub(crate) fn generate(split: TrialSplit, seed: u64, index: usize) -> Result<TrialCase, TrialError> {
     for attempt in 0..ATTEMPTS {
-        let mut d = Draw::new(&format!("manipulator/{}", split.name()), seed, index, attempt);
+        let mut d = SeededDraw::new(&format!("manipulator/{}", split.name()), seed, index, attempt);
         let case = match split {
-            Split::Rig => rig::attempt(seed, index, &mut d),
+            TrialSplit::Rig => rig::attempt(seed, index, &mut d),
             _ => one(split, seed, index, index + attempt / 8, &mut d),
         };
         if let Some(case) = case {
             return Ok(case);
         }
     }
-    Err(Error::Useless { split: split.name(), seed, index })
+    Err(TrialError::Useless { split: split.name(), seed, index })
 }
 
-fn one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Option<Case> {
-    let mimic = (split == Split::Unidentifiable).then(|| MIMICS[turn % MIMICS.len()]);
+fn one(split: TrialSplit, seed: u64, index: usize, turn: usize, d: &mut SeededDraw) -> Option<TrialCase> {
+    let mimic = (split == TrialSplit::Unidentifiable).then(|| MIMICS[turn % MIMICS.len()]);
     let s = scene(d, seed, index, mimic.map(|m| m.1), true);
     let values = s.values;
     let plain = s.runs(values, &[], &[0, 1]);
@@ -44,15 +44,15 @@ fn one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Opti
     let noise: [f64; LINKS] = std::array::from_fn(|j| short(sizes.torque[j] * d.log(3e-4, 3e-3)));
     let floor = floors(&s, &plain, noise);
     let ids: Vec<&'static str> = match split {
-        Split::None | Split::Parameters | Split::Rig => Vec::new(),
-        Split::Single => vec![IDS[turn % IDS.len()]],
-        Split::Pairs => {
+        TrialSplit::None | TrialSplit::Parameters | TrialSplit::Rig => Vec::new(),
+        TrialSplit::Single => vec![IDS[turn % IDS.len()]],
+        TrialSplit::Pairs => {
             let few = &IDS[..IDS.len() - 1];
             let a = turn % few.len();
             vec![few[a], few[(a + 1 + d.below(few.len() - 1)) % few.len()]]
         }
-        Split::Outside => vec![OUTSIDE[turn % OUTSIDE.len()]],
-        Split::Unidentifiable => {
+        TrialSplit::Outside => vec![OUTSIDE[turn % OUTSIDE.len()]],
+        TrialSplit::Unidentifiable => {
             let class = mimic?.0;
             vec![class[(turn / MIMICS.len()) % class.len()]]
         }
@@ -69,7 +69,7 @@ fn one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Opti
     if let (Some(_), [c]) = (mimic, &mut choices[..]) {
         c.joint = 0;
     }
-    let (weakest, strongest) = if split == Split::Single { (1.5, 30.0) } else { (4.0, 15.0) };
+    let (weakest, strongest) = if split == TrialSplit::Single { (1.5, 30.0) } else { (4.0, 15.0) };
     let mut base = values;
     if choices.iter().any(|c| c.id == "joint-flexibility") {
         base.flexible[0] = false;
@@ -114,18 +114,18 @@ fn one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Opti
 }
 
 fn believe(
-    split: Split,
-    s: &Scene,
-    base: &Values,
-    runs: &[Done],
+    split: TrialSplit,
+    s: &ArmScene,
+    base: &ArmValues,
+    runs: &[ArmRecord],
     floor: &[f64],
-    d: &mut Draw,
-) -> Option<(Values, Vec<(usize, f64)>)> {
+    d: &mut SeededDraw,
+) -> Option<(ArmValues, Vec<(usize, f64)>)> {
     let mut nominal = *base;
     let mut doubts = Vec::new();
     let here: Vec<usize> = (0..8).filter(|i| get(base, *i) != 0.0 && (*i < 6 || base.flexible[0])).collect();
     match split {
-        Split::Parameters => {
+        TrialSplit::Parameters => {
             let mut moved: Vec<(usize, f64)> = Vec::new();
             for _ in 0..1 + d.below(3) {
                 let i = d.pick(&here);
@@ -157,7 +157,7 @@ fn believe(
             }
         }
         _ => {
-            let off = split != Split::None && d.chance(0.6);
+            let off = split != TrialSplit::None && d.chance(0.6);
             if off || d.chance(0.7) {
                 for i in here {
                     if off {

@@ -1,12 +1,12 @@
 //! What a real arm does beyond its simulation, other than in the effect library; size 0 is no effect.
 
-use super::state::{COORDINATES, State};
+use super::state::{ArmState, COORDINATES};
 use crate::joint::{Pulse, pulses};
 use crate::slip::Slip;
 
 /// The laws.
 #[derive(Clone, Debug)]
-pub(crate) enum Law {
+pub(crate) enum ArmLaw {
     /// Above peak (1 - size) the slope is 0.12.
     Clip {
         peak: f64,
@@ -143,13 +143,13 @@ pub(crate) enum Law {
 
 /// A law with its amplitude and its joint (from 0).
 #[derive(Clone, Debug)]
-pub(crate) struct Effect {
+pub(crate) struct ArmLawEffect {
     pub(crate) size: f64,
-    pub(crate) law: Law,
+    pub(crate) law: ArmLaw,
     pub(crate) joint: usize,
 }
 
-impl Effect {
+impl ArmLawEffect {
     pub(crate) fn yields(&self) -> Vec<(f64, f64)> {
         let bank = |torque: f64, reach: f64| {
             [(0.3, 0.5), (1.0, 0.3), (2.0, 0.2)]
@@ -158,47 +158,49 @@ impl Effect {
                 .collect()
         };
         match &self.law {
-            Law::MotorSlip { torque, reach, .. } | Law::LoadSlip { torque, reach } => bank(*torque, *reach),
-            Law::Hysteresis { torque, reach } => bank(*torque, 0.45 * reach),
-            Law::Umbilical { torque, .. } => vec![(0.01, 0.1 * self.size * torque)],
+            ArmLaw::MotorSlip { torque, reach, .. } | ArmLaw::LoadSlip { torque, reach } => {
+                bank(*torque, *reach)
+            }
+            ArmLaw::Hysteresis { torque, reach } => bank(*torque, 0.45 * reach),
+            ArmLaw::Umbilical { torque, .. } => vec![(0.01, 0.1 * self.size * torque)],
             _ => Vec::new(),
         }
     }
     /// The displacement that its bank follows.
-    pub(crate) fn place(&self, x: &State, motor: usize) -> f64 {
+    pub(crate) fn place(&self, x: &ArmState, motor: usize) -> f64 {
         match self.law {
-            Law::MotorSlip { .. } => x[motor],
-            Law::Hysteresis { .. } => x[motor] - x[3 + self.joint],
-            Law::Umbilical { .. } => x[2],
+            ArmLaw::MotorSlip { .. } => x[motor],
+            ArmLaw::Hysteresis { .. } => x[motor] - x[3 + self.joint],
+            ArmLaw::Umbilical { .. } => x[2],
             _ => x[3 + self.joint],
         }
     }
     pub(crate) fn dead_time(&self) -> f64 {
-        if matches!(self.law, Law::DeadTime) { self.size } else { 0.0 }
+        if matches!(self.law, ArmLaw::DeadTime) { self.size } else { 0.0 }
     }
     /// Torque on the motor.
     pub(crate) fn motor(&self, t: f64, angle: f64, omega: f64, torque: f64, slip: &Slip) -> f64 {
         let s = self.size;
         match &self.law {
-            Law::Clip { peak } => {
+            ArmLaw::Clip { peak } => {
                 let limit = peak * (1.0 - s);
                 0.88 * torque.clamp(-limit, limit) + 0.12 * torque
             }
-            Law::Ripple { torque: scale, order, a, b } => {
+            ArmLaw::Ripple { torque: scale, order, a, b } => {
                 let phi = order * angle;
                 torque + s * scale * ((phi + a).sin() + 0.35 * (2.0 * phi + b).sin())
             }
-            Law::MotorSlip { torque: scale, speed, .. } => {
+            ArmLaw::MotorSlip { torque: scale, speed, .. } => {
                 torque
                     - slip.torque(angle)
                     - 0.4 * s * scale * (omega / speed).abs().powf(0.85) * omega.signum()
             }
-            Law::PushMotor { pulses: list } => torque + s * pulses(list, t),
+            ArmLaw::PushMotor { pulses: list } => torque + s * pulses(list, t),
             _ => torque,
         }
     }
     pub(crate) fn gear_error(&self, angle: f64) -> (f64, f64) {
-        let Law::GearError { order, a, b } = self.law else { return (0.0, 0.0) };
+        let ArmLaw::GearError { order, a, b } = self.law else { return (0.0, 0.0) };
         let phi = order * angle;
         let e = (phi + a).sin() + 0.4 * (2.0 * phi + b).sin();
         let de = order * ((phi + a).cos() + 0.8 * (2.0 * phi + b).cos());
@@ -206,15 +208,15 @@ impl Effect {
     }
     pub(crate) fn stiffness_factor(&self, joint: usize, t: f64, span: f64) -> f64 {
         match self.law {
-            Law::Warmer if joint == self.joint => 1.0 - self.size * (t / span).clamp(0.0, 1.0),
-            Law::Compliant if joint == self.joint => 1.0 / self.size,
+            ArmLaw::Warmer if joint == self.joint => 1.0 - self.size * (t / span).clamp(0.0, 1.0),
+            ArmLaw::Compliant if joint == self.joint => 1.0 / self.size,
             _ => 1.0,
         }
     }
     pub(crate) fn spring(&self, k: f64, b: f64, eps: f64, rate: f64, linear: f64) -> f64 {
         let s = self.size;
         match self.law {
-            Law::Play { depth } => {
+            ArmLaw::Play { depth } => {
                 let pressed = eps.abs() - 0.5 * s;
                 if pressed <= 0.0 {
                     return 0.0;
@@ -222,52 +224,52 @@ impl Effect {
                 let damping = b * (pressed / depth).min(1.0) * rate * eps.signum();
                 (k * pressed + damping).max(0.0) * eps.signum()
             }
-            Law::Power { reach } => linear + k * eps * s * (eps / reach).abs().powf(1.5),
-            Law::Soft { reach } => linear + k * eps * (1.0 / (1.0 + s * eps.abs() / reach) - 1.0),
-            Law::RateDamping { rate: r } => linear + s * b * rate * rate.abs() / r,
+            ArmLaw::Power { reach } => linear + k * eps * s * (eps / reach).abs().powf(1.5),
+            ArmLaw::Soft { reach } => linear + k * eps * (1.0 / (1.0 + s * eps.abs() / reach) - 1.0),
+            ArmLaw::RateDamping { rate: r } => linear + s * b * rate * rate.abs() / r,
             _ => linear,
         }
     }
     /// Torque between the link and its carrier.
-    pub(crate) fn joint(&self, _: f64, x: &State, slip: &Slip) -> f64 {
+    pub(crate) fn joint(&self, _: f64, x: &ArmState, slip: &Slip) -> f64 {
         match self.law {
-            Law::LoadSlip { .. } => -slip.torque(x[3 + self.joint]),
-            Law::Harness { torque } => -self.size * torque * (2.0 * x[5]).sin(),
+            ArmLaw::LoadSlip { .. } => -slip.torque(x[3 + self.joint]),
+            ArmLaw::Harness { torque } => -self.size * torque * (2.0 * x[5]).sin(),
             _ => 0.0,
         }
     }
     pub(crate) fn field(&self) -> [f64; 2] {
         match self.law {
-            Law::Tilt { way } => [self.size * way.cos(), self.size * way.sin()],
+            ArmLaw::Tilt { way } => [self.size * way.cos(), self.size * way.sin()],
             _ => [0.0; 2],
         }
     }
     /// Force at the base's centre of mass and torque.
-    pub(crate) fn base(&self, t: f64, x: &State, slip: &Slip) -> ([f64; 2], f64) {
+    pub(crate) fn base(&self, t: f64, x: &ArmState, slip: &Slip) -> ([f64; 2], f64) {
         let s = self.size;
         let v = &x[COORDINATES..];
         match &self.law {
-            Law::Umbilical { force, center, width, torque, attitude } => {
+            ArmLaw::Umbilical { force, center, width, torque, attitude } => {
                 let d = [x[0] - center[0], x[1] - center[1]];
                 let r = d[0].hypot(d[1]).max(1e-9);
                 let pull = -s * force * (r / width).sinh() / r;
                 ([pull * d[0], pull * d[1]], -s * torque * (x[2] - attitude) - slip.torque(x[2]))
             }
-            Law::PushBase { pulses: list, way, lever } => {
+            ArmLaw::PushBase { pulses: list, way, lever } => {
                 let f = s * pulses(list, t);
                 ([f * way.cos(), f * way.sin()], f * lever)
             }
-            Law::Drag { force, speed, torque, rate } => {
+            ArmLaw::Drag { force, speed, torque, rate } => {
                 let r = v[0].hypot(v[1]) / speed;
                 let c = -s * force * (1.0 + 0.5 * r) / speed;
                 let w = v[2] / rate;
                 ([c * v[0], c * v[1]], -s * torque * w * (1.0 + 0.5 * w.abs()))
             }
-            Law::Leak { way, lever } => {
+            ArmLaw::Leak { way, lever } => {
                 let angle = way + x[2];
                 ([s * angle.cos(), s * angle.sin()], s * lever)
             }
-            Law::Blows { torque, rate } => {
+            ArmLaw::Blows { torque, rate } => {
                 // A blow per wall: short peaks over the base's rate.
                 let w = v[2] / rate;
                 let near = (w.abs() - 0.6) / 0.08;
@@ -278,7 +280,7 @@ impl Effect {
     }
     pub(crate) fn tip(&self, t: f64) -> [f64; 2] {
         match &self.law {
-            Law::PushTip { pulses: list, way } => {
+            ArmLaw::PushTip { pulses: list, way } => {
                 let f = self.size * pulses(list, t);
                 [f * way.cos(), f * way.sin()]
             }
@@ -288,13 +290,13 @@ impl Effect {
     /// Inertia, frequency, damping ratio.
     pub(crate) fn appendage(&self) -> Option<(f64, f64, f64)> {
         match self.law {
-            Law::Panel { inertia, frequency, ratio } => Some((self.size * inertia, frequency, ratio)),
+            ArmLaw::Panel { inertia, frequency, ratio } => Some((self.size * inertia, frequency, ratio)),
             _ => None,
         }
     }
     /// Changes (mass, inertia, centre of mass) of the last link.
     pub(crate) fn payload(&self, t: f64, _: f64, body: &mut (f64, f64, [f64; 2])) {
-        if let Law::Slides { middle, width } = self.law {
+        if let ArmLaw::Slides { middle, width } = self.law {
             body.2[0] += self.size * (0.5 + 0.5 * ((t - middle) / width).tanh());
         }
     }

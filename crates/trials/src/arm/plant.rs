@@ -3,24 +3,24 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::law::{Effect, Law};
-pub(crate) use super::state::{COORDINATES, LINKS, State};
+use super::law::{ArmLaw, ArmLawEffect};
+pub(crate) use super::state::{ArmState, COORDINATES, LINKS};
 use crate::slip::Slip;
 
-type Matrix = SMatrix<f64, COORDINATES, COORDINATES>;
-type Vector = SVector<f64, COORDINATES>;
-type Point = [f64; 2];
+type TrialMatrix = SMatrix<f64, COORDINATES, COORDINATES>;
+type TrialVector = SVector<f64, COORDINATES>;
+type PlanarPoint = [f64; 2];
 
 /// Parameters that the case may declare known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Values {
+pub(crate) struct ArmValues {
     pub(crate) base_mass: f64,
     pub(crate) base_inertia: f64,
-    pub(crate) mount: Point,
+    pub(crate) mount: PlanarPoint,
     pub(crate) mass: [f64; LINKS],
     pub(crate) inertia: [f64; LINKS],
     pub(crate) length: [f64; LINKS],
-    pub(crate) center: [Point; LINKS],
+    pub(crate) center: [PlanarPoint; LINKS],
     pub(crate) motor_inertia: [f64; LINKS],
     pub(crate) gear_ratio: f64,
     pub(crate) stiffness: [f64; LINKS],
@@ -31,7 +31,7 @@ pub(crate) struct Values {
 }
 
 /// CBK PAN's test-bed: table 1 and section 3.1 of its paper.
-pub(crate) const TEST_BED: Values = Values {
+pub(crate) const TEST_BED: ArmValues = ArmValues {
     base_mass: 58.69,
     base_inertia: 2.42,
     mount: [0.337, -0.001],
@@ -47,33 +47,33 @@ pub(crate) const TEST_BED: Values = Values {
     flexible: [true, false, false],
 };
 
-fn turn(angle: f64, a: Point) -> Point {
+fn turn(angle: f64, a: PlanarPoint) -> PlanarPoint {
     let (s, c) = angle.sin_cos();
     [c * a[0] - s * a[1], s * a[0] + c * a[1]]
 }
-fn plus(a: Point, b: Point) -> Point {
+fn plus(a: PlanarPoint, b: PlanarPoint) -> PlanarPoint {
     [a[0] + b[0], a[1] + b[1]]
 }
 
 /// A point of body `body` (0: the satellite): where it is, its Jacobian, its acceleration when no coordinate accelerates.
-struct Spot {
+struct BodyPoint {
     #[cfg_attr(not(test), expect(dead_code, reason = "angular momentum, in the tests"))]
-    at: Point,
-    columns: [Point; COORDINATES],
-    left: Point,
+    at: PlanarPoint,
+    columns: [PlanarPoint; COORDINATES],
+    left: PlanarPoint,
 }
 
 /// The arm with what its simulation lacks.
 #[derive(Clone, Debug)]
-pub(crate) struct Arm {
-    pub(crate) values: Values,
-    pub(crate) effects: Vec<Effect>,
+pub(crate) struct TrialArm {
+    pub(crate) values: ArmValues,
+    pub(crate) effects: Vec<ArmLawEffect>,
     pub(crate) slips: Vec<Slip>,
     pub(crate) span: f64,
 }
 
-impl Arm {
-    pub(crate) fn new(values: Values, effects: Vec<Effect>, span: f64) -> Self {
+impl TrialArm {
+    pub(crate) fn new(values: ArmValues, effects: Vec<ArmLawEffect>, span: f64) -> Self {
         let slips = effects.iter().map(|e| Slip::new(e.yields())).collect();
         Self { values, effects, slips, span }
     }
@@ -83,7 +83,7 @@ impl Arm {
         if self.values.flexible[j] { 3 + LINKS + j } else { 3 + j }
     }
 
-    fn spot(&self, x: &State, body: usize, own: Point) -> Spot {
+    fn spot(&self, x: &ArmState, body: usize, own: PlanarPoint) -> BodyPoint {
         let v = &self.values;
         let rate = |k: usize| x[COORDINATES + 2 + k];
         let (mut angle, mut spin) = (x[2], rate(0));
@@ -105,10 +105,10 @@ impl Arm {
         for k in 0..=body {
             columns[2 + k] = [-(at[1] - pivots[k][1]), at[0] - pivots[k][0]];
         }
-        Spot { at, columns, left }
+        BodyPoint { at, columns, left }
     }
 
-    fn bodies(&self, t: f64) -> [(f64, f64, Point); LINKS + 1] {
+    fn bodies(&self, t: f64) -> [(f64, f64, PlanarPoint); LINKS + 1] {
         let v = &self.values;
         let mut all = [(v.base_mass, v.base_inertia, [0.0; 2]); LINKS + 1];
         for k in 0..LINKS {
@@ -121,13 +121,13 @@ impl Arm {
     }
 
     /// Tip of the last link: position and Jacobian columns.
-    fn tip(&self, x: &State) -> Spot {
+    fn tip(&self, x: &ArmState) -> BodyPoint {
         self.spot(x, LINKS, [self.values.length[LINKS - 1], 0.0])
     }
 
     /// Mass matrix, generalized forces of the motion, momentum of every body about the origin.
-    fn inertia(&self, t: f64, x: &State) -> (Matrix, Vector) {
-        let (mut m, mut f) = (Matrix::zeros(), Vector::zeros());
+    fn inertia(&self, t: f64, x: &ArmState) -> (TrialMatrix, TrialVector) {
+        let (mut m, mut f) = (TrialMatrix::zeros(), TrialVector::zeros());
         let field = self.effects.iter().fold([0.0; 2], |a, e| plus(a, e.field()));
         for (body, (mass, inertia, own)) in self.bodies(t).into_iter().enumerate() {
             let s = self.spot(x, body, own);
@@ -154,8 +154,8 @@ impl Arm {
     }
 
     /// Rate of a rotor as it counts in the energy: share of its carrier's rate plus its own.
-    fn rotor(&self, j: usize) -> Vector {
-        let mut row = Vector::zeros();
+    fn rotor(&self, j: usize) -> TrialVector {
+        let mut row = TrialVector::zeros();
         let share = if self.values.paper { 1.0 } else { 1.0 / self.values.gear_ratio };
         for k in 0..=j {
             row[2 + k] = share;
@@ -165,7 +165,7 @@ impl Arm {
     }
 
     /// Torque of joint `j`'s spring on the link.
-    pub(crate) fn spring(&self, t: f64, x: &State, j: usize) -> f64 {
+    pub(crate) fn spring(&self, t: f64, x: &ArmState, j: usize) -> f64 {
         let v = &self.values;
         let (q, m) = (3 + j, self.motor(j));
         let (mut eps, mut rate) = (x[m] - x[q], x[COORDINATES + m] - x[COORDINATES + q]);
@@ -178,7 +178,7 @@ impl Arm {
         let mut torque = k * eps + v.damping[j] * rate;
         for (e, s) in self.effects.iter().zip(&self.slips).filter(|(e, _)| e.joint == j) {
             torque = e.spring(v.stiffness[j], v.damping[j], eps, rate, torque);
-            if matches!(e.law, Law::Hysteresis { .. }) {
+            if matches!(e.law, ArmLaw::Hysteresis { .. }) {
                 torque += s.torque(eps);
             }
         }
@@ -186,13 +186,13 @@ impl Arm {
     }
 
     /// Rates under joint torques `past(joint, t)`.
-    pub(crate) fn rates(&self, t: f64, x: &State, past: &dyn Fn(usize, f64) -> f64) -> State {
+    pub(crate) fn rates(&self, t: f64, x: &ArmState, past: &dyn Fn(usize, f64) -> f64) -> ArmState {
         let (mut m, mut f) = self.inertia(t, x);
         for j in 0..LINKS {
             let (motor, q) = (self.motor(j), 3 + j);
             let omega = x[COORDINATES + motor];
             let mut torque = 0.0;
-            let late: f64 = self.effects.iter().filter(|e| e.joint == j).map(Effect::dead_time).sum();
+            let late: f64 = self.effects.iter().filter(|e| e.joint == j).map(ArmLawEffect::dead_time).sum();
             torque += past(j, t - late);
             for (e, s) in self.effects.iter().zip(&self.slips).filter(|(e, _)| e.joint == j) {
                 torque = e.motor(t, x[motor], omega, torque, s);
@@ -232,7 +232,7 @@ impl Arm {
             f[3 + LINKS + j] = 0.0;
         }
         // Not positive definite: NaN, and the case is drawn again.
-        let a = m.cholesky().map_or_else(|| Vector::repeat(f64::NAN), |c| c.solve(&f));
+        let a = m.cholesky().map_or_else(|| TrialVector::repeat(f64::NAN), |c| c.solve(&f));
         m.fill(0.0);
         let mut dx = [0.0; 2 * COORDINATES + 2];
         for i in 0..COORDINATES {
@@ -250,17 +250,17 @@ impl Arm {
     }
 
     /// Inertia about motor `j` with everything else free, for a controller.
-    pub(crate) fn felt(&self, x: &State, j: usize) -> f64 {
+    pub(crate) fn felt(&self, x: &ArmState, j: usize) -> f64 {
         let (m, _) = self.inertia(0.0, x);
         let i = self.motor(j);
         m.cholesky().map_or(1.0, |c| 1.0 / c.inverse()[(i, i)])
     }
 
-    pub(crate) fn commit(&mut self, x: &State) {
+    pub(crate) fn commit(&mut self, x: &ArmState) {
         let places: Vec<f64> = self.effects.iter().map(|e| e.place(x, self.motor(e.joint))).collect();
         self.slips.iter_mut().zip(places).for_each(|(s, p)| s.commit(p));
     }
-    pub(crate) fn rest(&mut self, x: &State) {
+    pub(crate) fn rest(&mut self, x: &ArmState) {
         let places: Vec<f64> = self.effects.iter().map(|e| e.place(x, self.motor(e.joint))).collect();
         self.slips.iter_mut().zip(places).for_each(|(s, p)| s.rest(p));
     }
@@ -268,10 +268,10 @@ impl Arm {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::Run;
+    use super::super::run::ArmRun;
     use super::*;
 
-    fn momentum(arm: &Arm, x: &State) -> ([f64; 3], f64) {
+    fn momentum(arm: &TrialArm, x: &ArmState) -> ([f64; 3], f64) {
         let (mut p, mut l, mut energy) = ([0.0; 2], 0.0, 0.0);
         let mut spin = 0.0;
         for (body, (mass, inertia, own)) in arm.bodies(0.0).into_iter().enumerate() {
@@ -301,13 +301,13 @@ mod tests {
     #[test]
     fn left_alone_it_keeps_momenta_and_energy() {
         for paper in [true, false] {
-            let values = Values { damping: [0.0; 3], paper, ..TEST_BED };
+            let values = ArmValues { damping: [0.0; 3], paper, ..TEST_BED };
             let mut x = [0.0; 2 * COORDINATES + 2];
             for (i, v) in [0.1, -0.2, 0.3, 0.7, -0.5, 0.4, 0.75].into_iter().enumerate() {
                 x[i] = v;
                 x[COORDINATES + i] = 0.3 * (i as f64 + 1.0).sin();
             }
-            let mut run = Run::new(Arm::new(values, Vec::new(), 10.0), 0.0, x, 1e-3);
+            let mut run = ArmRun::new(TrialArm::new(values, Vec::new(), 10.0), 0.0, x, 1e-3);
             let (before, energy) = momentum(&run.arm, &x);
             run.hold(10.0, [0.0; 3]);
             let (after, left) = momentum(&run.arm, &run.state);
@@ -321,12 +321,12 @@ mod tests {
     #[test]
     fn inertia_of_the_test_bed_about_joint_1_is_the_published_one() {
         // Rigid and without rotor at (7.5, -15, -22.5) degrees, base floating: 1.15438 kg.m2.
-        let values = Values { flexible: [false; 3], motor_inertia: [0.0; 3], ..TEST_BED };
+        let values = ArmValues { flexible: [false; 3], motor_inertia: [0.0; 3], ..TEST_BED };
         let mut x = [0.0; 2 * COORDINATES + 2];
         for (i, degrees) in [7.5f64, -15.0, -22.5].into_iter().enumerate() {
             x[3 + i] = degrees.to_radians();
         }
-        let arm = Arm::new(values, Vec::new(), 1.0);
+        let arm = TrialArm::new(values, Vec::new(), 1.0);
         // All joints but the first locked: strike out their rows.
         let (m, _) = arm.inertia(0.0, &x);
         let a = m.fixed_view::<3, 3>(0, 0).into_owned();

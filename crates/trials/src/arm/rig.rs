@@ -1,11 +1,11 @@
 //! A body that the last link carries, with too little known of it; or nothing that is off.
 
-use super::plant::{LINKS, Values};
+use super::plant::{ArmValues, LINKS};
 use super::scene::{finite, scales, scene};
 use super::size::{OTHERS, floors, get, ratio, set};
 use super::write::write;
-use crate::case::{Case, Moved, Split};
-use crate::draw::Draw;
+use crate::case::{Moved, TrialCase, TrialSplit};
+use crate::draw::SeededDraw;
 use crate::joint::short;
 
 /// Of so many cases one has nothing that is off.
@@ -16,7 +16,7 @@ const STRONGEST: f64 = 30.0;
 /// The link that carries it.
 const LAST: usize = LINKS - 1;
 
-impl Values {
+impl ArmValues {
     /// The last link with a point of `mass` kg at `at` (its axes, m).
     fn carries(mut self, mass: f64, at: [f64; 2]) -> Self {
         let (own, center) = (self.mass[LAST], self.center[LAST]);
@@ -30,7 +30,7 @@ impl Values {
 }
 
 /// One draw; nothing where it does not show.
-pub(super) fn attempt(seed: u64, index: usize, d: &mut Draw) -> Option<Case> {
+pub(super) fn attempt(seed: u64, index: usize, d: &mut SeededDraw) -> Option<TrialCase> {
     let mut s = scene(d, seed, index, None, true);
     let bare = s.values;
     let (mass, at) = (short(d.log(0.4, 3.0)), [short(bare.length[LAST] + d.uniform(0.0, 0.1)), 0.0]);
@@ -80,7 +80,7 @@ pub(super) fn attempt(seed: u64, index: usize, d: &mut Draw) -> Option<Case> {
         (believed - mass).abs() / d.uniform(0.5, 2.0)
     };
     let mut case =
-        write(Split::Rig, seed, index, &s, &[], &[], &runs, &nominal, &doubts, noise, left, None, d);
+        write(TrialSplit::Rig, seed, index, &s, &[], &[], &runs, &nominal, &doubts, noise, left, None, d);
     case.payload = payload(believed, short(doubt.max(0.01)), at);
     if believed != mass {
         case.key.verdict = "parameters".into();

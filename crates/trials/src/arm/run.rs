@@ -1,30 +1,30 @@
 //! Runs of an arm: RK4 at a fixed step, torques held.
 
-use super::plant::{Arm, LINKS, State};
+use super::plant::{ArmState, LINKS, TrialArm};
 
 /// A run under way, with a record of every step.
-pub(crate) struct Run {
-    pub(crate) arm: Arm,
+pub(crate) struct ArmRun {
+    pub(crate) arm: TrialArm,
     pub(crate) time: f64,
-    pub(crate) state: State,
+    pub(crate) state: ArmState,
     held: Vec<(f64, [f64; LINKS])>,
     step: f64,
-    pub(crate) track: Vec<(f64, State)>,
+    pub(crate) track: Vec<(f64, ArmState)>,
 }
 
-impl Run {
-    pub(crate) fn new(mut arm: Arm, time: f64, state: State, step: f64) -> Self {
+impl ArmRun {
+    pub(crate) fn new(mut arm: TrialArm, time: f64, state: ArmState, step: f64) -> Self {
         arm.rest(&state);
         Self { arm, time, state, held: vec![(time, [0.0; LINKS])], step, track: vec![(time, state)] }
     }
 
-    fn rk4(&self, h: f64) -> State {
+    fn rk4(&self, h: f64) -> ArmState {
         let (t, x) = (self.time, &self.state);
         let past = |j: usize, s: f64| {
             let at = self.held.iter().rev().find(|(begin, _)| *begin <= s);
             at.map_or(self.held[0].1[j], |(_, u)| u[j])
         };
-        let along = |k: &State, s: f64| -> State { std::array::from_fn(|i| x[i] + s * k[i]) };
+        let along = |k: &ArmState, s: f64| -> ArmState { std::array::from_fn(|i| x[i] + s * k[i]) };
         let k1 = self.arm.rates(t, x, &past);
         let k2 = self.arm.rates(t + 0.5 * h, &along(&k1, 0.5 * h), &past);
         let k3 = self.arm.rates(t + 0.5 * h, &along(&k2, 0.5 * h), &past);
@@ -52,7 +52,7 @@ impl Run {
 }
 
 /// State `index` at `t`, on the line between two steps.
-pub(crate) fn at(track: &[(f64, State)], t: f64, index: usize) -> f64 {
+pub(crate) fn at(track: &[(f64, ArmState)], t: f64, index: usize) -> f64 {
     let i = track.partition_point(|s| s.0 < t);
     if i == 0 {
         return track[0].1[index];

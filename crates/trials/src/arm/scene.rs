@@ -1,12 +1,12 @@
 //! The runs of a case: the arm, how it moves, when it is read and with what.
 
-use super::choice::Scales;
-use super::law::{Effect, Law};
-use super::plant::{Arm, COORDINATES, LINKS, State, TEST_BED, Values};
-use super::run::{Run, at};
-use crate::draw::Draw;
+use super::choice::ArmScales;
+use super::law::{ArmLaw, ArmLawEffect};
+use super::plant::{ArmState, ArmValues, COORDINATES, LINKS, TEST_BED, TrialArm};
+use super::run::{ArmRun, at};
+use crate::draw::SeededDraw;
 use crate::joint::short;
-use crate::motion::{FAMILIES, Family, Motion};
+use crate::motion::{FAMILIES, Family, ReferenceMotion};
 use crate::sense::{self, Meter};
 
 /// Step of the truth, s.
@@ -14,18 +14,18 @@ const FINE: f64 = 2e-3;
 
 /// One recorded run, free of noise.
 #[derive(Clone, Debug)]
-pub(super) struct Done {
+pub(super) struct ArmRecord {
     pub(super) time: Vec<f64>,
     pub(super) torque: Vec<[f64; LINKS]>,
-    pub(super) track: Vec<(f64, State)>,
-    pub(super) start: State,
+    pub(super) track: Vec<(f64, ArmState)>,
+    pub(super) start: ArmState,
 }
 
-pub(super) struct Scene {
-    pub(super) values: Values,
-    pub(super) motions: Vec<[Motion; LINKS]>,
+pub(super) struct ArmScene {
+    pub(super) values: ArmValues,
+    pub(super) motions: Vec<[ReferenceMotion; LINKS]>,
     pub(super) times: Vec<Vec<f64>>,
-    pub(super) starts: Vec<State>,
+    pub(super) starts: Vec<ArmState>,
     pub(super) channels: Vec<usize>,
     pub(super) meters: [Meter; 7],
     pub(super) rate: f64,
@@ -34,14 +34,14 @@ pub(super) struct Scene {
     pub(super) span: f64,
 }
 
-pub(super) fn index_of(values: &Values, channel: usize) -> usize {
+pub(super) fn index_of(values: &ArmValues, channel: usize) -> usize {
     if channel == 6 && !values.flexible[0] { 3 } else { channel }
 }
 
 pub(super) fn reading(
-    values: &Values,
-    effects: &[Effect],
-    track: &[(f64, State)],
+    values: &ArmValues,
+    effects: &[ArmLawEffect],
+    track: &[(f64, ArmState)],
     t: f64,
     c: usize,
     span: f64,
@@ -49,8 +49,8 @@ pub(super) fn reading(
     let mut late = 0.0;
     for e in effects {
         match &e.law {
-            Law::Late { channel } if *channel == c => late += e.size,
-            Law::Stutter { channel, holds } if *channel == c => {
+            ArmLaw::Late { channel } if *channel == c => late += e.size,
+            ArmLaw::Stutter { channel, holds } if *channel == c => {
                 late += holds.iter().find(|(a, b)| t > *a && t < *b).map_or(0.0, |(a, _)| t - a);
             }
             _ => {}
@@ -59,11 +59,11 @@ pub(super) fn reading(
     let mut y = at(track, t - late, index_of(values, c));
     for e in effects {
         match e.law {
-            Law::Eccentric { channel, phase, order } if channel == c => {
+            ArmLaw::Eccentric { channel, phase, order } if channel == c => {
                 let q = phase - order * y;
                 y += (e.size * q.sin()).atan2(1.0 + e.size * q.cos());
             }
-            Law::Creep { channel, bend } if channel == c => {
+            ArmLaw::Creep { channel, bend } if channel == c => {
                 let s = (t / span).clamp(0.0, 1.0);
                 y += e.size * if bend > 0.0 { ((s - bend) / (1.0 - bend)).max(0.0) } else { s };
             }
@@ -73,22 +73,25 @@ pub(super) fn reading(
     y
 }
 
-impl Scene {
+impl ArmScene {
     /// Run `i` under P/PI control of every motor; what is not driven drifts.
-    pub(super) fn run(&self, values: Values, effects: &[Effect], i: usize) -> Done {
-        let mut d = Draw::new("encoders", self.seeds, i, 0);
+    pub(super) fn run(&self, values: ArmValues, effects: &[ArmLawEffect], i: usize) -> ArmRecord {
+        let mut d = SeededDraw::new("encoders", self.seeds, i, 0);
         let (time, motions) = (&self.times[i], &self.motions[i]);
-        let arm = Arm::new(values, effects.to_vec(), self.span);
+        let arm = TrialArm::new(values, effects.to_vec(), self.span);
         let start = self.starts[i];
         let inertia: [f64; LINKS] = std::array::from_fn(|j| arm.felt(&start, j));
         let motor: [usize; LINKS] = std::array::from_fn(|j| arm.motor(j));
         let short_bristles = effects.iter().any(|e| {
             matches!(
                 e.law,
-                Law::MotorSlip { .. } | Law::LoadSlip { .. } | Law::Ripple { .. } | Law::GearError { .. }
+                ArmLaw::MotorSlip { .. }
+                    | ArmLaw::LoadSlip { .. }
+                    | ArmLaw::Ripple { .. }
+                    | ArmLaw::GearError { .. }
             )
         });
-        let mut run = Run::new(arm, time[0], start, if short_bristles { 1e-3 } else { FINE });
+        let mut run = ArmRun::new(arm, time[0], start, if short_bristles { 1e-3 } else { FINE });
         let bandwidth = 2.5f64.min(self.rate / 8.0);
         let mut integral = [0.0; LINKS];
         let mut torques = Vec::with_capacity(time.len());
@@ -113,14 +116,25 @@ impl Scene {
                 run.hold(*next, u);
             }
         }
-        Done { time: time.clone(), torque: torques, track: run.track, start }
+        ArmRecord { time: time.clone(), torque: torques, track: run.track, start }
     }
-    pub(super) fn runs(&self, values: Values, effects: &[Effect], which: &[usize]) -> Vec<Done> {
+    pub(super) fn runs(
+        &self,
+        values: ArmValues,
+        effects: &[ArmLawEffect],
+        which: &[usize],
+    ) -> Vec<ArmRecord> {
         which.iter().map(|i| self.run(values, effects, *i)).collect()
     }
 }
 
-pub(super) fn scene(d: &mut Draw, seed: u64, index: usize, mimic: Option<&[usize]>, moving: bool) -> Scene {
+pub(super) fn scene(
+    d: &mut SeededDraw,
+    seed: u64,
+    index: usize,
+    mimic: Option<&[usize]>,
+    moving: bool,
+) -> ArmScene {
     let mut values = TEST_BED;
     let mut about = |x: f64, by: f64| short(x * (1.0 + d.uniform(-by, by)));
     values.base_mass = about(values.base_mass, 0.1);
@@ -150,14 +164,14 @@ pub(super) fn scene(d: &mut Draw, seed: u64, index: usize, mimic: Option<&[usize
         let t = sense::instants(rate, count, jitter, d);
         let span = t[t.len() - 1];
         let still = moving && i > 0 && d.chance(0.15);
-        let motion = |d: &mut Draw| {
+        let motion = |d: &mut SeededDraw| {
             let family = d.pick(&FAMILIES);
             let speed = if still { 1e-3 } else { d.uniform(0.04, 0.14) };
-            Motion::draw(d, family, speed, 0.8, span)
+            ReferenceMotion::draw(d, family, speed, 0.8, span)
         };
         motions.push([motion(d), motion(d), motion(d)]);
         times.push(t);
-        let mut x: State = [0.0; 2 * COORDINATES + 2];
+        let mut x: ArmState = [0.0; 2 * COORDINATES + 2];
         for (k, q) in [0.0, 0.0, 0.2, 0.8, 0.8, 0.8].into_iter().enumerate() {
             x[k] = q * d.uniform(-1.0, 1.0);
         }
@@ -171,11 +185,11 @@ pub(super) fn scene(d: &mut Draw, seed: u64, index: usize, mimic: Option<&[usize
         // Only joint 1 is driven: one channel behind one input.
         for m in &mut motions {
             for other in &mut m[1..] {
-                *other = Motion::draw(d, Family::Multisine, 1e-12, 0.5, 10.0);
+                *other = ReferenceMotion::draw(d, Family::Multisine, 1e-12, 0.5, 10.0);
             }
         }
     }
-    let bits = |d: &mut Draw, from: usize, to: usize| {
+    let bits = |d: &mut SeededDraw, from: usize, to: usize| {
         std::f64::consts::TAU / f64::from(1u32 << (from + d.below(to - from + 1)))
     };
     let encoder = {
@@ -194,7 +208,7 @@ pub(super) fn scene(d: &mut Draw, seed: u64, index: usize, mimic: Option<&[usize
     };
     let channels = channels.into_iter().filter(|c| *c != 6 || values.flexible[0]).collect();
     let span = times.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
-    Scene {
+    ArmScene {
         values,
         motions,
         times,
@@ -208,18 +222,18 @@ pub(super) fn scene(d: &mut Draw, seed: u64, index: usize, mimic: Option<&[usize
     }
 }
 
-pub(super) fn scales(runs: &[Done], scene: &Scene) -> Scales {
-    let largest = |f: &dyn Fn(&State) -> f64| {
+pub(super) fn scales(runs: &[ArmRecord], scene: &ArmScene) -> ArmScales {
+    let largest = |f: &dyn Fn(&ArmState) -> f64| {
         runs.iter().flat_map(|r| &r.track).map(|(_, x)| f(x).abs()).fold(1e-9, f64::max)
     };
     let torque = |j: usize| runs.iter().flat_map(|r| &r.torque).map(|u| u[j].abs()).fold(1e-9, f64::max);
-    let arm = Arm::new(scene.values, Vec::new(), 1.0);
+    let arm = TrialArm::new(scene.values, Vec::new(), 1.0);
     let motor: [usize; LINKS] = std::array::from_fn(|j| arm.motor(j));
     let middle = |i: usize| {
         let all = || runs[0].track.iter().map(|s| s.1[i]);
         0.5 * (all().fold(f64::INFINITY, f64::min) + all().fold(f64::NEG_INFINITY, f64::max))
     };
-    Scales {
+    ArmScales {
         torque: std::array::from_fn(torque),
         speed: std::array::from_fn(|j| largest(&|x| x[COORDINATES + motor[j]])),
         deflection: largest(&|x| x[motor[0]] - x[3]),
@@ -231,7 +245,7 @@ pub(super) fn scales(runs: &[Done], scene: &Scene) -> Scales {
     }
 }
 
-pub(super) fn finite(runs: &[Done]) -> bool {
-    let calm = |x: &State| x.iter().all(|v| v.is_finite() && v.abs() < 50.0);
+pub(super) fn finite(runs: &[ArmRecord]) -> bool {
+    let calm = |x: &ArmState| x.iter().all(|v| v.is_finite() && v.abs() < 50.0);
     runs.iter().all(|r| r.track.iter().all(|(_, x)| calm(x)))
 }

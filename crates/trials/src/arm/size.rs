@@ -1,13 +1,13 @@
 //! What a refit leaves of an effect, and the size at which it leaves so much.
 
-use super::choice::Choice;
-use super::law::Effect;
-use super::plant::{Arm, COORDINATES, LINKS, Values};
-use super::run::{Run, at};
-use super::scene::{Done, Scene, finite, index_of, reading};
-use crate::draw::Draw;
+use super::choice::ArmEffectDraw;
+use super::law::ArmLawEffect;
+use super::plant::{ArmValues, COORDINATES, LINKS, TrialArm};
+use super::run::{ArmRun, at};
+use super::scene::{ArmRecord, ArmScene, finite, index_of, reading};
+use crate::draw::SeededDraw;
 use crate::joint::short;
-use crate::tune::{Bench, tune};
+use crate::tune::{TuningBench, tune};
 
 /// Step of replays, s.
 const COARSE: f64 = 5e-3;
@@ -29,7 +29,7 @@ pub(super) const FREE: [&str; 8] = [
     "jointDamping[1]",
 ];
 
-pub(super) fn get(v: &Values, i: usize) -> f64 {
+pub(super) fn get(v: &ArmValues, i: usize) -> f64 {
     match i {
         0 => v.base_mass,
         1 => v.base_inertia,
@@ -41,7 +41,7 @@ pub(super) fn get(v: &Values, i: usize) -> f64 {
         _ => v.damping[0],
     }
 }
-pub(super) fn set(v: &mut Values, i: usize, x: f64) {
+pub(super) fn set(v: &mut ArmValues, i: usize, x: f64) {
     match i {
         0 => v.base_mass = x,
         1 => v.base_inertia = x,
@@ -54,25 +54,31 @@ pub(super) fn set(v: &mut Values, i: usize, x: f64) {
     }
 }
 
-pub(super) struct Replays<'a> {
-    base: Values,
+pub(super) struct ArmReplays<'a> {
+    base: ArmValues,
     free: Vec<usize>,
-    runs: &'a [Done],
+    runs: &'a [ArmRecord],
     noise: Vec<Vec<[f64; LINKS]>>,
     channels: &'a [usize],
     scale: Vec<f64>,
     every: usize,
 }
 
-impl<'a> Replays<'a> {
-    fn new(scene: &'a Scene, base: Values, runs: &'a [Done], refit: &[usize], scale: Vec<f64>) -> Self {
+impl<'a> ArmReplays<'a> {
+    fn new(
+        scene: &'a ArmScene,
+        base: ArmValues,
+        runs: &'a [ArmRecord],
+        refit: &[usize],
+        scale: Vec<f64>,
+    ) -> Self {
         let there = |i: &usize| get(&base, *i) != 0.0 && (base.flexible[0] || *i < 6);
         let free = refit.iter().copied().filter(there).collect();
         let every = (runs[0].time.len() / 250).max(1);
         Self { base, free, runs, noise: Vec::new(), channels: &scene.channels, scale, every }
     }
-    fn measured(&self, scene: &Scene, truth: &Values, effects: &[Effect]) -> Vec<Vec<f64>> {
-        let one = |r: &Done| {
+    fn measured(&self, scene: &ArmScene, truth: &ArmValues, effects: &[ArmLawEffect]) -> Vec<Vec<f64>> {
+        let one = |r: &ArmRecord| {
             let mut y = Vec::new();
             for (c, s) in self.channels.iter().zip(&self.scale) {
                 let times = r.time.iter().step_by(self.every);
@@ -100,14 +106,14 @@ impl<'a> Replays<'a> {
     }
 }
 
-impl Bench for Replays<'_> {
+impl TuningBench for ArmReplays<'_> {
     fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64> {
         let mut v = self.base;
         self.free.iter().zip(values).for_each(|(i, x)| set(&mut v, *i, *x));
         let mut state = [0.0; 2 * COORDINATES + 2];
         self.free_state().iter().zip(initial).for_each(|(i, x)| state[*i] = *x);
         let done = &self.runs[run];
-        let mut r = Run::new(Arm::new(v, Vec::new(), 1.0), done.time[0], state, COARSE);
+        let mut r = ArmRun::new(TrialArm::new(v, Vec::new(), 1.0), done.time[0], state, COARSE);
         for (k, pair) in done.time.windows(2).enumerate() {
             let mut u = done.torque[k];
             if let Some(noise) = self.noise.get(run) {
@@ -137,7 +143,7 @@ pub(super) fn by_channel(left: &[Vec<f64>], channels: usize) -> Vec<f64> {
         .collect()
 }
 
-pub(super) fn spread(scene: &Scene, values: &Values, runs: &[Done]) -> Vec<f64> {
+pub(super) fn spread(scene: &ArmScene, values: &ArmValues, runs: &[ArmRecord]) -> Vec<f64> {
     let of = |c: &usize| {
         let i = index_of(values, *c);
         let y: Vec<f64> = runs.iter().flat_map(|r| r.track.iter().step_by(9).map(move |s| s.1[i])).collect();
@@ -155,27 +161,27 @@ pub(super) fn overall(left: &[f64], floor: &[f64], spread: &[f64]) -> f64 {
 
 /// Gap over floor after `base` was refitted: its first states and these parameters.
 pub(super) fn ratio(
-    scene: &Scene,
-    truth: &Values,
-    base: Values,
-    effects: &[Effect],
-    runs: &[Done],
+    scene: &ArmScene,
+    truth: &ArmValues,
+    base: ArmValues,
+    effects: &[ArmLawEffect],
+    runs: &[ArmRecord],
     floor: &[f64],
     refit: &[usize],
 ) -> f64 {
-    let bench = Replays::new(scene, base, runs, refit, floor.to_vec());
+    let bench = ArmReplays::new(scene, base, runs, refit, floor.to_vec());
     let measured = bench.measured(scene, truth, effects);
     let rms: Vec<f64> =
         by_channel(&bench.left(&measured), floor.len()).iter().zip(floor).map(|(r, s)| r * s).collect();
     overall(&rms, floor, &spread(scene, truth, runs))
 }
 
-pub(super) fn floors(scene: &Scene, plain: &[Done], noise: [f64; LINKS]) -> Vec<f64> {
-    let mut d = Draw::new("carried", scene.seeds, 0, 0);
+pub(super) fn floors(scene: &ArmScene, plain: &[ArmRecord], noise: [f64; LINKS]) -> Vec<f64> {
+    let mut d = SeededDraw::new("carried", scene.seeds, 0, 0);
     let own: Vec<f64> = scene.channels.iter().map(|c| scene.meters[*c].deviation()).collect();
-    let mut bench = Replays::new(scene, scene.values, plain, ALL, own.clone());
+    let mut bench = ArmReplays::new(scene, scene.values, plain, ALL, own.clone());
     let measured = bench.measured(scene, &scene.values, &[]);
-    let draw = |r: &Done, d: &mut Draw| -> Vec<[f64; LINKS]> {
+    let draw = |r: &ArmRecord, d: &mut SeededDraw| -> Vec<[f64; LINKS]> {
         r.time.iter().map(|_| std::array::from_fn(|j| noise[j] * d.normal())).collect()
     };
     bench.noise = plain.iter().map(|r| draw(r, &mut d)).collect();
@@ -184,12 +190,18 @@ pub(super) fn floors(scene: &Scene, plain: &[Done], noise: [f64; LINKS]) -> Vec<
 }
 
 /// The size at which a refit leaves `target` floors, as near as it gets.
-pub(super) fn size(s: &Scene, base: Values, c: &Choice, floor: &[f64], target: f64) -> Option<(Effect, f64)> {
+pub(super) fn size(
+    s: &ArmScene,
+    base: ArmValues,
+    c: &ArmEffectDraw,
+    floor: &[f64],
+    target: f64,
+) -> Option<(ArmLawEffect, f64)> {
     let wanted = (target * target - 1.0).sqrt();
     let mut size = (c.least * c.most).sqrt();
-    let mut best: Option<(f64, Effect, f64)> = None;
+    let mut best: Option<(f64, ArmLawEffect, f64)> = None;
     for _ in 0..7 {
-        let effect = Effect { law: c.law.clone(), size: short(size), joint: c.joint };
+        let effect = ArmLawEffect { law: c.law.clone(), size: short(size), joint: c.joint };
         let one = std::slice::from_ref(&effect);
         let runs = s.runs(s.values, one, &[0, 1]);
         if !finite(&runs) {

@@ -2,34 +2,34 @@
 
 use std::collections::BTreeMap;
 
-use super::choice::{CHANNELS, Choice};
-use super::law::{Effect, Law};
-use super::plant::{LINKS, Values};
-use super::scene::{Done, Scene, reading};
+use super::choice::{ArmEffectDraw, CHANNELS};
+use super::law::{ArmLaw, ArmLawEffect};
+use super::plant::{ArmValues, LINKS};
+use super::scene::{ArmRecord, ArmScene, reading};
 use super::size::{FREE, get};
-use crate::case::{Case, Column, Key, Plant, Recording, Sensor, Split};
-use crate::draw::Draw;
+use crate::case::{DeclaredSensor, TrialCase, TrialColumn, TrialPlant, TrialRecording, TrialSplit, TruthKey};
+use crate::draw::SeededDraw;
 use crate::joint::short;
 use crate::sense;
 
 pub(super) fn write(
-    split: Split,
+    split: TrialSplit,
     seed: u64,
     index: usize,
-    s: &Scene,
-    choices: &[Choice],
-    effects: &[Effect],
-    runs: &[Done],
-    nominal: &Values,
+    s: &ArmScene,
+    choices: &[ArmEffectDraw],
+    effects: &[ArmLawEffect],
+    runs: &[ArmRecord],
+    nominal: &ArmValues,
     doubts: &[(usize, f64)],
     noise: [f64; LINKS],
     left: f64,
     class: Option<&[&str]>,
-    d: &mut Draw,
-) -> Case {
-    let mut reads = |name: String, run: &Done| {
-        let mut columns: Vec<Column> = (0..LINKS)
-            .map(|j| Column {
+    d: &mut SeededDraw,
+) -> TrialCase {
+    let mut reads = |name: String, run: &ArmRecord| {
+        let mut columns: Vec<TrialColumn> = (0..LINKS)
+            .map(|j| TrialColumn {
                 name: format!("jointTorque[{}]", j + 1),
                 values: run.torque.iter().map(|u| u[j] + noise[j] * d.normal()).collect(),
                 unit_step: noise[j],
@@ -43,46 +43,46 @@ pub(super) fn write(
                 values.push(meter.read(y, &mut last, d));
             }
             sense::drop_out(&mut values, s.drop, d);
-            columns.push(Column { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
+            columns.push(TrialColumn { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
         }
-        Recording { name, time: run.time.clone(), columns }
+        TrialRecording { name, time: run.time.clone(), columns }
     };
     let train = (0..3).map(|i| reads(format!("train-{}.csv", i + 1), &runs[i])).collect();
     let holdout = (3..runs.len()).map(|i| reads(format!("holdout-{}.csv", i - 2), &runs[i])).collect();
-    let mut sensors: Vec<Sensor> = (0..LINKS)
-        .map(|j| Sensor {
+    let mut sensors: Vec<DeclaredSensor> = (0..LINKS)
+        .map(|j| DeclaredSensor {
             name: format!("jointTorque[{}]", j + 1),
             noise: Some(noise[j]),
             hold: true,
-            ..Sensor::default()
+            ..DeclaredSensor::default()
         })
         .collect();
     for c in &s.channels {
         let m = s.meters[*c];
-        sensors.push(Sensor {
+        sensors.push(DeclaredSensor {
             name: CHANNELS[*c].into(),
             resolution: Some(short(m.step)),
             noise: Some(short(m.noise)),
-            ..Sensor::default()
+            ..DeclaredSensor::default()
         });
     }
     let mut amplitudes: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
     for (c, e) in choices.iter().zip(effects) {
         let base = |c: usize| CHANNELS[c].split('[').next().unwrap_or_default();
         let same: Vec<(String, f64)> = match &e.law {
-            Law::Play { .. } => vec![("backlashGap".into(), e.size)],
-            Law::DeadTime => vec![("actuatorDelay".into(), e.size)],
-            Law::Late { channel } => vec![(format!("{}Delay", base(*channel)), e.size)],
-            Law::Tilt { way } => vec![
+            ArmLaw::Play { .. } => vec![("backlashGap".into(), e.size)],
+            ArmLaw::DeadTime => vec![("actuatorDelay".into(), e.size)],
+            ArmLaw::Late { channel } => vec![(format!("{}Delay", base(*channel)), e.size)],
+            ArmLaw::Tilt { way } => vec![
                 ("tiltAccelerationX".into(), e.size * way.cos()),
                 ("tiltAccelerationY".into(), e.size * way.sin()),
             ],
-            Law::Leak { way, lever } => vec![
+            ArmLaw::Leak { way, lever } => vec![
                 ("thrustForceX".into(), e.size * way.cos()),
                 ("thrustForceY".into(), e.size * way.sin()),
                 ("thrustTorque".into(), e.size * lever),
             ],
-            Law::Panel { inertia, frequency, .. } => {
+            ArmLaw::Panel { inertia, frequency, .. } => {
                 vec![("appendageInertia".into(), e.size * inertia), ("appendageFrequency".into(), *frequency)]
             }
             _ => Vec::new(),
@@ -91,7 +91,7 @@ pub(super) fn write(
             amplitudes.insert(c.id.to_owned(), same.into_iter().collect());
         }
     }
-    Case {
+    TrialCase {
         model: "PlanarManipulator",
         train,
         holdout,
@@ -102,9 +102,9 @@ pub(super) fn write(
         effects: toml::Table::new(),
         payload: toml::Table::new(),
         sensors,
-        key: Key {
+        key: TruthKey {
             case: String::new(),
-            plant: Plant::Manipulator,
+            plant: TrialPlant::Manipulator,
             split,
             verdict: split.verdict().into(),
             effects: choices.iter().map(|c| c.id.to_owned()).collect(),
@@ -127,7 +127,7 @@ pub(super) fn write(
     }
 }
 
-pub(super) fn parameters(v: &Values) -> toml::Table {
+pub(super) fn parameters(v: &ArmValues) -> toml::Table {
     let list = |x: &[f64]| toml::Value::Array(x.iter().map(|v| (*v).into()).collect());
     let mut t = toml::Table::new();
     let mut put = |name: &str, value: toml::Value| {

@@ -1,15 +1,15 @@
 //! Runs of one case: recorded with effects, replayed without.
 
-use super::choice::Scales;
-use super::drive::{Drive, short};
-use super::law::{Effect, Law};
-use super::plant::Joint;
-use super::run::{Run, Track, replay};
-use super::values::{State, Values};
-use crate::draw::Draw;
-use crate::motion::{Family, Motion};
+use super::choice::JointScales;
+use super::drive::{TrialDrive, short};
+use super::law::{JointLaw, JointLawEffect};
+use super::plant::TrialJoint;
+use super::run::{JointRun, Track, replay};
+use super::values::{JointState, JointValues};
+use crate::draw::SeededDraw;
+use crate::motion::{Family, ReferenceMotion};
 use crate::sense;
-use crate::tune::{Bench, tune};
+use crate::tune::{TuningBench, tune};
 
 /// Step of the truth and of replays, s.
 const FINE: f64 = 2e-4;
@@ -20,21 +20,21 @@ const RUN_IN: f64 = 1.5;
 
 /// One recorded run, free of noise.
 #[derive(Clone, Debug)]
-pub(crate) struct Done {
+pub(crate) struct JointRecord {
     pub(crate) time: Vec<f64>,
     /// Current held from each instant on.
     pub(crate) current: Vec<f64>,
     pub(crate) track: Track,
-    pub(crate) start: State,
+    pub(crate) start: JointState,
 }
 
 /// Reading of a channel without noise, sensor effects included.
-pub(crate) fn reading(effects: &[Effect], track: &Track, t: f64, channel: usize, span: f64) -> f64 {
+pub(crate) fn reading(effects: &[JointLawEffect], track: &Track, t: f64, channel: usize, span: f64) -> f64 {
     let mut late = 0.0;
     for e in effects {
         match &e.law {
-            Law::Late { channel: c } if *c == channel => late += e.size,
-            Law::Stutter { channel: c, holds } if *c == channel => {
+            JointLaw::Late { channel: c } if *c == channel => late += e.size,
+            JointLaw::Stutter { channel: c, holds } if *c == channel => {
                 if let Some((begin, _)) = holds.iter().find(|(a, b)| t > *a && t < *b) {
                     late = t - begin;
                 }
@@ -45,10 +45,10 @@ pub(crate) fn reading(effects: &[Effect], track: &Track, t: f64, channel: usize,
     let mut y = track.at(t - late, channel);
     for e in effects {
         match e.law {
-            Law::Eccentric { channel: c, phase } if c == channel => {
+            JointLaw::Eccentric { channel: c, phase } if c == channel => {
                 y += (e.size * (phase - y).sin()).atan2(1.0 + e.size * (phase - y).cos());
             }
-            Law::Creep { channel: c, bend } if c == channel => {
+            JointLaw::Creep { channel: c, bend } if c == channel => {
                 let s = (t / span).clamp(0.0, 1.0);
                 y += e.size * if bend > 0.0 { ((s - bend) / (1.0 - bend)).max(0.0) } else { s };
             }
@@ -59,7 +59,13 @@ pub(crate) fn reading(effects: &[Effect], track: &Track, t: f64, channel: usize,
 }
 
 /// Runs `joint` along `motion` under P/PI control at the sampling instants; a command by itself if open loop.
-pub(crate) fn record(joint: Joint, drive: &Drive, motion: &Motion, time: &[f64], d: &mut Draw) -> Done {
+pub(crate) fn record(
+    joint: TrialJoint,
+    drive: &TrialDrive,
+    motion: &ReferenceMotion,
+    time: &[f64],
+    d: &mut SeededDraw,
+) -> JointRecord {
     let v = joint.values;
     let n = v.gear_ratio;
     let span = joint.span;
@@ -69,14 +75,17 @@ pub(crate) fn record(joint: Joint, drive: &Drive, motion: &Motion, time: &[f64],
     let fine = joint.effects.iter().any(|e| {
         matches!(
             e.law,
-            Law::Presliding { .. } | Law::LoadSlip { .. } | Law::GearError { .. } | Law::Ripple { .. }
+            JointLaw::Presliding { .. }
+                | JointLaw::LoadSlip { .. }
+                | JointLaw::GearError { .. }
+                | JointLaw::Ripple { .. }
         )
     });
     let effects = joint.effects.clone();
     let begin = motion.at(-RUN_IN);
     let mut state = [0.0; 12];
     (state[0], state[2]) = (n * begin, begin);
-    let mut run = Run::new(joint, -RUN_IN, state, if fine { FINER } else { FINE });
+    let mut run = JointRun::new(joint, -RUN_IN, state, if fine { FINER } else { FINE });
     let period = 1.0 / drive.rate;
     let before = (RUN_IN * drive.rate) as usize;
     let mut instants: Vec<f64> =
@@ -117,16 +126,16 @@ pub(crate) fn record(joint: Joint, drive: &Drive, motion: &Motion, time: &[f64],
             kept.push(current);
         }
     }
-    Done { time: time.to_vec(), current: kept, track: run.track, start }
+    JointRecord { time: time.to_vec(), current: kept, track: run.track, start }
 }
 
-pub(crate) fn scales(done: &Done, v: &Values) -> Scales {
+pub(crate) fn scales(done: &JointRecord, v: &JointValues) -> JointScales {
     let during = || done.track.time.iter().zip(&done.track.state).filter(|(t, _)| **t >= 0.0).map(|(_, x)| x);
-    let largest = |f: &dyn Fn(&State) -> f64| during().map(|x| f(x).abs()).fold(1e-12, f64::max);
+    let largest = |f: &dyn Fn(&JointState) -> f64| during().map(|x| f(x).abs()).fold(1e-12, f64::max);
     let n = v.gear_ratio;
     let (low, high) =
         during().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x[2]), b.max(x[2])));
-    Scales {
+    JointScales {
         torque: done.current.iter().fold(1e-12, |m: f64, u| m.max(u.abs())) * v.torque_constant,
         speed: largest(&|x| x[1]),
         deflection: largest(&|x| x[0] - n * x[2]),
@@ -138,10 +147,10 @@ pub(crate) fn scales(done: &Done, v: &Values) -> Scales {
 }
 
 /// A replay of recorded commands by a joint without effects, for [`tune`].
-pub(crate) struct Replays<'a> {
-    pub(crate) base: Values,
+pub(crate) struct JointReplays<'a> {
+    pub(crate) base: JointValues,
     pub(crate) rigid: bool,
-    /// Which of the values are refitted (numbers in [`Values::list`]).
+    /// Which of the values are refitted (numbers in [`JointValues::list`]).
     pub(crate) free: Vec<usize>,
     pub(crate) runs: Vec<(&'a [f64], Vec<f64>)>,
     pub(crate) channels: Vec<usize>,
@@ -149,11 +158,17 @@ pub(crate) struct Replays<'a> {
     pub(crate) scale: Vec<f64>,
     pub(crate) every: usize,
     /// Effects that are declared known.
-    pub(crate) known: Vec<Effect>,
+    pub(crate) known: Vec<JointLawEffect>,
 }
 
-impl<'a> Replays<'a> {
-    pub(crate) fn new(drive: &Drive, base: Values, rigid: bool, runs: &'a [Done], refit: bool) -> Self {
+impl<'a> JointReplays<'a> {
+    pub(crate) fn new(
+        drive: &TrialDrive,
+        base: JointValues,
+        rigid: bool,
+        runs: &'a [JointRecord],
+        refit: bool,
+    ) -> Self {
         let free = if !refit {
             Vec::new()
         } else if rigid {
@@ -176,11 +191,16 @@ impl<'a> Replays<'a> {
         }
     }
     /// What was read, without noise, divided by the scales.
-    pub(crate) fn measured(&self, runs: &[Done], effects: &[Effect], span: f64) -> Vec<Vec<f64>> {
-        let read = |r: &Done, t: f64, c: usize| {
+    pub(crate) fn measured(
+        &self,
+        runs: &[JointRecord],
+        effects: &[JointLawEffect],
+        span: f64,
+    ) -> Vec<Vec<f64>> {
+        let read = |r: &JointRecord, t: f64, c: usize| {
             reading(effects, &r.track, t, self.channels[c], span) / self.scale[c]
         };
-        let one = |r: &Done| {
+        let one = |r: &JointRecord| {
             let mut y = Vec::new();
             for c in 0..self.channels.len() {
                 y.extend(r.time.iter().step_by(self.every).map(|t| read(r, *t, c)));
@@ -189,7 +209,7 @@ impl<'a> Replays<'a> {
         };
         runs.iter().map(one).collect()
     }
-    pub(crate) fn initial(&self, runs: &[Done]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    pub(crate) fn initial(&self, runs: &[JointRecord]) -> (Vec<Vec<f64>>, Vec<f64>) {
         let k = if self.rigid { 2 } else { 4 };
         let n = self.base.gear_ratio;
         let steps = [1e-3, 1e-2, 1e-3 / n, 1e-2 / n];
@@ -202,19 +222,19 @@ impl<'a> Replays<'a> {
         (v, steps)
     }
     /// Residual of each run after a refit.
-    pub(crate) fn left(&self, measured: &[Vec<f64>], runs: &[Done]) -> Vec<Vec<f64>> {
+    pub(crate) fn left(&self, measured: &[Vec<f64>], runs: &[JointRecord]) -> Vec<Vec<f64>> {
         let ((values, steps), (initial, initial_steps)) = (self.start(), self.initial(runs));
         tune(self, measured, &values, &steps, &initial, &initial_steps).residual
     }
 }
 
-impl Bench for Replays<'_> {
+impl TuningBench for JointReplays<'_> {
     fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64> {
         let mut all = self.base.list();
         for (i, v) in self.free.iter().zip(values) {
             all[*i] = *v;
         }
-        let values = Values::of(all);
+        let values = JointValues::of(all);
         let n = values.gear_ratio;
         let mut state = [0.0; 12];
         state[..initial.len()].copy_from_slice(initial);
@@ -222,7 +242,7 @@ impl Bench for Replays<'_> {
             (state[2], state[3]) = (state[0] / n, state[1] / n);
         }
         let (time, current) = &self.runs[run];
-        let joint = Joint::new(values, self.rigid, self.known.clone(), time[time.len() - 1]);
+        let joint = TrialJoint::new(values, self.rigid, self.known.clone(), time[time.len() - 1]);
         let track = replay(joint, state, time, current, COARSE);
         let mut y = Vec::with_capacity(self.channels.len() * time.len() / self.every);
         for (c, channel) in self.channels.iter().enumerate() {
@@ -233,7 +253,7 @@ impl Bench for Replays<'_> {
 }
 
 /// Standard deviations of the channels over all runs, without noise.
-pub(crate) fn spread(drive: &Drive, runs: &[Done]) -> Vec<f64> {
+pub(crate) fn spread(drive: &TrialDrive, runs: &[JointRecord]) -> Vec<f64> {
     let of = |channel: usize| {
         let y: Vec<f64> =
             runs.iter().flat_map(|r| r.time.iter().step_by(7).map(|t| r.track.at(*t, channel))).collect();
@@ -244,12 +264,12 @@ pub(crate) fn spread(drive: &Drive, runs: &[Done]) -> Vec<f64> {
 }
 
 /// Instants of a run.
-pub(crate) fn times(drive: &Drive, d: &mut Draw) -> Vec<f64> {
+pub(crate) fn times(drive: &TrialDrive, d: &mut SeededDraw) -> Vec<f64> {
     sense::instants(drive.rate, drive.samples, drive.jitter, d)
 }
 
 /// Noise of the logged current: 0.05 to 0.5 % of what flows.
-pub(super) fn current_noise(plain: &[Done], d: &mut Draw) -> f64 {
+pub(super) fn current_noise(plain: &[JointRecord], d: &mut SeededDraw) -> f64 {
     let rms = (plain[0].current.iter().map(|u| u * u).sum::<f64>() / plain[0].current.len() as f64).sqrt();
     short(rms * d.log(5e-4, 5e-3))
 }

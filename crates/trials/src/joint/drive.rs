@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::values::Values;
-use crate::draw::Draw;
+use super::values::JointValues;
+use crate::draw::SeededDraw;
 use crate::sense::Meter;
 
 /// A drive, its sensors and its command.
 #[derive(Clone, Debug)]
-pub(crate) struct Drive {
-    pub(crate) values: Values,
+pub(crate) struct TrialDrive {
+    pub(crate) values: JointValues,
     /// Motor turns so slowly that what repeats with its angle can be seen.
     pub(crate) small: bool,
     /// Motor speed to go to, rad/s.
@@ -29,12 +29,12 @@ pub(crate) fn short(x: f64) -> f64 {
     format!("{x:.7e}").parse().unwrap_or(x)
 }
 
-pub(crate) fn draw(d: &mut Draw, color: f64) -> Drive {
+pub(crate) fn draw(d: &mut SeededDraw, color: f64) -> TrialDrive {
     let small = d.chance(0.7);
     let (values, speed) = if small { harmonic(d) } else { delian(d) };
     let n = values.gear_ratio;
     let bits =
-        |d: &mut Draw, from: usize, to: usize| TAU / f64::from(1u32 << (from + d.below(to - from + 1)));
+        |d: &mut SeededDraw, from: usize, to: usize| TAU / f64::from(1u32 << (from + d.below(to - from + 1)));
     let (motor, load) =
         if small { (bits(d, 12, 17), bits(d, 17, 20)) } else { (bits(d, 5, 10), bits(d, 15, 19)) };
     let mut meter = |step: f64| Meter { noise: step * d.uniform(0.25, 0.9), step, color };
@@ -54,7 +54,7 @@ pub(crate) fn draw(d: &mut Draw, color: f64) -> Drive {
     }
     let rate = d.pick(&[100.0, 200.0, 250.0, 500.0, 500.0, 500.0, 1000.0]);
     let length = if rate > 600.0 { d.uniform(5.0, 8.0) } else { d.uniform(8.0, 12.0) };
-    Drive {
+    TrialDrive {
         values,
         small,
         speed,
@@ -67,7 +67,7 @@ pub(crate) fn draw(d: &mut Draw, color: f64) -> Drive {
     }
 }
 
-fn harmonic(d: &mut Draw) -> (Values, f64) {
+fn harmonic(d: &mut SeededDraw) -> (JointValues, f64) {
     let n = d.pick(&[80.0, 100.0, 120.0, 160.0]);
     let motor_inertia = short(d.log(0.8e-5, 4e-5));
     let load_inertia = short(n * n * motor_inertia * d.uniform(0.6, 2.5));
@@ -79,7 +79,7 @@ fn harmonic(d: &mut Draw) -> (Values, f64) {
     let coulomb = short(total * speed * d.uniform(0.6, 2.5));
     let viscous = short(coulomb / speed * d.uniform(0.3, 1.6));
     let torque_constant = short(d.uniform(0.03, 0.08));
-    let v = Values {
+    let v = JointValues {
         motor_inertia,
         load_inertia,
         gear_ratio: n,
@@ -93,7 +93,7 @@ fn harmonic(d: &mut Draw) -> (Values, f64) {
 }
 
 /// Comi et al., tables 1 and 2, each value within 20 %.
-fn delian(d: &mut Draw) -> (Values, f64) {
+fn delian(d: &mut SeededDraw) -> (JointValues, f64) {
     let joints = [
         (44340.0, 8.0, 3.07e-5, 8.07e-8, 7.37e-5, 7.2e-8),
         (21750.0, 6.0, 2.2e-5, 3.18e-8, 1.2e-4, 2.5e-8),
@@ -101,7 +101,7 @@ fn delian(d: &mut Draw) -> (Values, f64) {
     ];
     let (gear_ratio, load, k, b, c, dm) = if d.chance(0.6) { joints[0] } else { d.pick(&joints) };
     let mut about = |x: f64| short(x * d.uniform(0.8, 1.2));
-    let v = Values {
+    let v = JointValues {
         motor_inertia: about(1.2e-7),
         load_inertia: about(load),
         gear_ratio,

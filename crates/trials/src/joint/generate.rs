@@ -1,18 +1,18 @@
 //! A case of a joint from its numbers.
 
-use super::bench::{Done, Replays, current_noise, scales, spread, times};
-use super::choice::{Choice, IDS, OUTSIDE, Scales, choose};
+use super::bench::{JointRecord, JointReplays, current_noise, scales, spread, times};
+use super::choice::{IDS, JointEffectDraw, JointScales, OUTSIDE, choose};
 use super::drive::{self, short};
-use super::law::Law;
+use super::law::JointLaw;
 use super::rig;
-use super::scene::{Believed, Nominal, Scene};
+use super::scene::{BelievedJoint, JointScene, NominalJoint};
 use super::size::{by_channel, floors, left, overall, size};
-use super::values::Values;
+use super::values::JointValues;
 use super::write::{key, write};
-use crate::case::{Case, Split};
-use crate::draw::Draw;
-use crate::error::Error;
-use crate::motion::{Family, Motion, family};
+use crate::case::{TrialCase, TrialSplit};
+use crate::draw::SeededDraw;
+use crate::error::TrialError;
+use crate::motion::{Family, ReferenceMotion, family};
 
 /// Attempts until a case is given up.
 const ATTEMPTS: usize = 40;
@@ -34,26 +34,32 @@ enum Mimic {
 }
 
 /// Draws until the effect shows.
-pub(crate) fn generate(split: Split, seed: u64, index: usize) -> Result<Case, Error> {
+pub(crate) fn generate(split: TrialSplit, seed: u64, index: usize) -> Result<TrialCase, TrialError> {
     for attempt in 0..ATTEMPTS {
-        let mut d = Draw::new(&format!("joint/{}", split.name()), seed, index, attempt);
+        let mut d = SeededDraw::new(&format!("joint/{}", split.name()), seed, index, attempt);
         // An effect that does not show on this drive gets a few drives, then the next one has its turn.
         let case = match split {
-            Split::Rig => rig::attempt(seed, index, &mut d),
+            TrialSplit::Rig => rig::attempt(seed, index, &mut d),
             _ => attempt_one(split, seed, index, index + attempt / 8, &mut d),
         };
         if let Some(case) = case {
             return Ok(case);
         }
     }
-    Err(Error::Useless { split: split.name(), seed, index })
+    Err(TrialError::Useless { split: split.name(), seed, index })
 }
 
-fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Option<Case> {
+fn attempt_one(
+    split: TrialSplit,
+    seed: u64,
+    index: usize,
+    turn: usize,
+    d: &mut SeededDraw,
+) -> Option<TrialCase> {
     let rests = d.chance(0.25);
     let color = if rests && d.chance(0.6) { d.uniform(0.3, 0.8) } else { 0.0 };
     let mut drive = drive::draw(d, color);
-    let mimic = (split == Split::Unidentifiable).then(|| MIMICS[turn % MIMICS.len()]);
+    let mimic = (split == TrialSplit::Unidentifiable).then(|| MIMICS[turn % MIMICS.len()]);
     if mimic.is_some() {
         drive.channels = vec![0];
     }
@@ -65,13 +71,13 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
         let t = times(&drive, d);
         let span = t[t.len() - 1];
         let family = family(d, i);
-        let mut m = Motion::draw(d, family, load_speed, top, span);
+        let mut m = ReferenceMotion::draw(d, family, load_speed, top, span);
         match mimic {
             Some((_, Mimic::SmallMotion)) => {
-                m = Motion::draw(d, Family::Multisine, 0.02 * load_speed.max(0.2), top, span);
+                m = ReferenceMotion::draw(d, Family::Multisine, 0.02 * load_speed.max(0.2), top, span);
             }
             Some((_, Mimic::ConstantPull)) => {
-                m = Motion::draw(d, Family::Reversals, 0.2 * load_speed.min(0.3), top, span);
+                m = ReferenceMotion::draw(d, Family::Reversals, 0.2 * load_speed.min(0.3), top, span);
             }
             _ => {}
         }
@@ -82,7 +88,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     let span = all_times.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
     // Without a spring motor and load are one body.
     let rigid = matches!(mimic, Some((_, Mimic::OneBody)));
-    let scene = Scene {
+    let scene = JointScene {
         drive,
         motions,
         times: all_times,
@@ -106,16 +112,16 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
 
     // The truth, and the nominal model.
     let ids: Vec<&'static str> = match split {
-        Split::None | Split::Parameters | Split::Rig => Vec::new(),
-        Split::Single => vec![IDS[turn % IDS.len()]],
-        Split::Pairs => {
+        TrialSplit::None | TrialSplit::Parameters | TrialSplit::Rig => Vec::new(),
+        TrialSplit::Single => vec![IDS[turn % IDS.len()]],
+        TrialSplit::Pairs => {
             let few = &IDS[..IDS.len() - 2];
             let a = turn % few.len();
             let b = (a + 1 + d.below(few.len() - 1)) % few.len();
             vec![few[a], few[b]]
         }
-        Split::Outside => vec![OUTSIDE[turn % OUTSIDE.len()]],
-        Split::Unidentifiable => {
+        TrialSplit::Outside => vec![OUTSIDE[turn % OUTSIDE.len()]],
+        TrialSplit::Unidentifiable => {
             let class = mimic.map(|(class, _)| class)?;
             vec![class[(turn / MIMICS.len()) % class.len()]]
         }
@@ -132,10 +138,10 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     if let (Some((_, kind)), [c]) = (mimic, &mut choices[..]) {
         imitate(kind, c, d, &values, &s)?;
     }
-    let strongest = if split == Split::Single { 30.0 } else { 15.0 };
-    let weakest = if split == Split::Single { 1.5 } else { 4.0 };
+    let strongest = if split == TrialSplit::Single { 30.0 } else { 15.0 };
+    let weakest = if split == TrialSplit::Single { 1.5 } else { 4.0 };
     let mut effects = Vec::new();
-    let mut believed = Believed { values, rigid, frictionless: rigid };
+    let mut believed = BelievedJoint { values, rigid, frictionless: rigid };
     let mut truth = values;
     for c in &choices {
         believed.rigid |= c.id == "joint-flexibility";
@@ -173,21 +179,27 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
 }
 
 /// Makes an effect look like another.
-fn imitate(kind: Mimic, c: &mut Choice, d: &mut Draw, v: &Values, s: &Scales) -> Option<()> {
+fn imitate(
+    kind: Mimic,
+    c: &mut JointEffectDraw,
+    d: &mut SeededDraw,
+    v: &JointValues,
+    s: &JointScales,
+) -> Option<()> {
     let g = v.gear_ratio * s.torque;
     match (kind, c.id) {
-        (Mimic::OneChannel, "actuator-lag") => (c.law, c.name) = (Law::DeadTime, "dead-time"),
+        (Mimic::OneChannel, "actuator-lag") => (c.law, c.name) = (JointLaw::DeadTime, "dead-time"),
         (Mimic::OneChannel, _) => {
-            c.law = Law::Late { channel: 0 };
+            c.law = JointLaw::Late { channel: 0 };
             c.component = "sensor:motorAngle".into();
         }
-        (Mimic::SmallMotion, "gravity-torque") => c.law = Law::Unbalance { x: g, y: 0.0 },
+        (Mimic::SmallMotion, "gravity-torque") => c.law = JointLaw::Unbalance { x: g, y: 0.0 },
         (Mimic::SmallMotion, _) => {
-            c.law = Law::Cable { torque: g, center: s.center, width: 20.0 * s.reach };
+            c.law = JointLaw::Cable { torque: g, center: s.center, width: 20.0 * s.reach };
             c.most = 20.0;
         }
         (Mimic::ConstantPull, "gravity-torque") => {
-            c.law = Law::Unbalance { x: 0.0, y: g * d.sign() };
+            c.law = JointLaw::Unbalance { x: 0.0, y: g * d.sign() };
         }
         _ => {}
     }
@@ -195,25 +207,25 @@ fn imitate(kind: Mimic, c: &mut Choice, d: &mut Draw, v: &Values, s: &Scales) ->
 }
 
 fn believe(
-    split: Split,
-    scene: &Scene,
-    values: &Values,
-    runs: &[Done],
+    split: TrialSplit,
+    scene: &JointScene,
+    values: &JointValues,
+    runs: &[JointRecord],
     floor: &[f64],
     ratio: &mut f64,
-    d: &mut Draw,
-) -> Option<Nominal> {
+    d: &mut SeededDraw,
+) -> Option<NominalJoint> {
     let truth = values.list();
-    let mut nominal = Nominal { values: truth, doubts: Vec::new() };
+    let mut nominal = NominalJoint { values: truth, doubts: Vec::new() };
     let declared = d.chance(0.75);
     match split {
-        Split::None => {
+        TrialSplit::None => {
             if declared {
                 nominal.doubts =
                     [0, 1, 3, 4, 5, 6, 7].iter().map(|i| (*i, d.pick(&[0.02, 0.05, 0.1]))).collect();
             }
         }
-        Split::Parameters => {
+        TrialSplit::Parameters => {
             let candidates = [0, 1, 3, 4, 6, 7];
             let count = 1 + d.below(3);
             let mut moved: Vec<(usize, f64)> = Vec::new();
@@ -229,7 +241,7 @@ fn believe(
             for _ in 0..6 {
                 let mut v = truth;
                 moved.iter().for_each(|(i, m)| v[*i] = short(truth[*i] * (1.0 + size * m)));
-                let mut bench = Replays::new(&scene.drive, Values::of(v), false, &runs[..2], false);
+                let mut bench = JointReplays::new(&scene.drive, JointValues::of(v), false, &runs[..2], false);
                 bench.scale = floor.to_vec();
                 let measured = bench.measured(&runs[..2], &[], scene.span);
                 let residual = bench.left(&measured, &runs[..2]);

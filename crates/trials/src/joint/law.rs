@@ -1,8 +1,8 @@
 //! What a real joint does beyond its simulation: laws other than those of the effect library.
 //!
-//! Each law is one amplitude, [`Effect::size`], times fixed shapes; size 0 is no effect.
+//! Each law is one amplitude, [`JointLawEffect::size`], times fixed shapes; size 0 is no effect.
 
-use super::values::{State, Values};
+use super::values::{JointState, JointValues};
 use crate::slip::Slip;
 
 /// A push over time.
@@ -32,7 +32,7 @@ pub(crate) fn pulses(list: &[Pulse], t: f64) -> f64 {
 
 /// The laws; capital letters as in the comments, torques motor side unless stated.
 #[derive(Clone, Debug)]
-pub(crate) enum Law {
+pub(crate) enum JointLaw {
     /// Above L = peak (1 - size): slope `slope`, or L tanh(T / L).
     Clip { peak: f64, slope: Option<f64> },
     /// Dead time of `size` seconds.
@@ -115,14 +115,14 @@ pub(crate) enum Law {
 
 /// A law with its amplitude.
 #[derive(Clone, Debug)]
-pub(crate) struct Effect {
+pub(crate) struct JointLawEffect {
     pub(crate) size: f64,
-    pub(crate) law: Law,
+    pub(crate) law: JointLaw,
     /// Where its states begin.
     pub(crate) at: usize,
 }
 
-impl Law {
+impl JointLaw {
     pub(crate) fn states(&self) -> usize {
         match self {
             Self::TwoLags => 2,
@@ -139,55 +139,55 @@ fn rise(t: f64, middle: f64, width: f64) -> (f64, f64) {
     (0.5 * (1.0 + e), 0.5 * (1.0 - e * e) / width)
 }
 
-impl Effect {
-    pub(crate) fn new(law: Law, size: f64) -> Self {
+impl JointLawEffect {
+    pub(crate) fn new(law: JointLaw, size: f64) -> Self {
         Self { size, law, at: 0 }
     }
 
     /// As it is in run `i`.
     pub(crate) fn in_run(&self, i: usize) -> Self {
         let mut own = self.clone();
-        if let Law::Session { past, .. } = &mut own.law {
+        if let JointLaw::Session { past, .. } = &mut own.law {
             *past = i as f64;
         }
         own
     }
 
-    pub(crate) fn yields(&self, v: &Values) -> Vec<(f64, f64)> {
+    pub(crate) fn yields(&self, v: &JointValues) -> Vec<(f64, f64)> {
         let s = self.size;
         match &self.law {
-            Law::Presliding { reach } => {
+            JointLaw::Presliding { reach } => {
                 [0.25, 0.6, 1.0, 1.6, 2.4].iter().map(|d| (s * reach * d, v.coulomb / 5.0)).collect()
             }
-            Law::Hysteresis { torque, reach } => [(0.1, 0.2), (0.25, 0.3), (0.5, 0.3), (0.9, 0.2)]
+            JointLaw::Hysteresis { torque, reach } => [(0.1, 0.2), (0.25, 0.3), (0.5, 0.3), (0.9, 0.2)]
                 .iter()
                 .map(|(d, f)| (reach * d, s * torque * f))
                 .collect(),
-            Law::LoadSlip { torque, reach, .. } => [(0.3, 0.5), (1.0, 0.3), (2.0, 0.2)]
+            JointLaw::LoadSlip { torque, reach, .. } => [(0.3, 0.5), (1.0, 0.3), (2.0, 0.2)]
                 .iter()
                 .map(|(d, f)| (reach * d, s * torque * f))
                 .collect(),
-            Law::Cable { torque, width, .. } => vec![(0.05 * width, 0.15 * s * torque)],
+            JointLaw::Cable { torque, width, .. } => vec![(0.05 * width, 0.15 * s * torque)],
             _ => Vec::new(),
         }
     }
 
     pub(crate) fn dead_time(&self) -> f64 {
-        if matches!(self.law, Law::DeadTime) { self.size } else { 0.0 }
+        if matches!(self.law, JointLaw::DeadTime) { self.size } else { 0.0 }
     }
-    pub(crate) fn lagged(&self, x: &State, torque: f64) -> f64 {
-        if matches!(self.law, Law::TwoLags) { x[self.at + 1] } else { torque }
+    pub(crate) fn lagged(&self, x: &JointState, torque: f64) -> f64 {
+        if matches!(self.law, JointLaw::TwoLags) { x[self.at + 1] } else { torque }
     }
     pub(crate) fn clipped(&self, t: f64, torque: f64) -> f64 {
         match &self.law {
-            Law::Clip { peak, slope } => {
+            JointLaw::Clip { peak, slope } => {
                 let limit = peak * (1.0 - self.size);
                 match slope {
                     Some(s) => torque.clamp(-limit, limit) * (1.0 - s) + torque * s,
                     None => limit * (torque / limit).tanh(),
                 }
             }
-            Law::Brushes { spells } if spells.iter().any(|(a, b)| t > *a && t < *b) => {
+            JointLaw::Brushes { spells } if spells.iter().any(|(a, b)| t > *a && t < *b) => {
                 torque * (1.0 - self.size)
             }
             _ => torque,
@@ -195,17 +195,17 @@ impl Effect {
     }
     pub(crate) fn on_motor(&self, t: f64, theta: f64) -> f64 {
         match &self.law {
-            Law::Ripple { torque, order, a, b } => {
+            JointLaw::Ripple { torque, order, a, b } => {
                 let phi = order * theta;
                 self.size * torque * ((phi + a).sin() + 0.35 * (2.0 * phi + b).sin())
             }
-            Law::PushMotor { pulses: list } => self.size * pulses(list, t),
+            JointLaw::PushMotor { pulses: list } => self.size * pulses(list, t),
             _ => 0.0,
         }
     }
     /// Gear error and its slope.
     pub(crate) fn gear_error(&self, theta: f64) -> (f64, f64) {
-        let Law::GearError { order, a, b } = self.law else { return (0.0, 0.0) };
+        let JointLaw::GearError { order, a, b } = self.law else { return (0.0, 0.0) };
         let phi = order * theta;
         let e = (phi + a).sin() + 0.4 * (2.0 * phi + b).sin();
         let de = order * ((phi + a).cos() + 0.8 * (2.0 * phi + b).cos());
@@ -213,16 +213,16 @@ impl Effect {
     }
     pub(crate) fn stiffness_factor(&self, t: f64, span: f64) -> f64 {
         match self.law {
-            Law::Warmer => 1.0 - self.size * (t / span).clamp(0.0, 1.0),
-            Law::Compliant { .. } => 1.0 / self.size,
+            JointLaw::Warmer => 1.0 - self.size * (t / span).clamp(0.0, 1.0),
+            JointLaw::Compliant { .. } => 1.0 / self.size,
             _ => 1.0,
         }
     }
-    pub(crate) fn spring(&self, v: &Values, eps: f64, rate: f64, linear: f64) -> f64 {
+    pub(crate) fn spring(&self, v: &JointValues, eps: f64, rate: f64, linear: f64) -> f64 {
         let (k, s) = (v.stiffness, self.size);
         linear
             + match self.law {
-                Law::Play { depth } => {
+                JointLaw::Play { depth } => {
                     let pressed = eps.abs() - 0.5 * s;
                     let contact = if pressed > 0.0 {
                         let damping = v.damping * (pressed / depth).min(1.0) * rate * eps.signum();
@@ -232,18 +232,18 @@ impl Effect {
                     };
                     contact - linear
                 }
-                Law::Power { reach } => k * eps * s * (eps / reach).abs().powf(1.5),
-                Law::Piecewise { reach } => s * k * (eps.abs() - 0.4 * reach).max(0.0) * eps.signum(),
-                Law::Soft { reach } => k * eps * (1.0 / (1.0 + s * eps.abs() / reach) - 1.0),
-                Law::RateDamping { damping, rate: r } => s * damping * rate * rate.abs() / r,
-                Law::StrainDamping { damping, reach } => s * damping * rate * (eps / reach).powi(2),
-                Law::Compliant { reach } => 0.1 * (k / s) * eps * (eps / (reach * s)).abs(),
+                JointLaw::Power { reach } => k * eps * s * (eps / reach).abs().powf(1.5),
+                JointLaw::Piecewise { reach } => s * k * (eps.abs() - 0.4 * reach).max(0.0) * eps.signum(),
+                JointLaw::Soft { reach } => k * eps * (1.0 / (1.0 + s * eps.abs() / reach) - 1.0),
+                JointLaw::RateDamping { damping, rate: r } => s * damping * rate * rate.abs() / r,
+                JointLaw::StrainDamping { damping, reach } => s * damping * rate * (eps / reach).powi(2),
+                JointLaw::Compliant { reach } => 0.1 * (k / s) * eps * (eps / (reach * s)).abs(),
                 _ => 0.0,
             }
     }
     pub(crate) fn friction(
         &self,
-        v: &Values,
+        v: &JointValues,
         speed: f64,
         way: f64,
         carried: f64,
@@ -252,46 +252,46 @@ impl Effect {
     ) -> (f64, f64) {
         let s = self.size;
         match self.law {
-            Law::Lorentz { width } => (dry + v.coulomb * s / (1.0 + (speed / width).powi(2)), viscous),
-            Law::Asymmetry => (dry * (1.0 + s * way), viscous * (1.0 + 0.4 * s * way)),
-            Law::Carried { soft } => (dry + s * (carried.hypot(soft) - soft), viscous),
-            Law::Shear { torque, width } => (dry, viscous + s * torque * (speed / width).asinh() * way),
-            Law::Churn { torque, width } => {
+            JointLaw::Lorentz { width } => (dry + v.coulomb * s / (1.0 + (speed / width).powi(2)), viscous),
+            JointLaw::Asymmetry => (dry * (1.0 + s * way), viscous * (1.0 + 0.4 * s * way)),
+            JointLaw::Carried { soft } => (dry + s * (carried.hypot(soft) - soft), viscous),
+            JointLaw::Shear { torque, width } => (dry, viscous + s * torque * (speed / width).asinh() * way),
+            JointLaw::Churn { torque, width } => {
                 let w = (speed / width).abs();
                 (dry, viscous + s * torque * (w * w + 0.5 * w * w * w) * (speed * way).signum())
             }
-            Law::Plain { coulomb, viscous: d, width } => {
+            JointLaw::Plain { coulomb, viscous: d, width } => {
                 let drag = d * width * (speed / width).abs().powf(0.85);
                 (dry + s * coulomb, viscous + s * drag * (speed * way).signum())
             }
             _ => (dry, viscous),
         }
     }
-    pub(crate) fn friction_factor(&self, t: f64, span: f64, x: &State) -> f64 {
+    pub(crate) fn friction_factor(&self, t: f64, span: f64, x: &JointState) -> f64 {
         match self.law {
-            Law::Heat { .. } => 1.0 / (1.0 + self.size * x[self.at]),
-            Law::Ramp { sign } => 1.0 + sign * self.size * (t / span).clamp(0.0, 1.0),
-            Law::Session { sign, runs, past } => {
+            JointLaw::Heat { .. } => 1.0 / (1.0 + self.size * x[self.at]),
+            JointLaw::Ramp { sign } => 1.0 + sign * self.size * (t / span).clamp(0.0, 1.0),
+            JointLaw::Session { sign, runs, past } => {
                 1.0 + sign * self.size * ((past + t / span) / runs).clamp(0.0, 1.0)
             }
             _ => 1.0,
         }
     }
     /// Torque on the load, load side.
-    pub(crate) fn on_load(&self, t: f64, x: &State, slip: &Slip, span: f64) -> f64 {
+    pub(crate) fn on_load(&self, t: f64, x: &JointState, slip: &Slip, span: f64) -> f64 {
         let (s, q, rate) = (self.size, x[2], x[3]);
         let _ = span;
         match &self.law {
-            Law::LoadSlip { torque, speed, .. } => -slip.torque(q) - 0.3 * s * torque * rate / speed,
-            Law::Unbalance { x: gx, y: gy } => -s * (gx * q.sin() + gy * q.cos()),
-            Law::Cable { torque, center, width } => {
+            JointLaw::LoadSlip { torque, speed, .. } => -slip.torque(q) - 0.3 * s * torque * rate / speed,
+            JointLaw::Unbalance { x: gx, y: gy } => -s * (gx * q.sin() + gy * q.cos()),
+            JointLaw::Cable { torque, center, width } => {
                 -s * torque * ((q - center) / width).sinh() - slip.torque(q)
             }
-            Law::PushLoad { pulses: list } => s * pulses(list, t),
-            Law::Neighbour { torque, lines } => {
+            JointLaw::PushLoad { pulses: list } => s * pulses(list, t),
+            JointLaw::Neighbour { torque, lines } => {
                 s * torque * lines.iter().map(|(w, p)| (w * t + p).sin()).sum::<f64>()
             }
-            Law::Cracked { torque, per_turn, phase } => {
+            JointLaw::Cracked { torque, per_turn, phase } => {
                 let turns = q * per_turn + phase;
                 let number = turns.round();
                 // A strength between 0.3 and 1 that differs from tooth to tooth.
@@ -303,14 +303,14 @@ impl Effect {
         }
     }
     /// Change of the load's inertia and its rate.
-    pub(crate) fn inertia(&self, v: &Values, t: f64, _: f64) -> (f64, f64) {
-        let Law::Slides { middle, width } = self.law else { return (0.0, 0.0) };
+    pub(crate) fn inertia(&self, v: &JointValues, t: f64, _: f64) -> (f64, f64) {
+        let JointLaw::Slides { middle, width } = self.law else { return (0.0, 0.0) };
         let (share, slope) = rise(t, middle, width);
         (self.size * v.load_inertia * share, self.size * v.load_inertia * slope)
     }
     /// Calls `each(g, own, at)` per mode of the link: g^2 its inertia, `own` its acceleration by itself, its states.
-    pub(crate) fn modes(&self, v: &Values, x: &State, mut each: impl FnMut(f64, f64, usize)) {
-        let Law::LinkModes { frequency, ratio } = self.law else { return };
+    pub(crate) fn modes(&self, v: &JointValues, x: &JointState, mut each: impl FnMut(f64, f64, usize)) {
+        let JointLaw::LinkModes { frequency, ratio } = self.law else { return };
         for (i, share) in [1.0, 0.1].into_iter().enumerate() {
             let (w, at) = (frequency[i], self.at + 2 * i);
             each(
@@ -321,14 +321,14 @@ impl Effect {
         }
     }
     /// Rates of the effect's own states.
-    pub(crate) fn own_rates(&self, x: &State, command: f64, friction: f64, dx: &mut State) {
+    pub(crate) fn own_rates(&self, x: &JointState, command: f64, friction: f64, dx: &mut JointState) {
         match self.law {
-            Law::TwoLags => {
+            JointLaw::TwoLags => {
                 let tau = 0.5 * self.size;
                 dx[self.at] = (command - x[self.at]) / tau;
                 dx[self.at + 1] = (x[self.at] - x[self.at + 1]) / tau;
             }
-            Law::Heat { power } => dx[self.at] = (friction * x[1]).abs() / power,
+            JointLaw::Heat { power } => dx[self.at] = (friction * x[1]).abs() / power,
             _ => {}
         }
     }

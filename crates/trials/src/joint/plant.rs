@@ -1,13 +1,13 @@
 //! A joint of two masses (Comi et al., section 3.2), written from the paper: motor and load angle, a spring between
 //! them behind a gear, dry and viscous friction at the motor. Motor-side quantities unless stated.
 
-use super::law::{Effect, Law};
-use super::values::{State, Values};
+use super::law::{JointLaw, JointLawEffect};
+use super::values::{JointState, JointValues};
 use crate::slip::Slip;
 
 /// How the motor moves: dry friction holds it, or works against this direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Mode {
+pub(crate) enum StickMode {
     Stuck,
     Slides(f64),
 }
@@ -29,19 +29,19 @@ pub(crate) struct Torques {
 
 /// The joint with what its simulation lacks.
 #[derive(Clone, Debug)]
-pub(crate) struct Joint {
-    pub(crate) values: Values,
+pub(crate) struct TrialJoint {
+    pub(crate) values: JointValues,
     /// No spring: the load turns with the motor.
     pub(crate) rigid: bool,
-    pub(crate) effects: Vec<Effect>,
+    pub(crate) effects: Vec<JointLawEffect>,
     /// One bank per effect; empty where it has none.
     pub(crate) slips: Vec<Slip>,
     /// Length of the recording in s, for what changes along it.
     pub(crate) span: f64,
 }
 
-impl Joint {
-    pub(crate) fn new(values: Values, rigid: bool, mut effects: Vec<Effect>, span: f64) -> Self {
+impl TrialJoint {
+    pub(crate) fn new(values: JointValues, rigid: bool, mut effects: Vec<JointLawEffect>, span: f64) -> Self {
         let mut at = 4;
         for e in &mut effects {
             e.at = at;
@@ -52,7 +52,13 @@ impl Joint {
     }
 
     /// Torques at time `t` under the current `u`; `past` gives the current at an earlier time.
-    pub(crate) fn torques(&self, t: f64, x: &State, mode: Mode, past: &dyn Fn(f64) -> f64) -> Torques {
+    pub(crate) fn torques(
+        &self,
+        t: f64,
+        x: &JointState,
+        mode: StickMode,
+        past: &dyn Fn(f64) -> f64,
+    ) -> Torques {
         let v = &self.values;
         let n = v.gear_ratio;
         let (theta, omega) = (x[0], x[1]);
@@ -85,7 +91,7 @@ impl Joint {
             spring = e.spring(v, eps, rate, spring);
         }
         for (e, s) in self.effects.iter().zip(&self.slips) {
-            if matches!(e.law, Law::Hysteresis { .. }) {
+            if matches!(e.law, JointLaw::Hysteresis { .. }) {
                 spring += s.torque(eps);
             }
         }
@@ -94,8 +100,8 @@ impl Joint {
         }
         // Motor friction.
         let way = match mode {
-            Mode::Slides(d) => d,
-            Mode::Stuck => (drive - spring).signum(),
+            StickMode::Slides(d) => d,
+            StickMode::Stuck => (drive - spring).signum(),
         };
         let speed = omega * way;
         let mut dry = v.coulomb;
@@ -111,7 +117,7 @@ impl Joint {
         (dry, viscous) = (dry.max(0.0) * scale, viscous * scale);
         let mut motor = drive - spring * (1.0 - slope);
         for (e, s) in self.effects.iter().zip(&self.slips) {
-            if matches!(e.law, Law::Presliding { .. }) {
+            if matches!(e.law, JointLaw::Presliding { .. }) {
                 motor -= s.torque(theta) * scale;
                 dry = 0.0;
             }
@@ -120,17 +126,23 @@ impl Joint {
     }
 
     /// Torque on the load from outside the drive train, load side.
-    fn on_load(&self, t: f64, x: &State) -> f64 {
+    fn on_load(&self, t: f64, x: &JointState) -> f64 {
         self.effects.iter().zip(&self.slips).map(|(e, s)| e.on_load(t, x, s, self.span)).sum()
     }
 
     /// Rates of all states.
-    pub(crate) fn rates(&self, t: f64, x: &State, mode: Mode, past: &dyn Fn(f64) -> f64) -> State {
+    pub(crate) fn rates(
+        &self,
+        t: f64,
+        x: &JointState,
+        mode: StickMode,
+        past: &dyn Fn(f64) -> f64,
+    ) -> JointState {
         let v = &self.values;
         let f = self.torques(t, x, mode, past);
         let friction = match mode {
-            Mode::Slides(way) => f.viscous + f.dry * way,
-            Mode::Stuck => 0.0,
+            StickMode::Slides(way) => f.viscous + f.dry * way,
+            StickMode::Stuck => 0.0,
         };
         let mut load = self.on_load(t, x);
         let mut inertia = v.load_inertia;
@@ -152,19 +164,19 @@ impl Joint {
         let n = v.gear_ratio;
         let (motor_acceleration, load_acceleration) = if self.rigid {
             let a = match mode {
-                Mode::Stuck => 0.0,
-                Mode::Slides(_) => (f.motor - friction + load / n) / (v.motor_inertia + stiff / (n * n)),
+                StickMode::Stuck => 0.0,
+                StickMode::Slides(_) => (f.motor - friction + load / n) / (v.motor_inertia + stiff / (n * n)),
             };
             (a, a / n)
         } else {
             let a = match mode {
-                Mode::Stuck => 0.0,
-                Mode::Slides(_) => (f.motor - friction) / v.motor_inertia,
+                StickMode::Stuck => 0.0,
+                StickMode::Slides(_) => (f.motor - friction) / v.motor_inertia,
             };
             (a, (n * f.spring + load) / stiff)
         };
         let mut dx = [0.0; 12];
-        dx[0] = if mode == Mode::Stuck { 0.0 } else { x[1] };
+        dx[0] = if mode == StickMode::Stuck { 0.0 } else { x[1] };
         dx[1] = motor_acceleration;
         dx[2] = if self.rigid { dx[0] / n } else { x[3] };
         dx[3] = load_acceleration;
@@ -179,30 +191,30 @@ impl Joint {
     }
 
     /// Torque that friction has to hold, and the level up to which it can.
-    pub(crate) fn hold(&self, t: f64, x: &State, past: &dyn Fn(f64) -> f64) -> (f64, f64) {
-        let f = self.torques(t, x, Mode::Stuck, past);
+    pub(crate) fn hold(&self, t: f64, x: &JointState, past: &dyn Fn(f64) -> f64) -> (f64, f64) {
+        let f = self.torques(t, x, StickMode::Stuck, past);
         let load = if self.rigid { self.on_load(t, x) / self.values.gear_ratio } else { 0.0 };
         (f.motor + load, f.held)
     }
 
     /// The state is reached: what remembers moves on.
-    pub(crate) fn commit(&mut self, x: &State) {
+    pub(crate) fn commit(&mut self, x: &JointState) {
         let n = self.values.gear_ratio;
         for (e, s) in self.effects.iter().zip(&mut self.slips) {
             match e.law {
-                Law::Hysteresis { .. } => s.commit(x[0] - n * x[2]),
-                Law::Presliding { .. } => s.commit(x[0]),
+                JointLaw::Hysteresis { .. } => s.commit(x[0] - n * x[2]),
+                JointLaw::Presliding { .. } => s.commit(x[0]),
                 _ => s.commit(x[2]),
             }
         }
     }
     /// All that remembers is relaxed at this state.
-    pub(crate) fn rest(&mut self, x: &State) {
+    pub(crate) fn rest(&mut self, x: &JointState) {
         let n = self.values.gear_ratio;
         for (e, s) in self.effects.iter().zip(&mut self.slips) {
             match e.law {
-                Law::Hysteresis { .. } => s.rest(x[0] - n * x[2]),
-                Law::Presliding { .. } => s.rest(x[0]),
+                JointLaw::Hysteresis { .. } => s.rest(x[0] - n * x[2]),
+                JointLaw::Presliding { .. } => s.rest(x[0]),
                 _ => s.rest(x[2]),
             }
         }

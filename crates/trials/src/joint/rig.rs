@@ -1,21 +1,21 @@
 //! What is wrong with a rig rather than with its joint: the scale and the offset of the current, a load hardly known, a hand
 //! that moves a joint at rest, friction that goes on changing from one repeat to the next; and rigs where nothing is.
 
-use super::bench::{Done, Replays, current_noise, scales, spread, times};
-use super::choice::{Choice, Scales, draw_pulses};
+use super::bench::{JointRecord, JointReplays, current_noise, scales, spread, times};
+use super::choice::{JointEffectDraw, JointScales, draw_pulses};
 use super::drive::{self, short};
-use super::law::{Effect, Law};
-use super::scene::{Believed, Nominal, Scene};
+use super::law::{JointLaw, JointLawEffect};
+use super::scene::{BelievedJoint, JointScene, NominalJoint};
 use super::size::{by_channel, floors, left, overall, size};
-use super::values::{NAMES, Values};
+use super::values::{JointValues, NAMES};
 use super::write::{key, write};
-use crate::case::{Case, Guess, Moved, Split};
-use crate::draw::Draw;
-use crate::motion::{Family, Motion, family};
+use crate::case::{DeclaredGuess, Moved, TrialCase, TrialSplit};
+use crate::draw::SeededDraw;
+use crate::motion::{Family, ReferenceMotion, family};
 
 /// What a case is about, in turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum RigKind {
     Gain,
     Offset,
     Payload,
@@ -24,9 +24,10 @@ enum Kind {
     Nothing,
 }
 
-const KINDS: [Kind; 6] = [Kind::Gain, Kind::Offset, Kind::Payload, Kind::Hand, Kind::Session, Kind::Nothing];
+const KINDS: [RigKind; 6] =
+    [RigKind::Gain, RigKind::Offset, RigKind::Payload, RigKind::Hand, RigKind::Session, RigKind::Nothing];
 /// Of a rig where nothing is off: what the case declares uncertain.
-const DOUBTED: [Kind; 3] = [Kind::Gain, Kind::Offset, Kind::Payload];
+const DOUBTED: [RigKind; 3] = [RigKind::Gain, RigKind::Offset, RigKind::Payload];
 
 /// How much of the floor something that is off leaves when all else that is doubted is refitted.
 const WEAKEST: f64 = 3.0;
@@ -35,7 +36,7 @@ const STRONGEST: f64 = 30.0;
 const PLAIN: f64 = 100.0;
 /// Runs of one command.
 const REPEATS: usize = 3;
-/// loadInertia and torqueConstant in [`Values::list`].
+/// loadInertia and torqueConstant in [`JointValues::list`].
 const LOAD: usize = 1;
 const CONSTANT: usize = 3;
 
@@ -51,20 +52,20 @@ struct Off {
 
 impl Off {
     /// By the share `by`.
-    fn new(kind: Kind, by: f64, values: &Values, current: f64) -> Self {
+    fn new(kind: RigKind, by: f64, values: &JointValues, current: f64) -> Self {
         let mut off = Self { gain: 1.0, offset: 0.0, load: values.load_inertia };
         match kind {
-            Kind::Gain => off.gain = short(1.0 + by),
-            Kind::Offset => off.offset = short(by * current),
+            RigKind::Gain => off.gain = short(1.0 + by),
+            RigKind::Offset => off.offset = short(by * current),
             // By logarithm: none is negative.
-            Kind::Payload => off.load = short(values.load_inertia * by.exp()),
+            RigKind::Payload => off.load = short(values.load_inertia * by.exp()),
             _ => {}
         }
         off
     }
 }
 
-impl Kind {
+impl RigKind {
     /// Least and most of its share. What is assumed known has a prior of 1 %: a smaller error of a gain would not be found.
     fn shares(self) -> [f64; 2] {
         match self {
@@ -87,24 +88,24 @@ impl Kind {
 }
 
 /// One draw; nothing where it does not show.
-pub(super) fn attempt(seed: u64, index: usize, d: &mut Draw) -> Option<Case> {
+pub(super) fn attempt(seed: u64, index: usize, d: &mut SeededDraw) -> Option<TrialCase> {
     let kind = KINDS[index % KINDS.len()];
     let mut scene = scene(kind, seed ^ ((index as u64) << 20), d);
     let values = scene.drive.values;
-    let hangs = (kind == Kind::Hand && d.chance(0.5)).then(|| {
+    let hangs = (kind == RigKind::Hand && d.chance(0.5)).then(|| {
         let torque = short(values.gear_ratio * values.coulomb * d.uniform(0.5, 2.0));
         (torque, short(d.uniform(-1.5, 1.5)))
     });
     scene.known.extend(hangs.map(|(torque, angle)| {
-        Effect::new(Law::Unbalance { x: torque * angle.cos(), y: -torque * angle.sin() }, 1.0)
+        JointLawEffect::new(JointLaw::Unbalance { x: torque * angle.cos(), y: -torque * angle.sin() }, 1.0)
     }));
     let plain = scene.run(values, &[], &[0, 1]);
     let s = moves(&scene, &plain)?;
     let noise = current_noise(&plain, d);
     let floor = floors(&scene, values, &plain, noise);
 
-    let choices: Vec<Choice> = cause(kind, &scene, &s, d).into_iter().collect();
-    let believed = Believed { values, rigid: false, frictionless: false };
+    let choices: Vec<JointEffectDraw> = cause(kind, &scene, &s, d).into_iter().collect();
+    let believed = BelievedJoint { values, rigid: false, frictionless: false };
     let (mut effects, mut ratio) = (Vec::new(), 1.0);
     for c in &choices {
         let (effect, _) = size(&scene, values, &believed, c, &floor, d.log(WEAKEST, STRONGEST))?;
@@ -120,63 +121,63 @@ pub(super) fn attempt(seed: u64, index: usize, d: &mut Draw) -> Option<Case> {
     }
     let current =
         (plain[0].current.iter().map(|u| u * u).sum::<f64>() / plain[0].current.len() as f64).sqrt();
-    let mut off = Off::new(Kind::Nothing, 0.0, &values, current);
+    let mut off = Off::new(RigKind::Nothing, 0.0, &values, current);
     if DOUBTED.contains(&kind) {
         (off, ratio) = sized(kind, &scene, &runs[..2], &floor, current, d)?;
     }
-    if kind != Kind::Nothing && !(0.8 * WEAKEST..PLAIN).contains(&ratio) {
+    if kind != RigKind::Nothing && !(0.8 * WEAKEST..PLAIN).contains(&ratio) {
         return None;
     }
 
-    let doubted = if kind == Kind::Nothing { DOUBTED[index / KINDS.len() % DOUBTED.len()] } else { kind };
+    let doubted = if kind == RigKind::Nothing { DOUBTED[index / KINDS.len() % DOUBTED.len()] } else { kind };
     let mut nominal = believe(kind, doubted, &values, d);
-    nominal.values[LOAD] = if doubted == Kind::Payload { off.load } else { nominal.values[LOAD] };
-    if doubted == Kind::Payload {
+    nominal.values[LOAD] = if doubted == RigKind::Payload { off.load } else { nominal.values[LOAD] };
+    if doubted == RigKind::Payload {
         nominal.doubts.push((LOAD, doubt((off.load / values.load_inertia).ln(), d)));
     }
     let mut case = write(&scene, &effects, &runs, &nominal, &believed, noise, false, d);
-    case.key = key(Split::Rig, seed, index, &choices, &effects, ratio, values, &values, None, &s);
+    case.key = key(TrialSplit::Rig, seed, index, &choices, &effects, ratio, values, &values, None, &s);
     case.key.drive = if scene.drive.small { "harmonic drive" } else { "geared motor" }.into();
     state(&mut case, kind, doubted, off, &values, d);
     if let Some((torque, angle)) = hangs {
         case.effects = hanging(torque, angle, d);
     }
-    if kind == Kind::Session {
+    if kind == RigKind::Session {
         case.repeats = vec![(1..=REPEATS).map(|i| format!("train-{i}.csv")).collect()];
     }
     Some(case)
 }
 
 /// Its command: a hand acts on it at rest, repeats have one command.
-fn scene(kind: Kind, seeds: u64, d: &mut Draw) -> Scene {
+fn scene(kind: RigKind, seeds: u64, d: &mut SeededDraw) -> JointScene {
     let drive = drive::draw(d, 0.0);
     let top = (drive.rate / 25.0).min(3.0);
     let speed = drive.speed / drive.values.gear_ratio;
-    let (mut motions, mut all_times) = (Vec::<Motion>::new(), Vec::new());
+    let (mut motions, mut all_times) = (Vec::<ReferenceMotion>::new(), Vec::new());
     let mut stands = None;
     for i in 0..REPEATS + 1 + d.below(2) {
         let t = times(&drive, d);
         let span = t[t.len() - 1];
-        let mut m = Motion::draw(d, Family::Multisine, speed, top, span);
+        let mut m = ReferenceMotion::draw(d, Family::Multisine, speed, top, span);
         m.family = family(d, i);
-        while kind == Kind::Hand && m.family == Family::OpenLoop {
+        while kind == RigKind::Hand && m.family == Family::OpenLoop {
             m.family = family(d, i);
         }
         m.center = d.uniform(-0.3, 0.3);
-        if kind == Kind::Hand {
+        if kind == RigKind::Hand {
             let from = *stands.get_or_insert(d.uniform(0.2, 0.4) * span);
             m.stands = Some((from, from + 0.35 * span));
         }
-        let again = motions.first().filter(|_| kind == Kind::Session && i < REPEATS).cloned();
+        let again = motions.first().filter(|_| kind == RigKind::Session && i < REPEATS).cloned();
         motions.push(again.unwrap_or(m));
         all_times.push(t);
     }
     let span = all_times.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
-    Scene { drive, motions, times: all_times, seeds, span, rigid: false, known: Vec::new() }
+    JointScene { drive, motions, times: all_times, seeds, span, rigid: false, known: Vec::new() }
 }
 
 /// How large things are; nothing where a run fails or hardly moves.
-fn moves(scene: &Scene, plain: &[Done]) -> Option<Scales> {
+fn moves(scene: &JointScene, plain: &[JointRecord]) -> Option<JointScales> {
     if plain.iter().any(|r| r.track.state.iter().any(|x| !x[0].is_finite())) {
         return None;
     }
@@ -185,9 +186,9 @@ fn moves(scene: &Scene, plain: &[Done]) -> Option<Scales> {
 }
 
 /// The effect of a kind that has one.
-fn cause(kind: Kind, scene: &Scene, s: &Scales, d: &mut Draw) -> Option<Choice> {
+fn cause(kind: RigKind, scene: &JointScene, s: &JointScales, d: &mut SeededDraw) -> Option<JointEffectDraw> {
     match kind {
-        Kind::Hand => {
+        RigKind::Hand => {
             let (from, to) = scene.motions[0].stands?;
             let mut pushes = draw_pulses(d, s.span);
             pushes.truncate(1);
@@ -196,20 +197,20 @@ fn cause(kind: Kind, scene: &Scene, s: &Scales, d: &mut Draw) -> Option<Choice> 
                 p.start = d.uniform(from + 0.5, to - p.length);
                 p.height *= scene.drive.values.gear_ratio * s.torque;
             }
-            Some(Choice {
+            Some(JointEffectDraw {
                 id: "external-force",
                 component: "load".into(),
                 name: "hand",
-                law: Law::PushLoad { pulses: pushes },
+                law: JointLaw::PushLoad { pulses: pushes },
                 least: 5e-3,
                 most: 3.0,
             })
         }
-        Kind::Session => Some(Choice {
+        RigKind::Session => Some(JointEffectDraw {
             id: "friction-drift",
             component: "motor-friction".into(),
             name: "session",
-            law: Law::Session { sign: d.sign(), runs: scene.motions.len() as f64, past: 0.0 },
+            law: JointLaw::Session { sign: d.sign(), runs: scene.motions.len() as f64, past: 0.0 },
             least: 0.03,
             most: 0.8,
         }),
@@ -219,12 +220,12 @@ fn cause(kind: Kind, scene: &Scene, s: &Scales, d: &mut Draw) -> Option<Choice> 
 
 /// So much off that refitting all else that is doubted leaves a gap.
 fn sized(
-    kind: Kind,
-    scene: &Scene,
-    runs: &[Done],
+    kind: RigKind,
+    scene: &JointScene,
+    runs: &[JointRecord],
     floor: &[f64],
     current: f64,
-    d: &mut Draw,
+    d: &mut SeededDraw,
 ) -> Option<(Off, f64)> {
     let values = scene.drive.values;
     let (target, sign) = (d.log(WEAKEST, STRONGEST), d.sign());
@@ -233,8 +234,8 @@ fn sized(
     let mut best: Option<(f64, Off, f64)> = None;
     for _ in 0..6 {
         let off = Off::new(kind, sign * by, &values, current);
-        let base = Values { load_inertia: off.load, ..values };
-        let mut bench = Replays::new(&scene.drive, base, false, runs, true);
+        let base = JointValues { load_inertia: off.load, ..values };
+        let mut bench = JointReplays::new(&scene.drive, base, false, runs, true);
         bench.free.retain(|i| !kind.known().contains(i));
         bench.scale = floor.to_vec();
         let measured = bench.measured(runs, &[], scene.span);
@@ -265,10 +266,10 @@ fn sized(
 }
 
 /// The nominal model of the joint: all exact where nothing is off.
-fn believe(kind: Kind, doubted: Kind, values: &Values, d: &mut Draw) -> Nominal {
+fn believe(kind: RigKind, doubted: RigKind, values: &JointValues, d: &mut SeededDraw) -> NominalJoint {
     let truth = values.list();
-    let mut nominal = Nominal { values: truth, doubts: Vec::new() };
-    let off = kind != Kind::Nothing && d.chance(0.6);
+    let mut nominal = NominalJoint { values: truth, doubts: Vec::new() };
+    let off = kind != RigKind::Nothing && d.chance(0.6);
     for i in doubted.doubted() {
         if off {
             nominal.values[i] = short(truth[i] * (1.0 + d.sign() * d.uniform(0.01, 0.05)));
@@ -279,13 +280,20 @@ fn believe(kind: Kind, doubted: Kind, values: &Values, d: &mut Draw) -> Nominal 
 }
 
 /// A standard deviation that fits the error; where there is none, a plausible one.
-fn doubt(off: f64, d: &mut Draw) -> f64 {
+fn doubt(off: f64, d: &mut SeededDraw) -> f64 {
     let size = if off == 0.0 { d.log(0.03, 0.3) } else { off.abs() / d.uniform(0.5, 2.0) };
     short(size.max(0.01))
 }
 
 /// Current and key of what is off.
-fn state(case: &mut Case, kind: Kind, doubted: Kind, off: Off, values: &Values, d: &mut Draw) {
+fn state(
+    case: &mut TrialCase,
+    kind: RigKind,
+    doubted: RigKind,
+    off: Off,
+    values: &JointValues,
+    d: &mut SeededDraw,
+) {
     let input = case.sensors[0].name.clone();
     let runs = case.train.iter_mut().chain(&mut case.holdout).chain(&mut case.rest);
     for column in runs.flat_map(|r| &mut r.columns).filter(|c| c.name == input) {
@@ -299,27 +307,27 @@ fn state(case: &mut Case, kind: Kind, doubted: Kind, off: Off, values: &Values, 
         }
     };
     match doubted {
-        Kind::Gain => {
-            sensor.gain = Some(Guess::About(1.0, doubt(off.gain - 1.0, d)));
+        RigKind::Gain => {
+            sensor.gain = Some(DeclaredGuess::About(1.0, doubt(off.gain - 1.0, d)));
             moved(format!("{input}.gain"), 1.0, off.gain);
         }
-        Kind::Offset => {
-            sensor.offset = Some(Guess::Free);
+        RigKind::Offset => {
+            sensor.offset = Some(DeclaredGuess::Free);
             moved(format!("{input}.offset"), 0.0, off.offset);
         }
-        Kind::Payload => moved(NAMES[LOAD].into(), off.load, values.load_inertia),
+        RigKind::Payload => moved(NAMES[LOAD].into(), off.load, values.load_inertia),
         _ => {}
     }
     case.key.verdict = match kind {
-        Kind::Nothing => "no-gap",
-        Kind::Hand | Kind::Session => "effects",
+        RigKind::Nothing => "no-gap",
+        RigKind::Hand | RigKind::Session => "effects",
         _ => "parameters",
     }
     .into();
 }
 
 /// A load that hangs, with its weight and rest position known nearly.
-fn hanging(torque: f64, angle: f64, d: &mut Draw) -> toml::Table {
+fn hanging(torque: f64, angle: f64, d: &mut SeededDraw) -> toml::Table {
     let table = toml::Table::from_iter([
         ("gravityTorque".to_owned(), short(torque * (1.0 + 0.03 * d.normal())).into()),
         ("gravityAngle".to_owned(), short(angle + 0.02 * d.normal()).into()),

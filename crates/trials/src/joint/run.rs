@@ -1,19 +1,19 @@
 //! Runs of a joint: RK4 at a fixed step; where the motor stops or breaks away, the step is cut by bisection.
 
-use super::plant::{Joint, Mode};
-use super::values::State;
+use super::plant::{StickMode, TrialJoint};
+use super::values::JointState;
 
 /// A fine record of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
     pub(crate) time: Vec<f64>,
-    pub(crate) state: Vec<State>,
+    pub(crate) state: Vec<JointState>,
     /// Torque of the spring, motor side.
     pub(crate) spring: Vec<f64>,
 }
 
 impl Track {
-    fn push(&mut self, t: f64, x: &State, spring: f64) {
+    fn push(&mut self, t: f64, x: &JointState, spring: f64) {
         self.time.push(t);
         self.state.push(*x);
         self.spring.push(spring);
@@ -40,22 +40,22 @@ impl Track {
 }
 
 /// A run under way.
-pub(crate) struct Run {
-    pub(crate) joint: Joint,
+pub(crate) struct JointRun {
+    pub(crate) joint: TrialJoint,
     pub(crate) time: f64,
-    pub(crate) state: State,
-    mode: Mode,
+    pub(crate) state: JointState,
+    mode: StickMode,
     /// Commands held since these instants.
     held: Vec<(f64, f64)>,
     step: f64,
     pub(crate) track: Track,
 }
 
-impl Run {
+impl JointRun {
     /// From this state at time `time` with steps of at most `step` s.
-    pub(crate) fn new(mut joint: Joint, time: f64, state: State, step: f64) -> Self {
+    pub(crate) fn new(mut joint: TrialJoint, time: f64, state: JointState, step: f64) -> Self {
         joint.rest(&state);
-        let mode = if state[1] == 0.0 { Mode::Stuck } else { Mode::Slides(state[1].signum()) };
+        let mode = if state[1] == 0.0 { StickMode::Stuck } else { StickMode::Slides(state[1].signum()) };
         let mut run =
             Self { joint, time, state, mode, held: vec![(time, 0.0)], step, track: Track::default() };
         run.note();
@@ -74,10 +74,10 @@ impl Run {
         at.map_or(self.held[0].1, |(_, u)| *u)
     }
 
-    fn rk4(&self, h: f64, mode: Mode) -> State {
+    fn rk4(&self, h: f64, mode: StickMode) -> JointState {
         let (t, x) = (self.time, &self.state);
         let past = |s| self.command(s);
-        let along = |k: &State, s: f64| -> State { std::array::from_fn(|i| x[i] + s * k[i]) };
+        let along = |k: &JointState, s: f64| -> JointState { std::array::from_fn(|i| x[i] + s * k[i]) };
         let k1 = self.joint.rates(t, x, mode, &past);
         let k2 = self.joint.rates(t + 0.5 * h, &along(&k1, 0.5 * h), mode, &past);
         let k3 = self.joint.rates(t + 0.5 * h, &along(&k2, 0.5 * h), mode, &past);
@@ -86,10 +86,10 @@ impl Run {
     }
 
     /// How far the motor is from leaving its mode; negative: it has left.
-    fn margin(&self, t: f64, x: &State, mode: Mode) -> f64 {
+    fn margin(&self, t: f64, x: &JointState, mode: StickMode) -> f64 {
         match mode {
-            Mode::Slides(way) => x[1] * way,
-            Mode::Stuck => {
+            StickMode::Slides(way) => x[1] * way,
+            StickMode::Stuck => {
                 let (applied, limit) = self.joint.hold(t, x, &|s| self.command(s));
                 limit - applied.abs()
             }
@@ -102,12 +102,13 @@ impl Run {
             self.state[3] = 0.0;
         }
         let (applied, limit) = self.joint.hold(self.time, &self.state, &|s| self.command(s));
-        self.mode = if applied.abs() <= limit { Mode::Stuck } else { Mode::Slides(applied.signum()) };
+        self.mode =
+            if applied.abs() <= limit { StickMode::Stuck } else { StickMode::Slides(applied.signum()) };
     }
 
     fn advance(&mut self, mut h: f64) {
         for _ in 0..20 {
-            if self.mode == Mode::Stuck && self.margin(self.time, &self.state, Mode::Stuck) < 0.0 {
+            if self.mode == StickMode::Stuck && self.margin(self.time, &self.state, StickMode::Stuck) < 0.0 {
                 self.settle();
             }
             let mode = self.mode;
@@ -135,11 +136,11 @@ impl Run {
         }
         // Chatter within one step: held for the rest of it.
         self.state[1] = 0.0;
-        let x = self.rk4(h, Mode::Stuck);
+        let x = self.rk4(h, StickMode::Stuck);
         self.accept(h, x);
     }
 
-    fn accept(&mut self, h: f64, x: State) {
+    fn accept(&mut self, h: f64, x: JointState) {
         self.time += h;
         self.state = x;
         self.joint.commit(&x);
@@ -163,8 +164,14 @@ impl Run {
 }
 
 /// What the joint does from `state` under currents held from each of these times on.
-pub(crate) fn replay(joint: Joint, state: State, time: &[f64], current: &[f64], step: f64) -> Track {
-    let mut run = Run::new(joint, time[0], state, step);
+pub(crate) fn replay(
+    joint: TrialJoint,
+    state: JointState,
+    time: &[f64],
+    current: &[f64],
+    step: f64,
+) -> Track {
+    let mut run = JointRun::new(joint, time[0], state, step);
     for (pair, u) in time.windows(2).zip(current) {
         run.hold(pair[1], *u);
     }

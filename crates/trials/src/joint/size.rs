@@ -1,17 +1,22 @@
 //! What a refit leaves of an effect, and the size at which it leaves so much.
 
-use super::bench::{Done, Replays, spread};
-use super::choice::Choice;
+use super::bench::{JointRecord, JointReplays, spread};
+use super::choice::JointEffectDraw;
 use super::drive::short;
-use super::law::Effect;
-use super::scene::{Believed, Scene};
-use super::values::Values;
-use crate::draw::Draw;
+use super::law::JointLawEffect;
+use super::scene::{BelievedJoint, JointScene};
+use super::values::JointValues;
+use crate::draw::SeededDraw;
 
 /// What noise of the current leaves in each channel after a refit.
-pub(super) fn carried(scene: &Scene, values: Values, plain: &[Done], noise: f64) -> Vec<f64> {
-    let mut d = Draw::new("carried", scene.seeds, 0, 0);
-    let mut bench = Replays::new(&scene.drive, values, scene.rigid, plain, true);
+pub(super) fn carried(
+    scene: &JointScene,
+    values: JointValues,
+    plain: &[JointRecord],
+    noise: f64,
+) -> Vec<f64> {
+    let mut d = SeededDraw::new("carried", scene.seeds, 0, 0);
+    let mut bench = JointReplays::new(&scene.drive, values, scene.rigid, plain, true);
     bench.known.clone_from(&scene.known);
     bench.scale = scene.drive.channels.iter().map(|c| scene.drive.meters[*c].deviation()).collect();
     let measured = bench.measured(plain, &[], scene.span);
@@ -38,7 +43,7 @@ pub(super) fn by_channel(left: &[Vec<f64>], channels: usize) -> Vec<f64> {
 }
 
 /// Floor of each channel: its sensor and the current's noise carried.
-pub(super) fn floors(scene: &Scene, values: Values, plain: &[Done], noise: f64) -> Vec<f64> {
+pub(super) fn floors(scene: &JointScene, values: JointValues, plain: &[JointRecord], noise: f64) -> Vec<f64> {
     let carried = carried(scene, values, plain, noise);
     let own = scene.drive.channels.iter().map(|c| scene.drive.meters[*c].deviation());
     own.zip(&carried).map(|(a, b)| a.hypot(*b)).collect()
@@ -52,15 +57,15 @@ pub(super) fn overall(left: &[f64], floor: &[f64], spread: &[f64]) -> f64 {
 }
 
 pub(super) fn left(
-    scene: &Scene,
-    truth: Values,
-    believed: &Believed,
-    effects: &[Effect],
-    runs: &[Done],
+    scene: &JointScene,
+    truth: JointValues,
+    believed: &BelievedJoint,
+    effects: &[JointLawEffect],
+    runs: &[JointRecord],
     floor: &[f64],
 ) -> f64 {
     let base = if believed.frictionless { truth } else { believed.values };
-    let mut bench = Replays::new(&scene.drive, base, believed.rigid, runs, true);
+    let mut bench = JointReplays::new(&scene.drive, base, believed.rigid, runs, true);
     bench.known.clone_from(&scene.known);
     bench.scale = floor.to_vec();
     let measured = bench.measured(runs, effects, scene.span);
@@ -72,22 +77,22 @@ pub(super) fn left(
 
 /// The size at which a refit leaves `target` floors, as near as it gets.
 pub(super) fn size(
-    scene: &Scene,
-    truth: Values,
-    believed: &Believed,
-    c: &Choice,
+    scene: &JointScene,
+    truth: JointValues,
+    believed: &BelievedJoint,
+    c: &JointEffectDraw,
     floor: &[f64],
     target: f64,
-) -> Option<(Effect, f64)> {
+) -> Option<(JointLawEffect, f64)> {
     let wanted = (target * target - 1.0).sqrt();
     let mut size = (c.least * c.most).sqrt().max(c.least);
-    let mut best: Option<(f64, Effect, f64)> = None;
+    let mut best: Option<(f64, JointLawEffect, f64)> = None;
     for _ in 0..7 {
         let mut truth = truth;
         if believed.frictionless && c.id != "motor-friction" {
             truth.coulomb = 0.0;
         }
-        let effect = Effect::new(c.law.clone(), short(size));
+        let effect = JointLawEffect::new(c.law.clone(), short(size));
         let runs = scene.run(truth, std::slice::from_ref(&effect), &[0, 1]);
         if runs.iter().any(|r| r.track.state.iter().any(|x| !x[0].is_finite() || !x[2].is_finite())) {
             size = (size * 0.3).max(c.least);

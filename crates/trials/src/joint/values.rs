@@ -2,7 +2,7 @@
 
 /// Parameters that the case may declare known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Values {
+pub(crate) struct JointValues {
     pub(crate) motor_inertia: f64,
     pub(crate) load_inertia: f64,
     pub(crate) gear_ratio: f64,
@@ -13,7 +13,7 @@ pub(crate) struct Values {
     pub(crate) viscous: f64,
 }
 
-/// Names in the order of [`Values::list`].
+/// Names in the order of [`JointValues::list`].
 pub(crate) const NAMES: [&str; 8] = [
     "motorInertia",
     "loadInertia",
@@ -25,7 +25,7 @@ pub(crate) const NAMES: [&str; 8] = [
     "viscousFriction",
 ];
 
-impl Values {
+impl JointValues {
     pub(crate) fn list(&self) -> [f64; 8] {
         let v = self;
         [
@@ -56,4 +56,4 @@ impl Values {
 }
 
 /// motor angle, motor velocity, load angle, load velocity, then the effects' own.
-pub(crate) type State = [f64; 12];
+pub(crate) type JointState = [f64; 12];

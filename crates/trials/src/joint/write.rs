@@ -2,31 +2,31 @@
 
 use std::collections::BTreeMap;
 
-use super::bench::{Done, reading};
-use super::choice::{CHANNELS, Choice, Scales};
+use super::bench::{JointRecord, reading};
+use super::choice::{CHANNELS, JointEffectDraw, JointScales};
 use super::drive::short;
-use super::law::{Effect, Law};
-use super::plant::Joint;
+use super::law::{JointLaw, JointLawEffect};
+use super::plant::TrialJoint;
 use super::run::replay;
-use super::scene::{Believed, Nominal, Scene};
-use super::values::{NAMES, Values};
-use crate::case::{Case, Column, Key, Plant, Recording, Sensor, Split};
-use crate::draw::Draw;
+use super::scene::{BelievedJoint, JointScene, NominalJoint};
+use super::values::{JointValues, NAMES};
+use crate::case::{DeclaredSensor, TrialCase, TrialColumn, TrialPlant, TrialRecording, TrialSplit, TruthKey};
+use crate::draw::SeededDraw;
 use crate::sense;
 
 pub(super) fn write(
-    scene: &Scene,
-    effects: &[Effect],
-    runs: &[Done],
-    nominal: &Nominal,
-    believed: &Believed,
+    scene: &JointScene,
+    effects: &[JointLawEffect],
+    runs: &[JointRecord],
+    nominal: &NominalJoint,
+    believed: &BelievedJoint,
     current_noise: f64,
     rests: bool,
-    d: &mut Draw,
-) -> Case {
+    d: &mut SeededDraw,
+) -> TrialCase {
     let drive = &scene.drive;
-    let reads = |name: String, run: &Done, d: &mut Draw| {
-        let mut columns = vec![Column {
+    let reads = |name: String, run: &JointRecord, d: &mut SeededDraw| {
+        let mut columns = vec![TrialColumn {
             name: "motorCurrent".into(),
             values: run.current.iter().map(|u| u + current_noise * d.normal()).collect(),
             unit_step: current_noise,
@@ -43,9 +43,9 @@ pub(super) fn write(
                 })
                 .collect();
             sense::drop_out(&mut values, drive.drop, d);
-            columns.push(Column { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
+            columns.push(TrialColumn { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
         }
-        Recording { name, time: run.time.clone(), columns }
+        TrialRecording { name, time: run.time.clone(), columns }
     };
     let train = (0..3).map(|i| reads(format!("train-{}.csv", i + 1), &runs[i], d)).collect();
     let holdout =
@@ -72,22 +72,22 @@ pub(super) fn write(
             uncertain.insert(NAMES[*i].into(), (*doubt).into());
         }
     }
-    let mut sensors = vec![Sensor {
+    let mut sensors = vec![DeclaredSensor {
         name: "motorCurrent".into(),
         noise: Some(current_noise),
         hold: true,
-        ..Sensor::default()
+        ..DeclaredSensor::default()
     }];
     for c in &drive.channels {
         let m = drive.meters[*c];
-        sensors.push(Sensor {
+        sensors.push(DeclaredSensor {
             name: CHANNELS[*c].into(),
             resolution: (m.step > 0.0).then_some(short(m.step)),
             noise: Some(short(m.noise)),
-            ..Sensor::default()
+            ..DeclaredSensor::default()
         });
     }
-    Case {
+    TrialCase {
         model: "TwoMassJoint",
         train,
         holdout,
@@ -98,10 +98,10 @@ pub(super) fn write(
         effects: toml::Table::new(),
         payload: toml::Table::new(),
         sensors,
-        key: Key {
+        key: TruthKey {
             case: String::new(),
-            plant: Plant::Joint,
-            split: Split::None,
+            plant: TrialPlant::Joint,
+            split: TrialSplit::None,
             verdict: String::new(),
             effects: Vec::new(),
             components: Vec::new(),
@@ -121,56 +121,56 @@ pub(super) fn write(
 
 /// Two seconds with the brake on: the current is 0 and nothing moves.
 pub(super) fn at_rest(
-    scene: &Scene,
-    _: &[Effect],
+    scene: &JointScene,
+    _: &[JointLawEffect],
     _: f64,
-    reads: impl Fn(String, &Done, &mut Draw) -> Recording,
-    d: &mut Draw,
-) -> Recording {
+    reads: impl Fn(String, &JointRecord, &mut SeededDraw) -> TrialRecording,
+    d: &mut SeededDraw,
+) -> TrialRecording {
     let time: Vec<f64> =
         (0..(2.0 * scene.drive.rate) as usize).map(|i| i as f64 / scene.drive.rate).collect();
     let values = scene.drive.values;
     let current = vec![0.0; time.len()];
-    let joint = Joint::new(values, false, Vec::new(), 1.0);
+    let joint = TrialJoint::new(values, false, Vec::new(), 1.0);
     let track = replay(joint, [0.0; 12], &time, &current, 1e-3);
-    let done = Done { time, current, track, start: [0.0; 12] };
+    let done = JointRecord { time, current, track, start: [0.0; 12] };
     reads("rest-1.csv".into(), &done, d)
 }
 
 pub(super) fn key(
-    split: Split,
+    split: TrialSplit,
     seed: u64,
     index: usize,
-    choices: &[Choice],
-    effects: &[Effect],
+    choices: &[JointEffectDraw],
+    effects: &[JointLawEffect],
     ratio: f64,
-    truth: Values,
-    values: &Values,
+    truth: JointValues,
+    values: &JointValues,
     class: Option<&[&str]>,
-    s: &Scales,
-) -> Key {
+    s: &JointScales,
+) -> TruthKey {
     let mut amplitudes: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
     for (c, e) in choices.iter().zip(effects) {
         let same: Option<(String, f64)> = match &e.law {
-            Law::Play { .. } => Some(("backlashGap".into(), e.size)),
-            Law::DeadTime => Some(("actuatorDelay".into(), e.size)),
-            Law::Late { channel } => Some((format!("{}Delay", CHANNELS[*channel]), e.size)),
-            Law::Creep { channel, bend: 0.0 } => {
+            JointLaw::Play { .. } => Some(("backlashGap".into(), e.size)),
+            JointLaw::DeadTime => Some(("actuatorDelay".into(), e.size)),
+            JointLaw::Late { channel } => Some((format!("{}Delay", CHANNELS[*channel]), e.size)),
+            JointLaw::Creep { channel, bend: 0.0 } => {
                 Some((format!("{}DriftRate", CHANNELS[*channel]), e.size / s.span))
             }
-            Law::Unbalance { x, y } => Some(("gravityTorque".into(), e.size * x.hypot(*y))),
-            Law::Asymmetry => Some(("coulombAsymmetry".into(), e.size * values.coulomb)),
-            Law::LoadSlip { torque, .. } => Some(("loadFriction".into(), e.size * torque)),
-            Law::Plain { coulomb, .. } => Some(("coulombFriction".into(), e.size * coulomb)),
+            JointLaw::Unbalance { x, y } => Some(("gravityTorque".into(), e.size * x.hypot(*y))),
+            JointLaw::Asymmetry => Some(("coulombAsymmetry".into(), e.size * values.coulomb)),
+            JointLaw::LoadSlip { torque, .. } => Some(("loadFriction".into(), e.size * torque)),
+            JointLaw::Plain { coulomb, .. } => Some(("coulombFriction".into(), e.size * coulomb)),
             _ => None,
         };
         if let Some((name, value)) = same {
             amplitudes.entry(c.id.to_owned()).or_default().insert(name, value);
         }
     }
-    Key {
+    TruthKey {
         case: String::new(),
-        plant: Plant::Joint,
+        plant: TrialPlant::Joint,
         split,
         verdict: split.verdict().into(),
         effects: choices.iter().map(|c| c.id.to_owned()).collect(),

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::score::{Aim, Card, Line};
-use crate::error::Error;
+use super::score::{Card, ScoreTarget, ScorecardLine};
+use crate::error::TrialError;
 use crate::files;
 
-fn figure(line: &Line) -> String {
+fn figure(line: &ScorecardLine) -> String {
     let Some(value) = line.value else { return "-".into() };
     match line.share {
         Some(s) => {
@@ -25,15 +25,15 @@ fn figure(line: &Line) -> String {
     }
 }
 
-fn wanted(line: &Line) -> String {
+fn wanted(line: &ScorecardLine) -> String {
     let number = |x: f64| {
         if line.share.is_some() { format!("{} %", (1000.0 * x).round() / 10.0) } else { x.to_string() }
     };
     match line.aim {
-        Aim::Least(a, b) => format!("at least {}, {}", number(a), number(b)),
-        Aim::Most(a, b) => format!("at most {}, {}", number(a), number(b)),
-        Aim::Within(a, b) => format!("{} to {}", number(a), number(b)),
-        Aim::Told => String::new(),
+        ScoreTarget::Least(a, b) => format!("at least {}, {}", number(a), number(b)),
+        ScoreTarget::Most(a, b) => format!("at most {}, {}", number(a), number(b)),
+        ScoreTarget::Within(a, b) => format!("{} to {}", number(a), number(b)),
+        ScoreTarget::Told => String::new(),
     }
 }
 
@@ -78,6 +78,6 @@ pub fn markdown(cards: &[Card], commit: Option<&str>) -> String {
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_card(path: &Path, cards: &[Card], commit: Option<&str>) -> Result<(), Error> {
+pub fn write_card(path: &Path, cards: &[Card], commit: Option<&str>) -> Result<(), TrialError> {
     files::whole(path, &markdown(cards, commit))
 }

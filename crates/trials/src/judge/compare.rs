@@ -6,15 +6,15 @@ use std::fmt::Write as _;
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::corpus;
-use super::table::{Answers, Row};
-use crate::case::Plant;
-use crate::error::Error;
+use super::table::{Answers, CaseRow};
+use crate::case::TrialPlant;
+use crate::error::TrialError;
 
 /// The same cases by two programs.
 #[derive(Clone, Debug)]
-pub struct Comparison {
+pub struct PairedComparison {
     /// The cases that both have answered: by A, by B.
-    pub pairs: Vec<(Row, Row)>,
+    pub pairs: Vec<(CaseRow, CaseRow)>,
     /// Cases that only A has answered, and only B.
     pub only: [Vec<String>; 2],
     /// The cases were chosen by how they came out: these figures rank no program.
@@ -23,7 +23,7 @@ pub struct Comparison {
 
 /// How two programs came out on cases that both answered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct PairedCounts {
     /// Right by both.
     pub both: usize,
     /// Right by A alone.
@@ -34,7 +34,7 @@ pub struct Counts {
     pub neither: usize,
 }
 
-impl Counts {
+impl PairedCounts {
     /// McNemar's exact test (1947), two-sided: of the discordant cases as many are expected on either side, so that the
     /// smaller number is binomial with 1/2. 1 where no case is discordant.
     pub fn p_value(self) -> f64 {
@@ -48,8 +48,8 @@ impl Counts {
 ///
 /// # Errors
 /// A folder that cannot be read; a case of the same name with another key: its generator was another one.
-pub fn compare(a: &Answers, b: &Answers) -> Result<Comparison, Error> {
-    let by_name = |answers: &Answers| -> Result<BTreeMap<String, Row>, Error> {
+pub fn compare(a: &Answers, b: &Answers) -> Result<PairedComparison, TrialError> {
+    let by_name = |answers: &Answers| -> Result<BTreeMap<String, CaseRow>, TrialError> {
         Ok(answers.rows()?.into_iter().map(|r| (r.case.clone(), r)).collect())
     };
     let (of_a, mut of_b) = (by_name(a)?, by_name(b)?);
@@ -63,18 +63,18 @@ pub fn compare(a: &Answers, b: &Answers) -> Result<Comparison, Error> {
                     "case {name} has another key in {}: it was made by another generator; generate both folders with one program",
                     a.trials.display()
                 );
-                return Err(Error::at(&b.trials, why));
+                return Err(TrialError::at(&b.trials, why));
             }
             None => only_a.push(name),
         }
     }
-    Ok(Comparison { pairs, only: [only_a, of_b.into_keys().collect()], chosen })
+    Ok(PairedComparison { pairs, only: [only_a, of_b.into_keys().collect()], chosen })
 }
 
-impl Comparison {
+impl PairedComparison {
     /// Of one plant.
-    pub fn counts(&self, plant: Plant) -> Counts {
-        let mut counts = Counts::default();
+    pub fn counts(&self, plant: TrialPlant) -> PairedCounts {
+        let mut counts = PairedCounts::default();
         for (a, b) in self.pairs.iter().filter(|(a, _)| a.plant == plant) {
             *match (a.right, b.right) {
                 (true, true) => &mut counts.both,
@@ -89,7 +89,7 @@ impl Comparison {
     /// As a table for people, plant by plant.
     pub fn text(&self) -> String {
         let mut t = String::new();
-        for plant in Plant::ALL {
+        for plant in TrialPlant::ALL {
             if self.pairs.iter().any(|(a, _)| a.plant == plant) {
                 self.plant(plant, &mut t);
             }
@@ -102,9 +102,9 @@ impl Comparison {
         t
     }
 
-    fn plant(&self, plant: Plant, t: &mut String) {
+    fn plant(&self, plant: TrialPlant, t: &mut String) {
         let counts = self.counts(plant);
-        let Counts { both, only_a, only_b, neither } = counts;
+        let PairedCounts { both, only_a, only_b, neither } = counts;
         let of = both + only_a + only_b + neither;
         let _ = writeln!(t, "{}: {of} cases by both", plant.name());
         let _ = writeln!(t, "{:10} {:>8} {:>8}", "", "B right", "B wrong");
@@ -144,8 +144,8 @@ impl Comparison {
     }
 
     /// Processor time, where both are known.
-    fn time(&self, plant: Plant, t: &mut String) {
-        let known = |(a, b): &(Row, Row)| Some((a.processor_seconds?, b.processor_seconds?));
+    fn time(&self, plant: TrialPlant, t: &mut String) {
+        let known = |(a, b): &(CaseRow, CaseRow)| Some((a.processor_seconds?, b.processor_seconds?));
         let list: Vec<(f64, f64)> =
             self.pairs.iter().filter(|p| p.0.plant == plant).filter_map(known).collect();
         let sums = list.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
@@ -167,7 +167,7 @@ impl Comparison {
     }
 }
 
-fn answer(row: &Row) -> String {
+fn answer(row: &CaseRow) -> String {
     match row.claims.as_str() {
         "" => row.verdict.clone(),
         claims => format!("{} {claims}", row.verdict),
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn the_exact_test_is_the_binomial_one() {
-        let p = |only_a, only_b| Counts { both: 7, only_a, only_b, neither: 3 }.p_value();
+        let p = |only_a, only_b| PairedCounts { both: 7, only_a, only_b, neither: 3 }.p_value();
         // 2 (1 + 5) / 2^5; 2 (1 + 10 + 45 + 120) / 2^10 by hand.
         assert!((p(1, 4) - 0.375).abs() < 1e-12, "{}", p(1, 4));
         assert!((p(7, 3) - 0.343_75).abs() < 1e-12);

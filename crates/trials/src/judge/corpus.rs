@@ -9,9 +9,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::table::{Row, csv};
-use crate::case::{Plant, Split};
-use crate::error::Error;
+use super::table::{CaseRow, csv};
+use crate::case::{TrialPlant, TrialSplit};
+use crate::error::TrialError;
 use crate::files;
 
 /// Copy of the corpus in a folder of its cases.
@@ -19,13 +19,13 @@ pub(crate) const FILE: &str = "corpus.csv";
 
 /// A case of a corpus.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Entry {
+pub struct CorpusEntry {
     /// Name of its folder.
     pub case: String,
     /// Its plant,
-    pub plant: Plant,
+    pub plant: TrialPlant,
     /// its subject,
-    pub split: Split,
+    pub split: TrialSplit,
     /// its seed,
     pub seed: u64,
     /// and its number among those.
@@ -49,8 +49,8 @@ pub struct Entry {
 /// Effect, drive and strength (below 3, below 8, above): what a corpus is spread over.
 type Stratum = (String, String, u8);
 
-impl Entry {
-    fn of(row: &Row, commit: &str) -> Self {
+impl CorpusEntry {
+    fn of(row: &CaseRow, commit: &str) -> Self {
         let said = if row.claims.is_empty() {
             row.verdict.clone()
         } else {
@@ -81,34 +81,34 @@ impl Entry {
 ///
 /// # Errors
 /// It cannot be read, or a line is none of a corpus.
-pub fn read(path: &Path) -> Result<Vec<Entry>, Error> {
+pub fn read(path: &Path) -> Result<Vec<CorpusEntry>, TrialError> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let mut reader = csv::Reader::from_path(path).map_err(|e| Error::at(path, e))?;
-    reader.deserialize().map(|entry| entry.map_err(|e| Error::at(path, e))).collect()
+    let mut reader = csv::Reader::from_path(path).map_err(|e| TrialError::at(path, e))?;
+    reader.deserialize().map(|entry| entry.map_err(|e| TrialError::at(path, e))).collect()
 }
 
 /// Writes a corpus, sorted by name.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write(path: &Path, corpus: &[Entry]) -> Result<(), Error> {
+pub fn write(path: &Path, corpus: &[CorpusEntry]) -> Result<(), TrialError> {
     files::whole(path, &csv(corpus, path)?)
 }
 
 /// Lets in every wrong case, and right ones up to `right` of each plant, from the strata that have fewest of them; of equal
 /// ones by name, which has no meaning. What is in stays as it entered.
-pub fn fill(corpus: &mut Vec<Entry>, rows: &[Row], right: usize, commit: &str) {
-    let known = |corpus: &[Entry], row: &Row| corpus.iter().any(|e| e.case == row.case);
-    let new: Vec<&Row> = rows.iter().filter(|r| !known(corpus, r)).collect();
-    corpus.extend(new.iter().filter(|r| !r.right).map(|r| Entry::of(r, commit)));
-    for plant in Plant::ALL {
-        let mut waiting: Vec<Entry> =
-            new.iter().filter(|r| r.right && r.plant == plant).map(|r| Entry::of(r, commit)).collect();
+pub fn fill(corpus: &mut Vec<CorpusEntry>, rows: &[CaseRow], right: usize, commit: &str) {
+    let known = |corpus: &[CorpusEntry], row: &CaseRow| corpus.iter().any(|e| e.case == row.case);
+    let new: Vec<&CaseRow> = rows.iter().filter(|r| !known(corpus, r)).collect();
+    corpus.extend(new.iter().filter(|r| !r.right).map(|r| CorpusEntry::of(r, commit)));
+    for plant in TrialPlant::ALL {
+        let mut waiting: Vec<CorpusEntry> =
+            new.iter().filter(|r| r.right && r.plant == plant).map(|r| CorpusEntry::of(r, commit)).collect();
         waiting.sort_by(|a, b| a.case.cmp(&b.case));
         let mut taken: [BTreeMap<String, usize>; 3] = Default::default();
-        let keys = |e: &Entry| {
+        let keys = |e: &CorpusEntry| {
             let (effect, drive, strength) = e.stratum();
             [format!("{effect}/{drive}/{strength}"), effect, format!("{drive}/{strength}")]
         };
@@ -118,11 +118,11 @@ pub fn fill(corpus: &mut Vec<Entry>, rows: &[Row], right: usize, commit: &str) {
             keys(e).into_iter().zip(&mut taken).for_each(|(key, taken)| *taken.entry(key).or_default() += 1);
         }
         while count < right && !waiting.is_empty() {
-            let of = |e: &Entry| -> Vec<usize> {
+            let of = |e: &CorpusEntry| -> Vec<usize> {
                 keys(e).iter().zip(&taken).map(|(key, taken)| taken.get(key).copied().unwrap_or(0)).collect()
             };
             // Whatever effect has fewest first, then drive and strength.
-            let rank = |e: &Entry| {
+            let rank = |e: &CorpusEntry| {
                 let n = of(e);
                 (n[1], n[0], n[2])
             };
@@ -140,8 +140,8 @@ pub fn fill(corpus: &mut Vec<Entry>, rows: &[Row], right: usize, commit: &str) {
 }
 
 /// Marks a folder of trials as one whose cases were chosen by how they came out.
-pub(crate) fn mark(directory: &Path, corpus: &Path) -> Result<(), Error> {
-    let text = fs::read_to_string(corpus).map_err(|e| Error::at(corpus, e))?;
+pub(crate) fn mark(directory: &Path, corpus: &Path) -> Result<(), TrialError> {
+    let text = fs::read_to_string(corpus).map_err(|e| TrialError::at(corpus, e))?;
     files::whole(&directory.join(FILE), &text)
 }
 
@@ -149,11 +149,11 @@ pub(crate) fn mark(directory: &Path, corpus: &Path) -> Result<(), Error> {
 mod tests {
     use super::*;
 
-    fn row(name: &str, truth: &str, drive: &str, right: bool) -> Row {
-        Row {
+    fn row(name: &str, truth: &str, drive: &str, right: bool) -> CaseRow {
+        CaseRow {
             case: name.into(),
-            plant: Plant::Joint,
-            split: Split::Single,
+            plant: TrialPlant::Joint,
+            split: TrialSplit::Single,
             seed: 1,
             index: 0,
             seal: "abc".into(),
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn failures_enter_and_stay_and_right_ones_are_spread() {
-        let mut rows: Vec<Row> =
+        let mut rows: Vec<CaseRow> =
             (0..6).map(|i| row(&format!("a{i}"), "backlash", "harmonic drive", true)).collect();
         rows.push(row("b", "backlash", "geared motor", true));
         rows.push(row("c", "sensor-delay", "harmonic drive", true));

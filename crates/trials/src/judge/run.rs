@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::error::TrialError;
 use crate::files;
 
 /// What a diagnosis took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Took {
+pub struct TimeTaken {
     /// Wall time, s.
     pub seconds: f64,
     /// Processor time, s; unknown of results of older programs.
@@ -21,7 +21,7 @@ pub struct Took {
 
 /// Why there is no diagnosis.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Failure {
+pub enum CaseFailure {
     /// The result instead.
     Said(String),
     /// It was stopped after so many seconds of processor time: a miss, tried again only with more.
@@ -30,18 +30,18 @@ pub enum Failure {
 
 /// How a case came out.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Ran {
+pub enum CaseEnd {
     /// Diagnosed now.
-    Done(Took),
+    Done(TimeTaken),
     /// It was there already.
     Kept,
     /// No diagnosis.
-    Failed(Failure),
+    Failed(CaseFailure),
 }
 
 /// Which cases, and where their results go.
 #[derive(Clone, Copy, Debug)]
-pub struct Run<'a> {
+pub struct JudgedRun<'a> {
     /// Folder with `cases`.
     pub trials: &'a Path,
     /// Folder for results.
@@ -54,14 +54,14 @@ pub struct Run<'a> {
 
 /// A case that was stopped: `<name>.stopped`.
 #[derive(Serialize, Deserialize)]
-struct Stopped {
+struct StoppedCase {
     processor_seconds: f64,
 }
 
 /// After how many seconds of processor time a case was stopped, if it was.
 pub(crate) fn stopped(results: &Path, name: &str) -> Option<f64> {
     let text = fs::read_to_string(results.join(format!("{name}.stopped"))).ok()?;
-    toml::from_str::<Stopped>(&text).ok().map(|s| s.processor_seconds)
+    toml::from_str::<StoppedCase>(&text).ok().map(|s| s.processor_seconds)
 }
 
 /// Diagnoses the cases that have no result yet: `diagnose` gets the case's folder and an empty folder for what it writes,
@@ -70,11 +70,11 @@ pub(crate) fn stopped(results: &Path, name: &str) -> Option<f64> {
 /// # Errors
 /// A file that cannot be written. A diagnosis that fails is kept as `<name>.error`, and tried again next time.
 pub fn run(
-    run: &Run<'_>,
-    mut diagnose: impl FnMut(&Path, &Path) -> Result<Took, Failure>,
-    mut said: impl FnMut(&str, &Ran),
-) -> Result<(), Error> {
-    let Run { trials, results, shard, limit } = *run;
+    run: &JudgedRun<'_>,
+    mut diagnose: impl FnMut(&Path, &Path) -> Result<TimeTaken, CaseFailure>,
+    mut said: impl FnMut(&str, &CaseEnd),
+) -> Result<(), TrialError> {
+    let JudgedRun { trials, results, shard, limit } = *run;
     files::folder(results)?;
     for (i, name) in files::cases(trials)?.iter().enumerate() {
         if i % shard.1 != shard.0 - 1 {
@@ -83,40 +83,40 @@ pub fn run(
         let last = results.join(name);
         let spent = stopped(results, name).is_some_and(|at| limit.is_some_and(|limit| limit <= at));
         if last.join("diagnosis.json").is_file() || spent {
-            said(name, &Ran::Kept);
+            said(name, &CaseEnd::Kept);
             continue;
         }
         let part = files::fresh(results, name)?;
         let begun = Instant::now();
         let told = diagnose(&trials.join("cases").join(name), &part).and_then(|took| {
             let there = part.join("diagnosis.json").is_file();
-            if there { Ok(took) } else { Err(Failure::Said("it wrote no diagnosis.json".into())) }
+            if there { Ok(took) } else { Err(CaseFailure::Said("it wrote no diagnosis.json".into())) }
         });
         let notes = ["error", "stopped"].map(|ending| results.join(format!("{name}.{ending}")));
         for note in notes.iter().filter(|n| n.exists()) {
-            fs::remove_file(note).map_err(|e| Error::at(note, e))?;
+            fs::remove_file(note).map_err(|e| TrialError::at(note, e))?;
         }
         let ran = match told {
             Ok(mut took) => {
                 took.seconds = begun.elapsed().as_secs_f64();
                 let path = part.join("trial.toml");
-                files::whole(&path, &toml::to_string(&took).map_err(|e| Error::at(&path, e))?)?;
+                files::whole(&path, &toml::to_string(&took).map_err(|e| TrialError::at(&path, e))?)?;
                 files::settle(&part, &last)?;
-                Ran::Done(took)
+                CaseEnd::Done(took)
             }
             Err(failure) => {
-                fs::remove_dir_all(&part).map_err(|e| Error::at(&part, e))?;
+                fs::remove_dir_all(&part).map_err(|e| TrialError::at(&part, e))?;
                 match &failure {
-                    Failure::Said(why) => files::whole(&notes[0], why)?,
-                    Failure::Stopped(at) => {
-                        let stopped = Stopped { processor_seconds: *at };
+                    CaseFailure::Said(why) => files::whole(&notes[0], why)?,
+                    CaseFailure::Stopped(at) => {
+                        let stopped = StoppedCase { processor_seconds: *at };
                         files::whole(
                             &notes[1],
-                            &toml::to_string(&stopped).map_err(|e| Error::at(&notes[1], e))?,
+                            &toml::to_string(&stopped).map_err(|e| TrialError::at(&notes[1], e))?,
                         )?;
                     }
                 }
-                Ran::Failed(failure)
+                CaseEnd::Failed(failure)
             }
         };
         said(name, &ran);

@@ -6,41 +6,41 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::run::{Took, stopped};
-use crate::error::Error;
+use super::run::{TimeTaken, stopped};
+use crate::error::TrialError;
 
 /// diagnosis.json, as far as a scorer needs it.
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Said {
+pub(crate) struct DiagnosisAnswer {
     pub(crate) verdict: String,
     #[serde(default)]
-    pub(crate) gap: Gap,
+    pub(crate) gap: AnsweredGap,
     #[serde(default, rename = "where")]
-    pub(crate) places: Places,
+    pub(crate) places: AnsweredPlaces,
     #[serde(default)]
-    pub(crate) effects: Vec<Claim>,
+    pub(crate) effects: Vec<AnsweredClaim>,
     #[serde(default)]
-    pub(crate) candidates: Vec<Claim>,
+    pub(crate) candidates: Vec<AnsweredClaim>,
     #[serde(default)]
-    pub(crate) parameters: BTreeMap<String, Amplitude>,
+    pub(crate) parameters: BTreeMap<String, AnsweredAmplitude>,
     #[serde(default)]
     pub(crate) indistinguishable: Vec<Vec<String>>,
     /// What it took, where it is known.
     #[serde(skip)]
-    pub(crate) took: Took,
+    pub(crate) took: TimeTaken,
     /// It failed: no verdict at all.
     #[serde(skip)]
     pub(crate) failed: bool,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Gap {
+pub(crate) struct AnsweredGap {
     #[serde(default)]
-    pub(crate) overall: Option<Overall>,
+    pub(crate) overall: Option<OverallGap>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Overall {
+pub(crate) struct OverallGap {
     pub(crate) before: Option<f64>,
     pub(crate) tuned: Option<f64>,
     pub(crate) after: Option<f64>,
@@ -49,18 +49,18 @@ pub(crate) struct Overall {
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Places {
+pub(crate) struct AnsweredPlaces {
     #[serde(default)]
-    pub(crate) components: Vec<Component>,
+    pub(crate) components: Vec<AnsweredComponent>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Component {
+pub(crate) struct AnsweredComponent {
     pub(crate) id: String,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Claim {
+pub(crate) struct AnsweredClaim {
     pub(crate) id: String,
     #[serde(default)]
     pub(crate) component: Option<String>,
@@ -69,11 +69,11 @@ pub(crate) struct Claim {
     #[serde(default)]
     pub(crate) probability: Option<f64>,
     #[serde(default)]
-    pub(crate) parameters: BTreeMap<String, Amplitude>,
+    pub(crate) parameters: BTreeMap<String, AnsweredAmplitude>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Amplitude {
+pub(crate) struct AnsweredAmplitude {
     #[serde(default)]
     pub(crate) value: Option<f64>,
     #[serde(default)]
@@ -81,13 +81,18 @@ pub(crate) struct Amplitude {
 }
 
 /// The result of case `name`; nothing where it was not run.
-pub(crate) fn read(results: &Path, name: &str) -> Result<Option<Said>, Error> {
+pub(crate) fn read(results: &Path, name: &str) -> Result<Option<DiagnosisAnswer>, TrialError> {
     let path = results.join(name).join("diagnosis.json");
     if !path.is_file() {
         let failed = results.join(format!("{name}.error")).is_file();
         let missed = |verdict: &str, processor_seconds| {
-            let took = Took { seconds: 0.0, processor_seconds };
-            Some(Said { verdict: verdict.into(), failed: true, took, ..Said::default() })
+            let took = TimeTaken { seconds: 0.0, processor_seconds };
+            Some(DiagnosisAnswer {
+                verdict: verdict.into(),
+                failed: true,
+                took,
+                ..DiagnosisAnswer::default()
+            })
         };
         return Ok(match stopped(results, name) {
             Some(at) => missed("stopped", Some(at)),
@@ -95,14 +100,14 @@ pub(crate) fn read(results: &Path, name: &str) -> Result<Option<Said>, Error> {
             None => None,
         });
     }
-    let text = fs::read_to_string(&path).map_err(|e| Error::at(&path, e))?;
-    let mut said: Said = serde_json::from_str(&text).map_err(|e| Error::at(&path, e))?;
+    let text = fs::read_to_string(&path).map_err(|e| TrialError::at(&path, e))?;
+    let mut said: DiagnosisAnswer = serde_json::from_str(&text).map_err(|e| TrialError::at(&path, e))?;
     let took = fs::read_to_string(results.join(name).join("trial.toml")).ok();
     said.took = took.and_then(|t| toml::from_str(&t).ok()).unwrap_or_default();
     Ok(Some(said))
 }
 
-impl Said {
+impl DiagnosisAnswer {
     /// What `id` could not be distinguished from, itself included; itself alone where that is more than three.
     pub(crate) fn class<'a>(&'a self, id: &'a str) -> Vec<&'a str> {
         let mut class = vec![id];

@@ -3,8 +3,8 @@
 use super::said;
 use super::scored::Scored;
 use super::table::Answers;
-use crate::case::{Key, Plant, Split};
-use crate::error::Error;
+use crate::case::{TrialPlant, TrialSplit, TruthKey};
+use crate::error::TrialError;
 use crate::files;
 
 /// A share with its 95 % Wilson interval.
@@ -36,7 +36,7 @@ impl Share {
 
 /// Which way a figure should go.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Aim {
+pub enum ScoreTarget {
     /// At least; both marks.
     Least(f64, f64),
     /// At most; both marks.
@@ -47,7 +47,7 @@ pub enum Aim {
     Told,
 }
 
-impl Aim {
+impl ScoreTarget {
     /// Below the first mark the work is not done.
     pub fn met(self, value: f64) -> Option<bool> {
         match self {
@@ -61,7 +61,7 @@ impl Aim {
 
 /// A line of the scorecard.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct ScorecardLine {
     /// What is counted.
     pub what: &'static str,
     /// As a share of cases.
@@ -69,18 +69,18 @@ pub struct Line {
     /// The figure.
     pub value: Option<f64>,
     /// What it should be.
-    pub aim: Aim,
+    pub aim: ScoreTarget,
 }
 
 /// The scorecard of one plant.
 #[derive(Clone, Debug)]
 pub struct Card {
     /// The plant.
-    pub plant: Plant,
+    pub plant: TrialPlant,
     /// Cases per split, and how many of them have a result.
-    pub counts: Vec<(Split, usize, usize)>,
+    pub counts: Vec<(TrialSplit, usize, usize)>,
     /// All lines.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ScorecardLine>,
     /// Truth, what was reported instead or as well, how often.
     pub confusion: Vec<(String, String, usize)>,
     /// Per effect: cases, named first by class.
@@ -112,7 +112,7 @@ pub(crate) fn calibration(claims: &[(f64, bool)]) -> Option<f64> {
 ///
 /// # Errors
 /// A key that is not the sealed one, a file that cannot be read.
-pub fn score(answers: &Answers) -> Result<Vec<Card>, Error> {
+pub fn score(answers: &Answers) -> Result<Vec<Card>, TrialError> {
     let (mut all, mut waiting) = (Vec::new(), Vec::new());
     for name in files::cases(&answers.trials)? {
         let (key, _) = files::open(&answers.trials, &name)?;
@@ -122,7 +122,7 @@ pub fn score(answers: &Answers) -> Result<Vec<Card>, Error> {
         }
     }
     let mut cards = Vec::new();
-    for plant in Plant::ALL {
+    for plant in TrialPlant::ALL {
         let (mine, rest): (Vec<_>, Vec<_>) = all.into_iter().partition(|s| s.key.plant == plant);
         all = rest;
         if !mine.is_empty() {
@@ -132,15 +132,17 @@ pub fn score(answers: &Answers) -> Result<Vec<Card>, Error> {
     Ok(cards)
 }
 
-fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
-    let of = |split: Split| all.iter().filter(move |s| s.key.split == split);
-    let clear = || of(Split::Single).filter(|s| s.key.ratio >= 3.0);
-    let share = |what, share: Share, aim| Line { what, share: Some(share), value: share.rate(), aim };
-    let figure = |what, value, aim| Line { what, share: None, value, aim };
+fn card(plant: TrialPlant, all: &[Scored], waiting: &[TruthKey]) -> Card {
+    let of = |split: TrialSplit| all.iter().filter(move |s| s.key.split == split);
+    let clear = || of(TrialSplit::Single).filter(|s| s.key.ratio >= 3.0);
+    let share =
+        |what, share: Share, aim| ScorecardLine { what, share: Some(share), value: share.rate(), aim };
+    let figure = |what, value, aim| ScorecardLine { what, share: None, value, aim };
 
     let sizes: Vec<f64> = clear().filter_map(|s| s.first().map(|id| s.said.class(id).len() as f64)).collect();
-    let separated =
-        of(Split::Parameters).map(|s| s.said.verdict == "parameters").chain(clear().map(Scored::gap_seen));
+    let separated = of(TrialSplit::Parameters)
+        .map(|s| s.said.verdict == "parameters")
+        .chain(clear().map(Scored::gap_seen));
     let (mut covered, mut claims) = (Vec::new(), Vec::new());
     for s in all {
         for e in &s.said.effects {
@@ -161,96 +163,114 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
         }
     }
     let ranked = |s: &Scored| s.said.ranked().iter().take(3).any(|id| *id == s.truth());
-    let in_library =
-        || all.iter().filter(|s| matches!(s.key.split, Split::Single | Split::Pairs) && s.key.ratio >= 3.0);
+    let in_library = || {
+        all.iter()
+            .filter(|s| matches!(s.key.split, TrialSplit::Single | TrialSplit::Pairs) && s.key.ratio >= 3.0)
+    };
     let lines = vec![
         share(
             "effect named first, by class of at most 3",
             Share::of(clear().map(Scored::by_class)),
-            Aim::Least(0.90, 0.97),
+            ScoreTarget::Least(0.90, 0.97),
         ),
         figure(
             "- mean size of that class",
             (!sizes.is_empty()).then(|| sizes.iter().sum::<f64>() / sizes.len() as f64),
-            Aim::Told,
+            ScoreTarget::Told,
         ),
-        share("- by its exact id", Share::of(clear().map(Scored::exact)), Aim::Told),
+        share("- by its exact id", Share::of(clear().map(Scored::exact)), ScoreTarget::Told),
         share(
             "first, or in an ambiguous set of at most 3",
             Share::of(clear().map(|s| s.by_class() || s.ambiguous_with_truth(3))),
-            Aim::Least(0.93, 0.98),
+            ScoreTarget::Least(0.93, 0.98),
         ),
-        share("among the first three candidates", Share::of(clear().map(ranked)), Aim::Least(0.97, 0.995)),
+        share(
+            "among the first three candidates",
+            Share::of(clear().map(ranked)),
+            ScoreTarget::Least(0.97, 0.995),
+        ),
         share(
             "ambiguous though it can be distinguished",
             Share::of(clear().map(|s| s.said.verdict == "ambiguous")),
-            Aim::Most(0.10, 0.10),
+            ScoreTarget::Most(0.10, 0.10),
         ),
-        share("gap detected", Share::of(clear().map(Scored::gap_seen)), Aim::Least(0.97, 0.995)),
+        share("gap detected", Share::of(clear().map(Scored::gap_seen)), ScoreTarget::Least(0.97, 0.995)),
         share(
             "false alarm where there is no gap",
-            Share::of(of(Split::None).map(|s| s.said.verdict != "no-gap")),
-            Aim::Most(0.02, 0.005),
+            Share::of(of(TrialSplit::None).map(|s| s.said.verdict != "no-gap")),
+            ScoreTarget::Most(0.02, 0.005),
         ),
-        share("parameters against effects", Share::of(separated), Aim::Least(0.95, 0.99)),
+        share("parameters against effects", Share::of(separated), ScoreTarget::Least(0.95, 0.99)),
         share(
             "two effects: both found",
-            Share::of(of(Split::Pairs).map(Scored::both)),
-            Aim::Least(0.80, 0.95),
+            Share::of(of(TrialSplit::Pairs).map(Scored::both)),
+            ScoreTarget::Least(0.80, 0.95),
         ),
         share(
             "two effects: exactly these two",
-            Share::of(of(Split::Pairs).map(Scored::right)),
-            Aim::Least(0.65, 0.85),
+            Share::of(of(TrialSplit::Pairs).map(Scored::right)),
+            ScoreTarget::Least(0.65, 0.85),
         ),
         share(
             "outside the library: unknown",
-            Share::of(of(Split::Outside).map(Scored::right)),
-            Aim::Least(0.85, 0.95),
+            Share::of(of(TrialSplit::Outside).map(Scored::right)),
+            ScoreTarget::Least(0.85, 0.95),
         ),
         share(
             "inside the library, but called unknown",
             Share::of(in_library().map(|s| s.said.verdict == "unknown")),
-            Aim::Most(0.05, 0.05),
+            ScoreTarget::Most(0.05, 0.05),
         ),
         share(
             "not identifiable: ambiguous, the truth in the set",
-            Share::of(of(Split::Unidentifiable).map(Scored::right)),
-            Aim::Least(0.95, 0.98),
+            Share::of(of(TrialSplit::Unidentifiable).map(Scored::right)),
+            ScoreTarget::Least(0.95, 0.98),
         ),
-        share("component (and joint) of single effects", Share::of(clear().map(Scored::located)), Aim::Told),
+        share(
+            "component (and joint) of single effects",
+            Share::of(clear().map(Scored::located)),
+            ScoreTarget::Told,
+        ),
         share(
             "95 % intervals of amplitudes that cover",
             Share::of(covered.into_iter()),
-            Aim::Within(0.90, 0.98),
+            ScoreTarget::Within(0.90, 0.98),
         ),
-        figure("expected calibration error", calibration(&claims), Aim::Most(0.05, 0.03)),
+        figure("expected calibration error", calibration(&claims), ScoreTarget::Most(0.05, 0.03)),
         figure(
             "median share of the gap that is closed, single effects",
             median(clear().filter_map(|s| s.said.gap.overall.as_ref()?.closed).collect()),
-            Aim::Least(0.85, 0.95),
+            ScoreTarget::Least(0.85, 0.95),
         ),
         share(
             "rig: what is off by its name, an effect first or ambiguous",
-            Share::of(of(Split::Rig).map(Scored::right)),
-            Aim::Least(0.85, 0.85),
+            Share::of(of(TrialSplit::Rig).map(Scored::right)),
+            ScoreTarget::Least(0.85, 0.85),
         ),
         share(
             "rig: `parameters` though none is off",
             Share::of(
-                of(Split::Rig).filter(|s| s.key.moved.is_empty()).map(|s| s.said.verdict == "parameters"),
+                of(TrialSplit::Rig)
+                    .filter(|s| s.key.moved.is_empty())
+                    .map(|s| s.said.verdict == "parameters"),
             ),
-            Aim::Most(0.0, 0.0),
+            ScoreTarget::Most(0.0, 0.0),
         ),
-        share("diagnoses that failed", Share::of(all.iter().map(|s| s.said.failed)), Aim::Most(0.0, 0.0)),
+        share(
+            "diagnoses that failed",
+            Share::of(all.iter().map(|s| s.said.failed)),
+            ScoreTarget::Most(0.0, 0.0),
+        ),
     ];
     let mut confusion: Vec<(String, String, usize)> = Vec::new();
     let mut by_effect: Vec<(String, Share)> = Vec::new();
-    for s in all.iter().filter(|s| s.key.split != Split::Pairs) {
+    for s in all.iter().filter(|s| s.key.split != TrialSplit::Pairs) {
         let truth = match s.key.split {
-            Split::Single => s.truth().to_owned(),
-            Split::Rig => format!("({}) {}", s.key.split.name(), s.key.told()),
-            Split::Outside | Split::Unidentifiable => format!("({}) {}", s.key.split.name(), s.truth()),
+            TrialSplit::Single => s.truth().to_owned(),
+            TrialSplit::Rig => format!("({}) {}", s.key.split.name(), s.key.told()),
+            TrialSplit::Outside | TrialSplit::Unidentifiable => {
+                format!("({}) {}", s.key.split.name(), s.truth())
+            }
             other => format!("({})", other.name()),
         };
         let told = s.first().map_or_else(|| format!("({})", s.said.verdict), str::to_owned);
@@ -274,7 +294,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
     by_effect.sort_by(|a, b| a.0.cmp(&b.0));
     let mut seconds: Vec<f64> = all.iter().map(|s| s.said.took.seconds).filter(|s| *s > 0.0).collect();
     seconds.sort_by(f64::total_cmp);
-    let counts = Split::ALL
+    let counts = TrialSplit::ALL
         .into_iter()
         .map(|split| {
             let done = of(split).count();

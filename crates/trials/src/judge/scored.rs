@@ -1,12 +1,12 @@
 //! A case with its result, and which parts of that are right.
 
-use super::said::Said;
-use crate::case::{Key, Moved, Plant, Split};
+use super::said::DiagnosisAnswer;
+use crate::case::{Moved, TrialPlant, TrialSplit, TruthKey};
 
 /// A case with its result.
 pub(crate) struct Scored {
-    pub(crate) key: Key,
-    pub(crate) said: Said,
+    pub(crate) key: TruthKey,
+    pub(crate) said: DiagnosisAnswer,
 }
 
 impl Scored {
@@ -43,7 +43,7 @@ impl Scored {
         let base = |c: &str| c.split('[').next().unwrap_or(c).to_owned();
         let joint = self.key.joints.first().copied().unwrap_or(0);
         let right = joint == 0
-            || self.key.plant == Plant::Joint
+            || self.key.plant == TrialPlant::Joint
             || first.and_then(|e| e.joint).is_none_or(|j| j == joint);
         place.is_some_and(|p| base(&p) == base(component)) && right
     }
@@ -54,11 +54,13 @@ impl Scored {
     /// The answer is right, as the scorecard counts it.
     pub(crate) fn right(&self) -> bool {
         match self.key.split {
-            Split::Single => self.by_class(),
-            Split::Pairs => self.both() && self.said.effects.len() == 2,
-            Split::Unidentifiable => self.ambiguous_with_truth(usize::MAX),
-            Split::Rig => self.of_a_rig(),
-            Split::None | Split::Parameters | Split::Outside => self.said.verdict == self.key.verdict,
+            TrialSplit::Single => self.by_class(),
+            TrialSplit::Pairs => self.both() && self.said.effects.len() == 2,
+            TrialSplit::Unidentifiable => self.ambiguous_with_truth(usize::MAX),
+            TrialSplit::Rig => self.of_a_rig(),
+            TrialSplit::None | TrialSplit::Parameters | TrialSplit::Outside => {
+                self.said.verdict == self.key.verdict
+            }
         }
     }
     /// Of a rig: what is off by its name; an effect first or in a small set.

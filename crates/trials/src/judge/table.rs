@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::said;
 use super::scored::Scored;
-use crate::case::{Key, Plant, Split};
-use crate::error::Error;
+use crate::case::{TrialPlant, TrialSplit, TruthKey};
+use crate::error::TrialError;
 use crate::files;
 
 /// Name of the table in a folder of results.
@@ -15,13 +15,13 @@ pub(crate) const FILE: &str = "table.csv";
 
 /// A case with its answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct CaseRow {
     /// Name of its folder.
     pub case: String,
     /// Its plant.
-    pub plant: Plant,
+    pub plant: TrialPlant,
     /// The subject.
-    pub split: Split,
+    pub split: TrialSplit,
     /// Its seed,
     pub seed: u64,
     /// and its number among those of plant and split.
@@ -58,9 +58,9 @@ pub struct Row {
     pub seconds: Option<f64>,
 }
 
-impl Row {
-    fn of(key: Key, seal: String, said: said::Said) -> Self {
-        let claims = |c: &said::Claim| match &c.component {
+impl CaseRow {
+    fn of(key: TruthKey, seal: String, said: said::DiagnosisAnswer) -> Self {
+        let claims = |c: &said::AnsweredClaim| match &c.component {
             Some(component) => format!("{}@{component}", c.id),
             None => c.id.clone(),
         };
@@ -108,7 +108,7 @@ impl Answers {
     ///
     /// # Errors
     /// It is neither.
-    pub fn find(folder: &Path) -> Result<Self, Error> {
+    pub fn find(folder: &Path) -> Result<Self, TrialError> {
         let above = folder.canonicalize().ok().and_then(|f| f.parent().map(Path::to_owned));
         let no_results = folder.ends_with("cases") || folder.ends_with("keys");
         let inside = above.filter(|_| !no_results).map(|above| (above, folder.to_owned()));
@@ -117,19 +117,19 @@ impl Answers {
         let found = candidates.find(|(trials, results)| trials.join("keys").is_dir() && results.is_dir());
         let why =
             "neither a folder of trials that `trueup trial run` has run nor one of its folders of results";
-        found.map(|(trials, results)| Self { trials, results }).ok_or_else(|| Error::at(folder, why))
+        found.map(|(trials, results)| Self { trials, results }).ok_or_else(|| TrialError::at(folder, why))
     }
 
     /// The cases that have an answer, by name.
     ///
     /// # Errors
     /// A key that is not the sealed one; a file that cannot be read.
-    pub fn rows(&self) -> Result<Vec<Row>, Error> {
+    pub fn rows(&self) -> Result<Vec<CaseRow>, TrialError> {
         let mut rows = Vec::new();
         for name in files::cases(&self.trials)? {
             if let Some(said) = said::read(&self.results, &name)? {
                 let (key, seal) = files::open(&self.trials, &name)?;
-                rows.push(Row::of(key, seal, said));
+                rows.push(CaseRow::of(key, seal, said));
             }
         }
         Ok(rows)
@@ -139,7 +139,7 @@ impl Answers {
     ///
     /// # Errors
     /// As [`Self::rows`]; the file cannot be written.
-    pub fn tabulate(&self) -> Result<Vec<Row>, Error> {
+    pub fn tabulate(&self) -> Result<Vec<CaseRow>, TrialError> {
         let (rows, path) = (self.rows()?, self.results.join(FILE));
         files::whole(&path, &csv(&rows, &path)?)?;
         Ok(rows)
@@ -147,11 +147,11 @@ impl Answers {
 }
 
 /// Rows as CSV.
-pub(crate) fn csv<T: Serialize>(rows: &[T], path: &Path) -> Result<String, Error> {
+pub(crate) fn csv<T: Serialize>(rows: &[T], path: &Path) -> Result<String, TrialError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.serialize(row).map_err(|e| Error::at(path, e))?;
+        writer.serialize(row).map_err(|e| TrialError::at(path, e))?;
     }
-    let bytes = writer.into_inner().map_err(|e| Error::at(path, e))?;
-    String::from_utf8(bytes).map_err(|e| Error::at(path, e))
+    let bytes = writer.into_inner().map_err(|e| TrialError::at(path, e))?;
+    String::from_utf8(bytes).map_err(|e| TrialError::at(path, e))
 }

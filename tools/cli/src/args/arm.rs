@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Subcommand)]
-pub(crate) enum Arm {
+pub(crate) enum ArmCommand {
     /// Show what bends of an arm under its weight: first mode, tip deflection, each joint's and link's share and what it does to
     /// the first mode, at a pose or over the angles of two joints
     Map(ArmMap),

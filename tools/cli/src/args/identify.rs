@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use trueup_identification::identify::{Design, Method};
+use trueup_identification::identify::{ExperimentDesign, IdentifyMethod};
 
 use super::deadline;
 
@@ -16,7 +16,7 @@ pub(crate) struct Identify {
     pub(crate) case: PathBuf,
     /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, break-away
     #[arg(long, value_name = "NAME", default_value = "output-error")]
-    pub(crate) method: Method,
+    pub(crate) method: IdentifyMethod,
     /// Fit these effects together with the model's parameters, as `effects` in [fit] of case.toml does; `trueup fmu list` has their ids
     #[arg(long, value_name = "ID,..", value_delimiter = ',', conflicts_with = "fmu")]
     pub(crate) with: Vec<String>,
@@ -62,7 +62,7 @@ pub(crate) struct Statics {
 
 /// Evenly spaced values of a parameter, both ends among them.
 #[derive(Clone, Debug)]
-pub(crate) struct Span(pub(crate) Design);
+pub(crate) struct Span(pub(crate) ExperimentDesign);
 
 impl FromStr for Span {
     type Err = String;
@@ -78,6 +78,6 @@ impl FromStr for Span {
         )?;
         let last = (VALUES - 1) as f64;
         let value = |k: usize| (from * (last - k as f64) + to * k as f64) / last;
-        Ok(Self(Design { name: name.into(), values: (0..VALUES).map(value).collect() }))
+        Ok(Self(ExperimentDesign { name: name.into(), values: (0..VALUES).map(value).collect() }))
     }
 }

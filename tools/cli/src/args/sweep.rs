@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub(crate) struct Sweep {
+pub(crate) struct SweepCommand {
     #[command(subcommand)]
-    pub(crate) after: Option<After>,
+    pub(crate) after: Option<SweepFollowUp>,
     /// What is varied and what is kept (see docs/sweeps.md); logs go to the folder NAME.runs next to it
     #[arg(required = true, value_name = "SWEEP.toml")]
     pub(crate) file: Option<PathBuf>,
@@ -33,16 +33,16 @@ pub(crate) struct Sweep {
 }
 
 #[derive(Debug, clap::Subcommand)]
-pub(crate) enum After {
+pub(crate) enum SweepFollowUp {
     /// Write all runs as one table, in their order: the same bytes however they were shared out or interrupted
     Merge(Merge),
     /// Show what the runs came to as a page: tiles over the last two factors, the last one from left to right, coloured by the
     /// first output that is the last value of an enumeration; a tile that is clicked shows its time line
-    Map(Map),
+    Map(ReportMap),
 }
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Map {
+pub(crate) struct ReportMap {
     /// The file whose runs are done, a grid or a list
     #[arg(value_name = "SWEEP.toml")]
     pub(crate) file: PathBuf,

@@ -43,18 +43,19 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use trueup_signals::Kind;
+    use trueup_signals::FindingKind;
 
     fn gap(file: &str, channel: usize) -> Finding {
-        Finding::warning(Kind::Dropout, Path::new(file), "a gap", "").channel(format!("x[{channel}]"))
+        Finding::warning(FindingKind::Dropout, Path::new(file), "a gap", "").channel(format!("x[{channel}]"))
     }
     fn nan() -> Finding {
-        Finding::note(Kind::NotANumber, Path::new("b.csv"), "nan is taken as an empty cell", "")
+        Finding::note(FindingKind::NotANumber, Path::new("b.csv"), "nan is taken as an empty cell", "")
     }
 
     #[test]
     fn no_kind_is_hidden_and_none_is_lost() {
-        let mut findings = vec![nan(), Finding::error(Kind::NoInput, Path::new("c.csv"), "no input", "")];
+        let mut findings =
+            vec![nan(), Finding::error(FindingKind::NoInput, Path::new("c.csv"), "no input", "")];
         findings.extend((0..15).map(|i| gap("a.csv", i)));
         findings.extend((0..15).map(|i| gap(if i < 14 { "b.csv" } else { "c.csv" }, i)));
         let lines = lines(&findings);
@@ -76,7 +77,14 @@ mod tests {
     /// Of many kinds with many findings each, errors and notes: one of each and how many more.
     #[test]
     fn many_kinds_have_a_line_each() {
-        let kinds = [Kind::Constant, Kind::Clipped, Kind::Stuck, Kind::Spike, Kind::Dropout, Kind::NoNoise];
+        let kinds = [
+            FindingKind::Constant,
+            FindingKind::Clipped,
+            FindingKind::Stuck,
+            FindingKind::Spike,
+            FindingKind::Dropout,
+            FindingKind::NoNoise,
+        ];
         let make = [Finding::error, Finding::warning, Finding::note];
         let findings: Vec<_> = (0..10)
             .flat_map(|_| make.iter().flat_map(|make| kinds.map(|k| make(k, Path::new("a.csv"), "it", ""))))

@@ -9,11 +9,11 @@ mod pose;
 mod schedule;
 
 use crate::args::ArmMap;
-use crate::error::Error;
-use asked::Asked;
+use crate::error::CliError;
+use asked::ArmRequest;
 
-pub(crate) fn map(args: &ArmMap) -> Result<(), Error> {
-    let asked = Asked::of(args)?;
+pub(crate) fn map(args: &ArmMap) -> Result<(), CliError> {
+    let asked = ArmRequest::of(args)?;
     let over = args.output.is_some()
         || [&args.from, &args.to].iter().any(|o| o.is_some())
         || args.joints.is_some()

@@ -9,12 +9,12 @@ mod waves;
 use std::path::Path;
 
 use crate::args::{Demo, Pack};
-use crate::error::Error;
+use crate::error::CliError;
 use loops::{column, run};
-use trueup_cosim::Memory;
+use trueup_cosim::SeriesMemory;
 use trueup_report::{Chart, Page};
 
-pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
+pub(crate) fn demo(args: &Demo) -> Result<(), CliError> {
     let folder = &args.output;
     crate::output::folder(folder)?;
     eprintln!("[1/8] packing all models for FMI 2.0 and 3.0");
@@ -46,17 +46,17 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
 
     let path = folder.join("index.html");
     trueup_fmi_description::pack::write_file(&path, page.finish().as_bytes())
-        .map_err(|e| Error::Failed(e.to_string()))?;
+        .map_err(|e| CliError::Failed(e.to_string()))?;
     crate::output::say(&format!("{}\n", path.display()))
 }
 
-fn picture(page: &mut Page, r: &Memory, title: &str, unit: &str, names: &[(&str, &str)]) {
+fn picture(page: &mut Page, r: &SeriesMemory, title: &str, unit: &str, names: &[(&str, &str)]) {
     let chart = Chart::over_time(title, unit);
     page.chart(&names.iter().fold(chart, |c, (name, label)| c.line(label, r.time(), column(r, name))));
 }
 
 /// Of joint 1 of the arm, the flexible one; its motor's angle is joint-referred.
-fn twist(page: &mut Page, r: &Memory) {
+fn twist(page: &mut Page, r: &SeriesMemory) {
     let both = column(r, "arm.motorAngle[1]").iter().zip(column(r, "arm.jointAngle[1]"));
     let twist: Vec<f64> = both.map(|(motor, joint)| motor - joint).collect();
     let chart = Chart::over_time("Twist of joint 1, the flexible one (motor angle - joint angle)", "rad");
@@ -79,7 +79,7 @@ fmu = "TwoMassJoint.fmi3.fmu"
 const PULSES: &str = "time,joint.motorCurrent\n0,0\n0.1,0\n0.101,0.018\n0.25,0.018\n0.251,0\n0.9,0\n0.901,-0.017\n\
                       1,-0.017\n1.001,0\n2,0\n";
 
-fn joint(folder: &Path, page: &mut Page) -> Result<(), Error> {
+fn joint(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     let r = run(folder, "pulses", JOINT, Some(PULSES), &[])?;
     page.section(
         "TwoMassJoint: break-away, sliding, sticking",
@@ -115,7 +115,7 @@ fmu = "PlanarManipulator.fmi3.fmu"
 const TORQUE: &str =
     "time,arm.jointTorque[1]\n0,0\n0.49,0\n0.5,0.2\n1.99,0.2\n2,-0.2\n3.49,-0.2\n3.5,0\n10,0\n";
 
-fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
+fn arm(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     let r = run(folder, "floating", ARM, Some(TORQUE), &[])?;
     page.section(
         "PlanarManipulator: nothing holds the base",
@@ -169,7 +169,7 @@ fmu = "ManipulatorController.fmi3.fmu"
 start = { positionReference = [0.4, -0.3, 0.2], strategy = "VWBC" }
 "#;
 
-fn arm_control(folder: &Path, page: &mut Page) -> Result<(), Error> {
+fn arm_control(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     let r = run(folder, "arm-control", ARM_CONTROL, None, &[])?;
     page.section(
         "ManipulatorController: three joints at once",

@@ -5,15 +5,15 @@ mod page;
 use std::path::Path;
 use std::time::Instant;
 
-use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
-use trueup_diagnosis::engine::subject::Subject;
+use trueup_diagnosis::diagnose::{AugmentedModel, DiagnoseOptions, Diagnosed, began, diagnose, record};
+use trueup_diagnosis::engine::subject::DiagnosisSubject;
 use trueup_diagnosis::experiment;
 use trueup_diagnosis::inputs;
-use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Severity, Verdict};
+use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, OutcomeSeverity, Verdict};
 use trueup_diagnosis::picture::isolability;
 use trueup_diagnosis::shipped;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi_description::Version;
+use trueup_fmi_description::FmiVersion;
 use trueup_fmi_description::pack::write_file;
 use trueup_fmi_description::template::Template;
 use trueup_identification::intake::Purpose;
@@ -25,7 +25,7 @@ use crate::args::Diagnose;
 use crate::case::load;
 use crate::catalog;
 use crate::command::pack;
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::{can_be_made, folder, say};
 use crate::stages::Stages;
 use crate::templates;
@@ -33,25 +33,25 @@ use crate::templates;
 /// What is done before the recordings are known.
 pub(super) const READING: &str = "reading the case";
 
-pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
+pub(crate) fn run(args: &Diagnose) -> Result<(), CliError> {
     let (found, written) = found(args)?;
     // The result is printed even where it could not be written.
     say(&if args.json { json(&found.diagnosis)? } else { text(&found.diagnosis) })?;
     written
 }
 
-fn json(d: &Diagnosis) -> Result<String, Error> {
-    Ok(serde_json::to_string_pretty(d).map_err(|e| Error::Failed(e.to_string()))? + "\n")
+fn json(d: &Diagnosis) -> Result<String, CliError> {
+    Ok(serde_json::to_string_pretty(d).map_err(|e| CliError::Failed(e.to_string()))? + "\n")
 }
 
 /// Diagnoses and writes all files.
-pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, Error> {
+pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, CliError> {
     let (found, written) = found(args)?;
     written.map(|()| found)
 }
 
 /// Diagnoses; what became of writing the files.
-fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
+fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError> {
     let begun = Instant::now();
     let stages = Stages::watched(READING, args.deadline);
     let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
@@ -60,7 +60,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let templates = (!args.verdict_only).then(|| templates::read(&[], library)).transpose()?;
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
-    let options = Options {
+    let options = DiagnoseOptions {
         seed: args.seed,
         engine: args.engine.map(Into::into),
         capped,
@@ -68,18 +68,18 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         watch: args.watch,
         all_readings: args.all_readings,
         verdict_only: args.verdict_only,
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     sensors(&loaded);
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
-    let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    let mut found = found.map_err(|e| CliError::at(&loaded.case.file, e))?;
     if let Some(why) = found.record.as_ref().and_then(|r| r.instead.as_ref()) {
         crate::voice::line(&format!("causes were compared by balances: {why}"));
     }
     // Those of the case were reported when it was read.
-    let grave = found.diagnosis.findings.iter().filter(|f| f.severity == Severity::Grave);
+    let grave = found.diagnosis.findings.iter().filter(|f| f.severity == OutcomeSeverity::Grave);
     grave.for_each(|f| crate::voice::line(&format!("grave: {}: {}", f.file, f.text)));
-    let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
+    let inputs = inputs::read(&loaded.case).map_err(|e| CliError::Failed(e.to_string()))?;
     found
         .complete(&findings, &loaded.case.folder, Some(inputs))
         .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
@@ -91,11 +91,11 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         files = ready;
     }
     if !found.began.is_empty() && !args.verdict_only {
-        let csv = began::csv(&found.began).map_err(|e| Error::at(Path::new(began::FILE), e))?;
+        let csv = began::csv(&found.began).map_err(|e| CliError::at(Path::new(began::FILE), e))?;
         files.push((began::FILE.into(), csv));
     }
     if let Some(next) = &found.next {
-        let csv = experiment::csv(&next.inputs).map_err(|e| Error::at(Path::new(experiment::FILE), e))?;
+        let csv = experiment::csv(&next.inputs).map_err(|e| CliError::at(Path::new(experiment::FILE), e))?;
         files.push((experiment::FILE.into(), csv));
     }
     if let Some(picture) = &found.picture {
@@ -107,7 +107,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         files.push(("report.html".into(), page.into_bytes()));
     }
     if let Some(record) = &found.record {
-        let record = serde_json::to_vec(record).map_err(|e| Error::Failed(e.to_string()))?;
+        let record = serde_json::to_vec(record).map_err(|e| CliError::Failed(e.to_string()))?;
         files.push((record::FILE.into(), record));
     }
     files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
@@ -124,17 +124,17 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     Ok((found, written))
 }
 
-fn store(output: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
+fn store(output: &Path, files: &[(String, Vec<u8>)]) -> Result<(), CliError> {
     folder(output)?;
     for (name, bytes) in files {
-        write_file(&output.join(name), bytes).map_err(|e| Error::Failed(e.to_string()))?;
+        write_file(&output.join(name), bytes).map_err(|e| CliError::Failed(e.to_string()))?;
     }
     Ok(())
 }
 
 /// A figure that must not be written.
-fn not_finite(folder: &Path, name: &str, what: &str) -> Error {
-    Error::at(
+fn not_finite(folder: &Path, name: &str, what: &str) -> CliError {
+    CliError::at(
         &folder.join(name),
         format!(
             "{what}: nothing is written; look at the findings above and at the sizes of readings and parameters, \
@@ -158,7 +158,7 @@ fn finite_words(page: &str) -> Result<(), String> {
 
 /// What these sensors can distinguish, printed before anything is compared.
 fn sensors(loaded: &Loaded) {
-    let Ok(subject) = Subject::of(&loaded.case) else { return };
+    let Ok(subject) = DiagnosisSubject::of(&loaded.case) else { return };
     let told = isolability(loaded, &subject);
     let of = |one: bool| {
         let classes = told.classes.iter().filter(|c| (c.len() == 1) == one);
@@ -179,39 +179,39 @@ fn fmus(
     templates: &[Template],
     loaded: &Loaded,
     diagnosis: &Diagnosis,
-    augmented: &Augmented,
-) -> Result<Vec<(String, Vec<u8>)>, Error> {
+    augmented: &AugmentedModel,
+) -> Result<Vec<(String, Vec<u8>)>, CliError> {
     let name = loaded.case.model.as_str();
     let model = catalog::models()
         .find(|m| m.name == name)
-        .ok_or_else(|| Error::Failed(format!("there is no model `{name}`")))?;
+        .ok_or_else(|| CliError::Failed(format!("there is no model `{name}`")))?;
     let flexible = augmented.flexible.clone();
     let effects = catalog::in_order(name, &augmented.effects).ok_or_else(|| {
-        Error::Failed(format!("{name} cannot be packed with {}", augmented.effects.join(", ")))
+        CliError::Failed(format!("{name} cannot be packed with {}", augmented.effects.join(", ")))
     })?;
     let base = (BASE_CHOICE.to_owned(), vec![FIXED_BASE]);
     let structure = if augmented.fixed_base { vec![base] } else { Vec::new() };
     let mut configuration =
         Configuration { joint_flexible: flexible, structure, effects, ..Configuration::of(name) };
-    let table = fmu_library::table(&configuration).map_err(Error::Failed)?;
+    let table = fmu_library::table(&configuration).map_err(CliError::Failed)?;
     let known = |name: &str| {
         table.variables.iter().any(|v| v.name == name.split('[').next().unwrap_or(name) || v.name == name)
     };
     configuration.start =
         augmented.values.iter().filter(|(name, v)| known(name) && v.is_finite()).cloned().collect();
     shipped::check(diagnosis, augmented, &configuration.start).map_err(|e| {
-        Error::Failed(format!(
+        CliError::Failed(format!(
             "{e}: nothing is written, for the files would contradict each other; report the case"
         ))
     })?;
     let case = loaded.case.folder.canonicalize().unwrap_or_else(|_| loaded.case.folder.clone());
     let case = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let with = configuration.effects.join(", ");
-    let titled = pack::Titled {
+    let titled = pack::PackTitle {
         title: format!("{name}.augmented"),
         description: format!("with {with} and fitted values, as the diagnosis of the case {case} found them"),
     };
-    pack::pack(model, &configuration, Some(&titled), &Version::ALL, templates)
+    pack::pack(model, &configuration, Some(&titled), &FmiVersion::ALL, templates)
 }
 
 /// The verdict for people.
@@ -299,7 +299,7 @@ pub(crate) fn text(d: &Diagnosis) -> String {
         out += "what is held out parts from the model nowhere by more than what is healthy does\n";
     }
     for f in &d.findings {
-        let severity = if f.severity == Severity::Note { "note" } else { "warning" };
+        let severity = if f.severity == OutcomeSeverity::Note { "note" } else { "warning" };
         let channel = f.channel.as_ref().map_or_else(String::new, |c| format!(" {c}:"));
         out += &format!("{severity}: {}:{channel} {}\n", f.file, f.text);
     }

@@ -5,22 +5,24 @@ mod page;
 pub(crate) mod statics;
 mod table;
 
-use trueup_fmi_import::{Fmu, Folder, Interface};
-use trueup_identification::fmu::FmuModel;
-use trueup_identification::identify::{IdentifyError, Method, Settings, identify, identify_fmu, json};
+use trueup_fmi_import::{Folder, UnpackedFmu, UsedInterface};
+use trueup_identification::fmu::FmuSubject;
+use trueup_identification::identify::{
+    IdentifyError, IdentifyMethod, IdentifySettings, identify, identify_fmu, json,
+};
 use trueup_identification::intake::Purpose;
 
 use super::diagnose::READING;
 use crate::args::Identify;
 use crate::case::{load, load_for};
-use crate::error::Error;
+use crate::error::CliError;
 use crate::near::suggestion;
 use crate::output::say;
 use crate::stages::Stages;
 
-pub(crate) fn run(args: &Identify) -> Result<(), Error> {
+pub(crate) fn run(args: &Identify) -> Result<(), CliError> {
     let model =
-        args.fmu.as_ref().map(FmuModel::open).transpose().map_err(|e| Error::Failed(e.to_string()))?;
+        args.fmu.as_ref().map(FmuSubject::open).transpose().map_err(|e| CliError::Failed(e.to_string()))?;
     if let Some(model) = &model {
         isolated(args, model.fmu())?;
     }
@@ -28,7 +30,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
     let stages = Stages::watched(READING, args.deadline.filter(|_| model.is_none()));
     let progress = |what: &str| stages.name(what);
     let design = args.design.as_ref().map(|d| &d.0);
-    let settings = Settings { method: args.method, profile: !args.fast, design, progress: &progress };
+    let settings = IdentifySettings { method: args.method, profile: !args.fast, design, progress: &progress };
     let (loaded, found) = match args.fmu.as_ref().zip(model) {
         Some((file, model)) => {
             let folder = Folder::now();
@@ -37,7 +39,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
             if let Some(to) = folder.left() {
                 let mend = "it is changed back; give the FMU a process of its own";
                 let to = to.display();
-                return Err(Error::at(
+                return Err(CliError::at(
                     file,
                     format!("the FMU changed the working directory to {to}: {mend}"),
                 ));
@@ -46,7 +48,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
         }
         None => {
             let purpose = match args.method {
-                Method::BreakAway => Purpose::BreakAway,
+                IdentifyMethod::BreakAway => Purpose::BreakAway,
                 _ => Purpose::Identify,
             };
             let (loaded, _) = load(&args.case, purpose, &args.with)?;
@@ -59,9 +61,9 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
             let otherwise =
                 "name where a run begins, as initialSpringOffset, or a parameter that is not fitted";
             let mend = suggestion(name, known.iter().map(String::as_str), otherwise);
-            Error::Usage(format!("{e}; {mend}"))
+            CliError::Usage(format!("{e}; {mend}"))
         }
-        _ => Error::at(&loaded.case.file, e),
+        _ => CliError::at(&loaded.case.file, e),
     })?;
     drop(stages);
     if let Some(file) = &args.plot {
@@ -78,9 +80,9 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
 }
 
 /// An FMU that is not ours gets processes of its own, where there are any.
-fn isolated(args: &Identify, fmu: &Fmu) -> Result<(), Error> {
+fn isolated(args: &Identify, fmu: &UnpackedFmu) -> Result<(), CliError> {
     let wanted = args.isolate || args.deadline.is_some();
-    let ours = fmu.is_ours(Interface::ModelExchange);
+    let ours = fmu.is_ours(UsedInterface::ModelExchange);
     if args.in_process && !ours {
         return crate::isolate::keep(&fmu.file().display().to_string());
     }
@@ -89,7 +91,7 @@ fn isolated(args: &Identify, fmu: &Fmu) -> Result<(), Error> {
     }
     match crate::isolate::isolation(args.deadline) {
         Ok(isolation) => fmu.isolate(&isolation),
-        Err(e) if wanted => return Err(Error::Failed(format!("--isolate, --deadline: {e}"))),
+        Err(e) if wanted => return Err(CliError::Failed(format!("--isolate, --deadline: {e}"))),
         Err(_) => {} // as --in-process
     }
     Ok(())

@@ -4,34 +4,37 @@ use std::collections::BTreeSet;
 
 use serde_json::{Value, json};
 use trueup_fmi_description::archive::Archive;
-use trueup_fmi_description::description::{Causality, Description, Dimension, Interface, Values, Variable};
+use trueup_fmi_description::description::{
+    ArrayDimension, Description, DescriptionCausality, DescriptionVariable, InterfaceCapabilities,
+    StartValues,
+};
 use trueup_fmi_description::read;
 
 use crate::args::Info;
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::say;
 
-pub(crate) fn run(args: &Info) -> Result<(), Error> {
-    let mut archive = Archive::open(&args.file).map_err(|e| Error::Failed(e.to_string()))?;
-    let bytes = archive.description().map_err(|e| Error::Failed(e.to_string()))?;
-    let d = read::read(&bytes).map_err(|e| Error::at(&args.file, e))?;
+pub(crate) fn run(args: &Info) -> Result<(), CliError> {
+    let mut archive = Archive::open(&args.file).map_err(|e| CliError::Failed(e.to_string()))?;
+    let bytes = archive.description().map_err(|e| CliError::Failed(e.to_string()))?;
+    let d = read::read(&bytes).map_err(|e| CliError::at(&args.file, e))?;
     let names = archive.entries().iter().filter_map(|e| e.name.strip_prefix("binaries/")?.split_once('/'));
     let platforms: BTreeSet<&str> = names.map(|(platform, _)| platform).collect();
     say(&if args.json { format!("{:#}\n", json(&d, &platforms)) } else { text(&d, &platforms) })
 }
 
-const GROUPS: [(&str, Causality); 7] = [
-    ("Independent variable", Causality::Independent),
-    ("Inputs", Causality::Input),
-    ("Outputs", Causality::Output),
-    ("Structural parameters", Causality::StructuralParameter),
-    ("Parameters", Causality::Parameter),
-    ("Calculated parameters", Causality::CalculatedParameter),
-    ("Local variables", Causality::Local),
+const GROUPS: [(&str, DescriptionCausality); 7] = [
+    ("Independent variable", DescriptionCausality::Independent),
+    ("Inputs", DescriptionCausality::Input),
+    ("Outputs", DescriptionCausality::Output),
+    ("Structural parameters", DescriptionCausality::StructuralParameter),
+    ("Parameters", DescriptionCausality::Parameter),
+    ("Calculated parameters", DescriptionCausality::CalculatedParameter),
+    ("Local variables", DescriptionCausality::Local),
 ];
 
 /// The capabilities that the interface declares.
-fn capabilities(i: &Interface) -> Vec<&'static str> {
+fn capabilities(i: &InterfaceCapabilities) -> Vec<&'static str> {
     [
         ("state", i.can_get_and_set_fmu_state),
         ("serialization", i.can_serialize_fmu_state),
@@ -81,7 +84,8 @@ fn text(d: &Description, platforms: &BTreeSet<&str>) -> String {
     line("continuous states", states(d).to_string());
     line("event indicators", d.event_indicators().to_string());
     for (title, causality) in GROUPS {
-        let group: Vec<&Variable> = d.variables.iter().filter(|v| v.causality == causality).collect();
+        let group: Vec<&DescriptionVariable> =
+            d.variables.iter().filter(|v| v.causality == causality).collect();
         if !group.is_empty() {
             out += &format!("\n{title} ({})\n", group.len());
         }
@@ -101,27 +105,27 @@ fn states(d: &Description) -> usize {
     derivatives.filter_map(|u| d.elements(d.variables.get(d.resolve(u.reference)?)?)).sum()
 }
 
-fn size(v: &Variable) -> String {
+fn size(v: &DescriptionVariable) -> String {
     let dimensions = v.dimensions.iter().map(|x| match x {
-        Dimension::Fixed(n) => format!("[{n}]"),
-        Dimension::Variable(reference) => format!("[#{reference}]"),
+        ArrayDimension::Fixed(n) => format!("[{n}]"),
+        ArrayDimension::Variable(reference) => format!("[#{reference}]"),
     });
     dimensions.collect()
 }
 
-fn start(d: &Description, v: &Variable, values: &Values) -> String {
+fn start(d: &Description, v: &DescriptionVariable, values: &StartValues) -> String {
     let items = v.declared_type.as_deref().and_then(|t| d.declared_type(t)).map_or(&[][..], |t| &t.items);
     let whole = |x: &i64| {
         let item = items.iter().find(|item| item.value == *x);
         item.map_or_else(|| x.to_string(), |item| item.name.clone())
     };
     let texts: Vec<String> = match values {
-        Values::Real(v) => v.iter().map(|x| format!("{x:?}")).collect(),
-        Values::Signed(v) => v.iter().map(whole).collect(),
-        Values::Unsigned(v) => v.iter().map(ToString::to_string).collect(),
-        Values::Boolean(v) => v.iter().map(ToString::to_string).collect(),
-        Values::Text(v) => v.iter().map(|s| format!("{s:?}")).collect(),
-        Values::Binary(v) => v.iter().map(|b| format!("{} bytes", b.len())).collect(),
+        StartValues::Real(v) => v.iter().map(|x| format!("{x:?}")).collect(),
+        StartValues::Signed(v) => v.iter().map(whole).collect(),
+        StartValues::Unsigned(v) => v.iter().map(ToString::to_string).collect(),
+        StartValues::Boolean(v) => v.iter().map(ToString::to_string).collect(),
+        StartValues::Text(v) => v.iter().map(|s| format!("{s:?}")).collect(),
+        StartValues::Binary(v) => v.iter().map(|b| format!("{} bytes", b.len())).collect(),
     };
     texts.join(", ")
 }
@@ -153,24 +157,24 @@ fn json(d: &Description, platforms: &BTreeSet<&str>) -> Value {
     })
 }
 
-fn variable(d: &Description, v: &Variable) -> Value {
+fn variable(d: &Description, v: &DescriptionVariable) -> Value {
     let a = d.attributes(v);
     let word = |text: String| text[..1].to_lowercase() + &text[1..];
     let dimensions: Vec<Value> = v
         .dimensions
         .iter()
         .map(|x| match x {
-            Dimension::Fixed(n) => json!(n),
-            Dimension::Variable(reference) => json!({"valueReference": reference}),
+            ArrayDimension::Fixed(n) => json!(n),
+            ArrayDimension::Variable(reference) => json!({"valueReference": reference}),
         })
         .collect();
     let start = v.start.as_ref().map(|s| match s {
-        Values::Real(v) => json!(v),
-        Values::Signed(v) => json!(v),
-        Values::Unsigned(v) => json!(v),
-        Values::Boolean(v) => json!(v),
-        Values::Text(v) => json!(v),
-        Values::Binary(v) => json!(v),
+        StartValues::Real(v) => json!(v),
+        StartValues::Signed(v) => json!(v),
+        StartValues::Unsigned(v) => json!(v),
+        StartValues::Boolean(v) => json!(v),
+        StartValues::Text(v) => json!(v),
+        StartValues::Binary(v) => json!(v),
     });
     json!({
         "name": v.name,

@@ -1,10 +1,10 @@
 //! `trueup fmu list`
 
 use crate::catalog;
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::say;
 
-pub(crate) fn run() -> Result<(), Error> {
+pub(crate) fn run() -> Result<(), CliError> {
     let models: Vec<_> = catalog::models().collect();
     let mut out = String::from("Models\n");
     for m in &models {

@@ -5,14 +5,14 @@ mod start;
 use std::path::PathBuf;
 
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi_description::Version;
-use trueup_fmi_description::pack::{Parts, Reference, archive, write_file};
+use trueup_fmi_description::FmiVersion;
+use trueup_fmi_description::pack::{FmuParts, ReferenceResults, archive, write_file};
 use trueup_fmi_description::template::Template;
 
 use crate::args::Pack;
 use crate::assets;
-use crate::catalog::{self, Model};
-use crate::error::Error;
+use crate::catalog::{self, CatalogModel};
+use crate::error::CliError;
 use crate::near::suggestion;
 use crate::output::{folder, say};
 use crate::templates;
@@ -20,19 +20,19 @@ use crate::templates;
 /// Where names are to be found.
 const LIST: &str = "`trueup fmu list` shows them";
 
-pub(crate) fn run(args: &Pack) -> Result<(), Error> {
+pub(crate) fn run(args: &Pack) -> Result<(), CliError> {
     for e in &args.effect {
         let id = e.split(':').next().unwrap_or_default();
         if !catalog::effects().any(|known| known.id == id) {
             let mend = suggestion(id, catalog::effects().map(|e| e.id), LIST);
-            return Err(Error::Usage(format!("there is no effect `{e}`; {mend}")));
+            return Err(CliError::Usage(format!("there is no effect `{e}`; {mend}")));
         }
     }
     if let Some(p) = &args.preset
         && !catalog::models().any(|m| has_preset(m, p))
     {
         let names = catalog::models().flat_map(|m| catalog::preset_names(m.name)).map(|p| p.0);
-        return Err(Error::Usage(format!("there is no preset `{p}`; {}", suggestion(p, names, LIST))));
+        return Err(CliError::Usage(format!("there is no preset `{p}`; {}", suggestion(p, names, LIST))));
     }
     let platforms = templates::platforms(&args.platform)?;
     let models = models(args)?;
@@ -41,30 +41,30 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
     let mut ready = Vec::new();
     for model in models {
         let configuration = configuration(model, args)?;
-        let wanted = |v: &Version| args.fmi.is_none_or(|wanted| wanted == v.major());
-        let versions: Vec<Version> = Version::ALL.into_iter().filter(wanted).collect();
+        let wanted = |v: &FmiVersion| args.fmi.is_none_or(|wanted| wanted == v.major());
+        let versions: Vec<FmiVersion> = FmiVersion::ALL.into_iter().filter(wanted).collect();
         ready.extend(pack(model, &configuration, None, &versions, &templates)?);
     }
     folder(&args.output)?;
     for (name, bytes) in ready {
         let path = args.output.join(name);
-        write_file(&path, &bytes).map_err(|e| Error::Failed(e.to_string()))?;
+        write_file(&path, &bytes).map_err(|e| CliError::Failed(e.to_string()))?;
         say(&format!("{}\n", path.display()))?;
     }
     Ok(())
 }
 
-fn acts(model: Model, effect: &str) -> bool {
+fn acts(model: CatalogModel, effect: &str) -> bool {
     catalog::in_order(model.name, &[effect.to_owned()]).is_some()
 }
 
-fn has_preset(model: Model, preset: &str) -> bool {
+fn has_preset(model: CatalogModel, preset: &str) -> bool {
     catalog::preset_names(model.name).iter().any(|p| p.0 == preset)
 }
 
 /// The models named, or all that the other options fit.
-fn models(args: &Pack) -> Result<Vec<Model>, Error> {
-    let misfit = |m: Model| {
+fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
+    let misfit = |m: CatalogModel| {
         let effect = args
             .effect
             .iter()
@@ -85,18 +85,18 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
     };
     if args.model.is_empty() {
         if !args.set.is_empty() || !args.flexible.is_empty() || !args.structure.is_empty() {
-            return Err(Error::Usage(
+            return Err(CliError::Usage(
                 "--set, --flexible and --structure require a model: name it".to_owned(),
             ));
         }
         // No structure is chosen here: a base floats. A robot without further choice is the flyer's: an arm on the ground has
         // not all that a robot may have.
-        let floats = |m: &Model| args.effect.iter().any(|e| catalog::wants_fixed_base(m.name, e));
-        let ground = |m: &Model| args.robot.is_some() && m.name == catalog::ARM;
-        let fits = |m: &Model| misfit(*m).is_none() && !floats(m) && !ground(m);
-        let fitting: Vec<Model> = catalog::models().filter(fits).collect();
+        let floats = |m: &CatalogModel| args.effect.iter().any(|e| catalog::wants_fixed_base(m.name, e));
+        let ground = |m: &CatalogModel| args.robot.is_some() && m.name == catalog::ARM;
+        let fits = |m: &CatalogModel| misfit(*m).is_none() && !floats(m) && !ground(m);
+        let fitting: Vec<CatalogModel> = catalog::models().filter(fits).collect();
         if fitting.is_empty() {
-            return Err(Error::Usage(
+            return Err(CliError::Usage(
                 "no model has all of these effects and this preset: `trueup fmu list` shows which has which"
                     .to_owned(),
             ));
@@ -107,16 +107,17 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
         let model = catalog::models().find(|m| m.name == name).ok_or_else(|| {
             let names: Vec<_> = catalog::models().map(|m| m.name).collect();
             let all = format!("there are {}", names.join(", "));
-            Error::Usage(format!("there is no model `{name}`; {}", suggestion(name, names, &all)))
+            CliError::Usage(format!("there is no model `{name}`; {}", suggestion(name, names, &all)))
         })?;
-        misfit(model)
-            .map_or(Ok(model), |why| Err(Error::Usage(format!("{why}: `trueup fmu list` shows what fits"))))
+        misfit(model).map_or(Ok(model), |why| {
+            Err(CliError::Usage(format!("{why}: `trueup fmu list` shows what fits")))
+        })
     };
     args.model.iter().map(named).collect()
 }
 
 /// The requested robot, with the requested joints flexible.
-fn robot(model: Model, args: &Pack) -> Result<Option<crate::robot::Robot>, Error> {
+fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotFile>, CliError> {
     if !catalog::of_robots(model.name) {
         return Ok(None);
     }
@@ -131,14 +132,14 @@ fn robot(model: Model, args: &Pack) -> Result<Option<crate::robot::Robot>, Error
     robot.notes.iter().chain(floats).chain(without).for_each(|note| crate::voice::note(note));
     robot.design.held |= args.held || ground;
     if !args.flexible.is_empty() {
-        robot.design.flex(&args.flexible).map_err(Error::Usage)?;
+        robot.design.flex(&args.flexible).map_err(CliError::Usage)?;
     }
     Ok(Some(robot))
 }
 
 /// What its joints lose, as start values of an arm on the ground: a joint at rest starts to move at its break-away torque. Dry
 /// friction acts on the motors of flexible joints; that of rigid ones is named.
-fn frictions(robot: &crate::robot::Robot) -> Vec<(String, f64)> {
+fn frictions(robot: &crate::robot::RobotFile) -> Vec<(String, f64)> {
     let links = || robot.friction.iter().zip(&robot.design.links).enumerate();
     let rigid = links().filter(|(_, (f, l))| f.coulomb != 0.0 && !l.motor.flexible);
     let named: Vec<_> = rigid.map(|(_, (_, l))| l.name.as_str()).collect();
@@ -158,7 +159,7 @@ fn frictions(robot: &crate::robot::Robot) -> Vec<(String, f64)> {
 }
 
 /// What `--structure` chooses; the last one of a name counts.
-fn structure(model: Model, args: &Pack) -> Result<Vec<(String, Vec<u32>)>, String> {
+fn structure(model: CatalogModel, args: &Pack) -> Result<Vec<(String, Vec<u32>)>, String> {
     let known = catalog::choices(model.name);
     let mut chosen: Vec<(String, Vec<u32>)> = Vec::new();
     for asked in &args.structure {
@@ -176,8 +177,8 @@ fn structure(model: Model, args: &Pack) -> Result<Vec<(String, Vec<u32>)>, Strin
     Ok(chosen)
 }
 
-fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
-    let refused = |why: String| Error::Usage(format!("{}: {why}", model.name));
+fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliError> {
+    let refused = |why: String| CliError::Usage(format!("{}: {why}", model.name));
     // In the order in which they act; given twice, an effect is packed once.
     let effects = catalog::in_order(model.name, &args.effect)
         .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
@@ -221,7 +222,7 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
 }
 
 /// A name and a description of an FMU that are not those of its model and effects.
-pub(crate) struct Titled {
+pub(crate) struct PackTitle {
     pub(crate) title: String,
     /// Behind the model's own description.
     pub(crate) description: String,
@@ -229,13 +230,13 @@ pub(crate) struct Titled {
 
 /// File names and contents of FMUs, version by version.
 pub(crate) fn pack(
-    model: Model,
+    model: CatalogModel,
     configuration: &Configuration,
-    titled: Option<&Titled>,
-    versions: &[Version],
+    titled: Option<&PackTitle>,
+    versions: &[FmiVersion],
     templates: &[Template],
-) -> Result<Vec<(String, Vec<u8>)>, Error> {
-    let failed = |why: String| Error::Failed(format!("{}: {why}", model.name));
+) -> Result<Vec<(String, Vec<u8>)>, CliError> {
+    let failed = |why: String| CliError::Failed(format!("{}: {why}", model.name));
     let mut table = fmu_library::table(configuration).map_err(failed)?;
     if let Some(titled) = titled {
         table.title = Some(titled.title.clone());
@@ -256,8 +257,8 @@ pub(crate) fn pack(
         equations.extend(configuration.effects.iter().filter_map(|id| assets::effect(id)));
     }
     let modelica = crate::modelica::of(model.name);
-    let one = |version: &Version| {
-        let bytes = archive(&Parts {
+    let one = |version: &FmiVersion| {
+        let bytes = archive(&FmuParts {
             table: &table,
             configuration,
             version: *version,
@@ -269,7 +270,10 @@ pub(crate) fn pack(
             icon_svg: assets.icon_svg,
             icon_png: assets.icon_png,
             licences: assets::LICENCES,
-            reference: reference.as_ref().ok().map(|r| Reference { inputs: &r.inputs, outputs: &r.outputs }),
+            reference: reference
+                .as_ref()
+                .ok()
+                .map(|r| ReferenceResults { inputs: &r.inputs, outputs: &r.outputs }),
         });
         Ok((
             format!("{}.fmi{}.fmu", table.title(), version.major()),

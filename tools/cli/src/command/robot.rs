@@ -7,19 +7,19 @@ use std::fmt::Write;
 
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
-use trueup_models::space::analysis::{Column, MomentumForm, Reaction};
+use trueup_models::space::analysis::{MomentumForm, Reaction, SpatialColumn};
 use trueup_models::space::attitude::rotation;
-use trueup_models::space::design::{Design, Tip};
+use trueup_models::space::design::{DesignTip, RobotDesign};
 use trueup_models::space::measures::measures as measures_of;
-use trueup_models::space::spatial::Frame;
+use trueup_models::space::spatial::SpatialFrame;
 
-use crate::args::Robot;
-use crate::error::Error;
+use crate::args::RobotArgument;
+use crate::error::CliError;
 use crate::near::suggestion;
 use crate::output::say;
 use crate::robot;
 
-pub(crate) fn run(args: &Robot) -> Result<(), Error> {
+pub(crate) fn run(args: &RobotArgument) -> Result<(), CliError> {
     // Links are looked at straight, their mass with that of their bodies.
     let read = robot::read(&args.file)?;
     read.notes.iter().for_each(|note| crate::voice::note(note));
@@ -27,7 +27,7 @@ pub(crate) fn run(args: &Robot) -> Result<(), Error> {
     let tip = chosen(args, &design)?;
     let q = pose(args, &design)?;
     if let Some(j) = args.torque_joints.iter().find(|j| !(1..=q.len()).contains(*j)) {
-        return Err(Error::Usage(format!(
+        return Err(CliError::Usage(format!(
             "--torque-joints: there is no joint {j}; they are 1 to {}",
             q.len()
         )));
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &Robot) -> Result<(), Error> {
     if let Some(over) = &args.surface {
         return surface::write(args, &design, tip, &q, over);
     }
-    let found = Pose::of(&design, tip, &q, &args.torque_joints);
+    let found = RobotPose::of(&design, tip, &q, &args.torque_joints);
     let singular = match &args.sweep {
         Some(sweep) => Some(singular::along(&design, tip, &q, sweep)?),
         None => None,
@@ -51,11 +51,11 @@ pub(crate) fn run(args: &Robot) -> Result<(), Error> {
     })
 }
 
-fn chosen<'a>(args: &Robot, design: &'a Design) -> Result<&'a Tip, Error> {
+fn chosen<'a>(args: &RobotArgument, design: &'a RobotDesign) -> Result<&'a DesignTip, CliError> {
     let names = || design.tips.iter().map(|t| t.name.as_str());
     match &args.tip {
         None => design.tips.first().ok_or_else(|| {
-            Error::at(
+            CliError::at(
                 &args.file,
                 "there is no hand to look at; add a [[tip]] with the `body` that it is fixed to",
             )
@@ -63,19 +63,19 @@ fn chosen<'a>(args: &Robot, design: &'a Design) -> Result<&'a Tip, Error> {
         Some(name) => design.tips.iter().find(|t| t.name == *name).ok_or_else(|| {
             let near = suggestion(name, names(), "name another one");
             let all = names().collect::<Vec<_>>().join(", ");
-            Error::Usage(format!("--tip {name}: there is no such hand; {near} (there are: {all})"))
+            CliError::Usage(format!("--tip {name}: there is no such hand; {near} (there are: {all})"))
         }),
     }
 }
 
 /// Angles (ways of prismatic joints) of all joints.
-fn pose(args: &Robot, design: &Design) -> Result<Vec<f64>, Error> {
+fn pose(args: &RobotArgument, design: &RobotDesign) -> Result<Vec<f64>, CliError> {
     let n = design.links.len();
     if args.pose.is_empty() {
         return Ok(vec![0.0; n]);
     }
     if args.pose.len() != n || args.pose.iter().any(|v| !v.is_finite()) {
-        return Err(Error::Usage(format!(
+        return Err(CliError::Usage(format!(
             "--pose has {} numbers, the robot {n} joints; give one finite number each, in rad (m of prismatic joints)",
             args.pose.len()
         )));
@@ -84,7 +84,7 @@ fn pose(args: &Robot, design: &Design) -> Result<Vec<f64>, Error> {
 }
 
 /// What [`run`] shows.
-struct Pose {
+struct RobotPose {
     q: Vec<f64>,
     reaction: Reaction<f64>,
     /// Of force, torque, both.
@@ -110,22 +110,27 @@ fn product(singular_values: &[f64]) -> f64 {
 }
 
 /// The robot's momentum form with the base at the origin, turned by nothing.
-fn form(design: &Design, tip: &Tip, q: &[f64]) -> MomentumForm {
-    let base = Frame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
+fn form(design: &RobotDesign, tip: &DesignTip, q: &[f64]) -> MomentumForm {
+    let base = SpatialFrame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
     design.unbent().momentum_form(base, q, (tip.body, tip.offset))
 }
 
 /// Measures of force, torque and both of the arm that carries the hand; of the torque those of these joints (from 1) alone, if
 /// any are named: columns that are parallel by construction make the whole 0.
-fn measures(design: &Design, tip: &Tip, reaction: &Reaction<f64>, torque_joints: &[usize]) -> [f64; 3] {
+fn measures(
+    design: &RobotDesign,
+    tip: &DesignTip,
+    reaction: &Reaction<f64>,
+    torque_joints: &[usize],
+) -> [f64; 3] {
     let arm: Vec<usize> = design.structure().tree.arm(tip.body).map(|body| body - 1).collect();
     let columns = arm.iter().filter_map(|j| reaction.inertial.get(*j));
     let named = |j: &&usize| torque_joints.is_empty() || torque_joints.contains(&(**j + 1));
     measures_of(columns, arm.iter().filter(named).filter_map(|j| reaction.inertial.get(*j)))
 }
 
-impl Pose {
-    fn of(design: &Design, tip: &Tip, q: &[f64], torque_joints: &[usize]) -> Self {
+impl RobotPose {
+    fn of(design: &RobotDesign, tip: &DesignTip, q: &[f64], torque_joints: &[usize]) -> Self {
         let reaction = design.robot().reaction(q, tip.mount);
         let form = form(design, tip, q);
         let j_g = form.generalized_jacobian().ok();
@@ -137,10 +142,10 @@ impl Pose {
         let n = self.form.joints;
         let rows =
             |m: &[f64], columns: usize| m.chunks(columns.max(1)).map(<[f64]>::to_vec).collect::<Vec<_>>();
-        let of = |columns: &[Column<f64>], part: fn(&Column<f64>) -> [f64; 3]| {
+        let of = |columns: &[SpatialColumn<f64>], part: fn(&SpatialColumn<f64>) -> [f64; 3]| {
             (0..3).map(|i| columns.iter().map(|c| part(c)[i]).collect()).collect::<Vec<Vec<f64>>>()
         };
-        let pairs: Vec<Column<f64>> = self.reaction.coriolis.iter().map(|c| c.2).collect();
+        let pairs: Vec<SpatialColumn<f64>> = self.reaction.coriolis.iter().map(|c| c.2).collect();
         let (b, squares) = (&self.reaction.inertial, &self.reaction.centrifugal);
         let mut all = vec![
             ("B_f", "force on the base by accelerations, kg.m", of(b, |c| c.force)),
@@ -165,7 +170,7 @@ impl Pose {
         [singular_values(&self.form.j_m), self.j_g.as_deref().map_or_else(Vec::new, singular_values)]
     }
 
-    fn json(&self, design: &Design, tip: &Tip) -> Value {
+    fn json(&self, design: &RobotDesign, tip: &DesignTip) -> Value {
         let matrices: serde_json::Map<String, Value> =
             self.matrices().into_iter().map(|(name, _, rows)| (name.to_owned(), json!(rows))).collect();
         let [held, floating] = self.values();
@@ -183,7 +188,7 @@ impl Pose {
         })
     }
 
-    fn text(&self, design: &Design, tip: &Tip) -> String {
+    fn text(&self, design: &RobotDesign, tip: &DesignTip) -> String {
         let list = |v: &[f64]| v.iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
         let mut out = format!(
             "{}: {} joints at ({}), hand `{}` at ({}) m; base at the origin, inertial axes\n",

@@ -4,22 +4,24 @@ mod case;
 
 use std::path::{Path, PathBuf};
 
-use trueup_cosim::system::System;
+use trueup_cosim::system::CosimSystem;
 use trueup_cosim::{check, write_ssp};
-use trueup_scaling::{Error as ScalingError, Law, recording, system, table};
+use trueup_scaling::{ScalingError, ScalingLaw, recording, system, table};
 
-use crate::args::Scale;
-use crate::error::Error;
+use crate::args::ScaleCommand;
+use crate::error::CliError;
 use crate::output::write;
 use crate::voice;
 
-pub(crate) fn run(args: &Scale) -> Result<(), Error> {
-    let law = Law { lambda: args.lambda, back: args.back, given: args.exponent.clone() };
-    let kind = Kind::of(&args.file)?;
-    if args.units.is_some() && kind != Kind::Recording {
-        return Err(Error::Usage("--units: only a recording has its units elsewhere; leave it out".into()));
+pub(crate) fn run(args: &ScaleCommand) -> Result<(), CliError> {
+    let law = ScalingLaw { lambda: args.lambda, back: args.back, given: args.exponent.clone() };
+    let kind = ScaledFileKind::of(&args.file)?;
+    if args.units.is_some() && kind != ScaledFileKind::Recording {
+        return Err(CliError::Usage(
+            "--units: only a recording has its units elsewhere; leave it out".into(),
+        ));
     }
-    if kind == Kind::Case {
+    if kind == ScaledFileKind::Case {
         return case::run(args, &law);
     }
     let extension = kind.extension(&args.file);
@@ -29,15 +31,17 @@ pub(crate) fn run(args: &Scale) -> Result<(), Error> {
     });
     if to.extension().is_none_or(|e| e.to_string_lossy().to_lowercase() != extension) {
         let name = to.display();
-        return Err(Error::Usage(format!("the result is a .{extension}; let --output {name} end with that")));
+        return Err(CliError::Usage(format!(
+            "the result is a .{extension}; let --output {name} end with that"
+        )));
     }
     another(&args.file, &to)?;
     match kind {
-        Kind::Table => {
+        ScaledFileKind::Table => {
             let scaled = table::scaled(&text(&args.file)?, &args.file, &law).map_err(failed)?;
             write(&to, scaled.as_bytes())?;
         }
-        Kind::Recording => of_recording(args, &law, &to)?,
+        ScaledFileKind::Recording => of_recording(args, &law, &to)?,
         _ => of_system(kind, args, &law, &to)?,
     }
     eprintln!("{}", to.display());
@@ -45,23 +49,23 @@ pub(crate) fn run(args: &Scale) -> Result<(), Error> {
 }
 
 /// Of a name of a result.
-fn word(args: &Scale) -> &'static str {
+fn word(args: &ScaleCommand) -> &'static str {
     if args.back { "full" } else { "scaled" }
 }
 
 /// A result never replaces what it came from.
-fn another(from: &Path, to: &Path) -> Result<(), Error> {
+fn another(from: &Path, to: &Path) -> Result<(), CliError> {
     let same = from.canonicalize().is_ok_and(|a| to.canonicalize().is_ok_and(|b| a == b));
     if !same {
         return Ok(());
     }
     let mend = "what was scaled twice looks like what was scaled once; name another one";
-    Err(Error::Usage(format!("--output {}: that is where it comes from; {mend}", to.display())))
+    Err(CliError::Usage(format!("--output {}: that is where it comes from; {mend}", to.display())))
 }
 
 /// What a file is.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum ScaledFileKind {
     /// TOML with components.
     System,
     /// SSP.
@@ -73,8 +77,8 @@ enum Kind {
     Table,
 }
 
-impl Kind {
-    fn of(file: &Path) -> Result<Self, Error> {
+impl ScaledFileKind {
+    fn of(file: &Path) -> Result<Self, CliError> {
         let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         Ok(match extension.as_str() {
             "ssp" | "ssd" => Self::Package,
@@ -92,7 +96,7 @@ impl Kind {
             _ if file.join("modelDescription.xml").is_file() => Self::Fmu,
             _ if file.join("case.toml").is_file() => Self::Case,
             _ => {
-                return Err(Error::at(file, format!("there is nothing to scale in it; {MEND}")));
+                return Err(CliError::at(file, format!("there is nothing to scale in it; {MEND}")));
             }
         })
     }
@@ -110,39 +114,39 @@ impl Kind {
 const MEND: &str =
     "name a system (.toml, .ssp), an FMU, a case, a table of quantities (.toml) or a recording (.csv)";
 
-fn text(file: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(file).map_err(|e| Error::at(file, format!("{e}; {MEND}")))
+fn text(file: &Path) -> Result<String, CliError> {
+    std::fs::read_to_string(file).map_err(|e| CliError::at(file, format!("{e}; {MEND}")))
 }
 
-fn failed(e: ScalingError) -> Error {
-    Error::Failed(e.to_string())
+fn failed(e: ScalingError) -> CliError {
+    CliError::Failed(e.to_string())
 }
 
-fn of_recording(args: &Scale, law: &Law, to: &Path) -> Result<(), Error> {
+fn of_recording(args: &ScaleCommand, law: &ScalingLaw, to: &Path) -> Result<(), CliError> {
     let Some(units) = &args.units else {
         let mend = "name the system or the FMU that they are variables of with --units FILE";
-        return Err(Error::Usage(format!("the columns of {} have no units; {mend}", args.file.display())));
+        return Err(CliError::Usage(format!("the columns of {} have no units; {mend}", args.file.display())));
     };
-    let bytes = scaled_table(&args.file, &System::read(units).map_err(cosim)?, law)?;
+    let bytes = scaled_table(&args.file, &CosimSystem::read(units).map_err(cosim)?, law)?;
     write(to, &bytes)
 }
 
-fn cosim(e: trueup_cosim::Error) -> Error {
-    Error::Failed(e.to_string())
+fn cosim(e: trueup_cosim::CosimError) -> CliError {
+    CliError::Failed(e.to_string())
 }
 
 /// A table whose columns are variables of the system.
-fn scaled_table(file: &Path, of: &System, law: &Law) -> Result<Vec<u8>, Error> {
+fn scaled_table(file: &Path, of: &CosimSystem, law: &ScalingLaw) -> Result<Vec<u8>, CliError> {
     let plan = check(of).map_err(cosim)?;
-    let from = std::fs::File::open(file).map_err(|e| Error::at(file, e))?;
+    let from = std::fs::File::open(file).map_err(|e| CliError::at(file, e))?;
     let mut bytes = Vec::new();
     recording::scale(file, from, &mut bytes, law, |name| system::column(of, &plan, law, name))
         .map_err(failed)?;
     Ok(bytes)
 }
 
-fn of_system(kind: Kind, args: &Scale, law: &Law, to: &Path) -> Result<(), Error> {
-    let of = System::read(&args.file).map_err(cosim)?;
+fn of_system(kind: ScaledFileKind, args: &ScaleCommand, law: &ScalingLaw, to: &Path) -> Result<(), CliError> {
+    let of = CosimSystem::read(&args.file).map_err(cosim)?;
     let mut scaled = system::scale(&of, law).map_err(failed)?;
     scaled.notes.iter().for_each(|note| voice::note(note));
     let mut inputs = None;
@@ -156,11 +160,11 @@ fn of_system(kind: Kind, args: &Scale, law: &Law, to: &Path) -> Result<(), Error
         }
         inputs = Some(name);
     }
-    if kind == Kind::Package {
+    if kind == ScaledFileKind::Package {
         let plan = check(&scaled.system).map_err(cosim)?;
         return write_ssp(&scaled.system, &plan, to).map_err(cosim);
     }
-    let before = if kind == Kind::Fmu { String::new() } else { text(&args.file)? };
+    let before = if kind == ScaledFileKind::Fmu { String::new() } else { text(&args.file)? };
     let after = system::toml(&scaled, &before, &args.file, to, inputs.as_deref()).map_err(failed)?;
     write(to, after.as_bytes())
 }

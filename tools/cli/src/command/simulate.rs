@@ -5,21 +5,21 @@ mod summary;
 
 use std::path::PathBuf;
 
-use trueup_cosim::plan::Plan;
-use trueup_cosim::{Error as RunError, Master, Memory, Results, check, write_ssp};
+use trueup_cosim::plan::MasterPlan;
+use trueup_cosim::{CosimError as RunError, Master, Results, SeriesMemory, check, write_ssp};
 
 use crate::args::Simulate;
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::say;
 use crate::progress::Progress;
 use crate::voice;
 
-pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
+pub(crate) fn run(args: &Simulate) -> Result<(), CliError> {
     let extension = args.output.extension().unwrap_or_default().to_ascii_lowercase();
     if extension != "csv" && extension != "parquet" {
         let name = args.output.display();
         let mend = format!("let --output {name} end with .csv or .parquet");
-        return Err(Error::Usage(format!("results are written as CSV or Parquet; {mend}")));
+        return Err(CliError::Usage(format!("results are written as CSV or Parquet; {mend}")));
     }
     let mut system = settings::system(args).map_err(mistakes)?;
     system.own_processes = args.isolate || args.deadline.is_some();
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         return say(&summary::of(&plan));
     }
     if let Some(file) = &args.save_ssp {
-        write_ssp(&system, &plan, file).map_err(|e| Error::Failed(e.to_string()))?;
+        write_ssp(&system, &plan, file).map_err(|e| CliError::Failed(e.to_string()))?;
         eprintln!("{}: {} components", file.display(), plan.components.len());
         return Ok(());
     }
@@ -38,25 +38,25 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
 }
 
 /// Wrong usage where the command line is wrong, else a file is.
-fn mistakes(e: RunError) -> Error {
+fn mistakes(e: RunError) -> CliError {
     match &e {
-        RunError::System(list) if settings::is_usage(list) => Error::Usage(e.to_string()),
-        _ => Error::Failed(e.to_string()),
+        RunError::System(list) if settings::is_usage(list) => CliError::Usage(e.to_string()),
+        _ => CliError::Failed(e.to_string()),
     }
 }
 
-fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
-    let failed = |e: RunError| Error::Failed(e.to_string());
+fn simulated(args: &Simulate, plan: MasterPlan) -> Result<(), CliError> {
+    let failed = |e: RunError| CliError::Failed(e.to_string());
     // Wherever an FMU leads the process meanwhile.
     let whole = |file: &Option<PathBuf>| file.as_ref().and_then(|f| std::path::absolute(f).ok());
     let (log_file, plot_file) = (whole(&args.log), whole(&args.plot));
     let (start, stop, told) = (plan.grid.start, plan.grid.stop, plan.notes.len());
     let mut results = Results::create(&args.output).map_err(failed)?;
-    let mut memory = args.plot.is_some().then(Memory::default);
+    let mut memory = args.plot.is_some().then(SeriesMemory::default);
     let master = Master::new(plan).map_err(|e| match e {
         // The FMUs cannot follow the algorithm that the command line requests.
-        RunError::Setting(_) if args.algorithm.is_some() => Error::Usage(format!("--algorithm: {e}")),
-        RunError::Setting(_) => Error::at(&args.file, e),
+        RunError::Setting(_) if args.algorithm.is_some() => CliError::Usage(format!("--algorithm: {e}")),
+        RunError::Setting(_) => CliError::at(&args.file, e),
         _ => failed(e),
     });
     let mut master = match master {
@@ -77,7 +77,7 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
         let (of, told) = (args.file.display(), summary::log(log));
         let text = format!("{of}: {ended}\n{told}computed in {spent:.3} s\n{notes}");
         trueup_fmi_description::pack::write_file(file, text.as_bytes())
-            .map_err(|e| Error::Failed(e.to_string()))?;
+            .map_err(|e| CliError::Failed(e.to_string()))?;
     }
     for note in log.notes.iter().skip(told) {
         voice::note(note);
@@ -90,7 +90,7 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
                 let title = args.file.file_stem().unwrap_or_default().to_string_lossy();
                 let html = crate::plot::page(&title, memory, &summary::log(&log));
                 trueup_fmi_description::pack::write_file(file, html.as_bytes())
-                    .map_err(|e| Error::Failed(e.to_string()))?;
+                    .map_err(|e| CliError::Failed(e.to_string()))?;
             }
             crate::voice::line(&format!(
                 "{}: {rows} rows\n{}",
@@ -108,7 +108,7 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
                 Ok(Some(file)) => format!("what was computed before is kept in {}", file.display()),
                 Err(e) => format!("what was computed before could not be kept: {e}"),
             };
-            Err(Error::at(&args.file, format!("{e}\n{kept}{}", before.unwrap_or_default())))
+            Err(CliError::at(&args.file, format!("{e}\n{kept}{}", before.unwrap_or_default())))
         }
     }
 }

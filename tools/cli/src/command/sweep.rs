@@ -9,8 +9,8 @@ use std::time::Instant;
 use trueup_cosim::{Master, Results, check};
 use trueup_sweep::{Runner, Shard, merge, script};
 
-use crate::args::{After, Merge, Sweep};
-use crate::error::Error;
+use crate::args::{Merge, SweepCommand, SweepFollowUp};
+use crate::error::CliError;
 use crate::output::{say, write};
 use crate::stages::Stages;
 use crate::voice;
@@ -18,13 +18,13 @@ use common::{TELL, beside, damaged, failed};
 
 /// Tasks of an array that clusters allow where it was not changed.
 const TASKS: u64 = 1000;
-pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
+pub(crate) fn run(args: &SweepCommand) -> Result<(), CliError> {
     match &args.after {
-        Some(After::Merge(args)) => return merged(args),
-        Some(After::Map(args)) => return map::map(args),
+        Some(SweepFollowUp::Merge(args)) => return merged(args),
+        Some(SweepFollowUp::Map(args)) => return map::map(args),
         None => {}
     }
-    let Some(file) = &args.file else { return Err(Error::Usage("name the sweep's file".into())) };
+    let Some(file) = &args.file else { return Err(CliError::Usage("name the sweep's file".into())) };
     let own_processes = args.isolate || args.deadline.is_some();
     let mut runner = Runner::open_with(file, own_processes).map_err(failed)?;
     runner.plan().notes.iter().for_each(|note| voice::note(note));
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
     }
 }
 
-fn share(args: &Sweep, runner: &mut Runner) -> Result<(), Error> {
+fn share(args: &SweepCommand, runner: &mut Runner) -> Result<(), CliError> {
     let (index, of) = args.shard.unwrap_or((1, 1));
     let (index, of) = (index as u64, of as u64);
     let mut stages: Option<Stages> = None;
@@ -65,14 +65,14 @@ fn share(args: &Sweep, runner: &mut Runner) -> Result<(), Error> {
     ))
 }
 
-fn slurm(file: &Path, tasks: u64) -> Result<(), Error> {
+fn slurm(file: &Path, tasks: u64) -> Result<(), CliError> {
     let to = file.with_extension("slurm.sh");
     write(&to, script(file, tasks).as_bytes())?;
     say(&format!("{}: {tasks} tasks; hand it in with sbatch from its folder\n", to.display()))
 }
 
 /// One run once more, with all that the system records.
-fn one(args: &Sweep, runner: &mut Runner, run: u64) -> Result<(), Error> {
+fn one(args: &SweepCommand, runner: &mut Runner, run: u64) -> Result<(), CliError> {
     let system = runner.system(run).map_err(failed)?;
     let file = &runner.sweep().file;
     let to = args.output.clone().unwrap_or_else(|| beside(file, &format!("-run-{run}.csv")));
@@ -86,7 +86,7 @@ fn one(args: &Sweep, runner: &mut Runner, run: u64) -> Result<(), Error> {
         lines += &format!("{} = {}\n", output.name, value.map_or("none".into(), |x| format!("{x:?}")));
     }
     say(&lines)?;
-    let failed = |e: trueup_cosim::Error| Error::Failed(e.to_string());
+    let failed = |e: trueup_cosim::CosimError| CliError::Failed(e.to_string());
     let plan = check(&system).map_err(failed)?;
     crate::isolate::components(&plan.components, args.isolate, args.deadline)?;
     let mut results = Results::create(&to).map_err(failed)?;
@@ -94,7 +94,7 @@ fn one(args: &Sweep, runner: &mut Runner, run: u64) -> Result<(), Error> {
         Ok(master) => master,
         Err(e) => {
             results.give_back().map_err(failed)?;
-            return Err(Error::Failed(e.to_string()));
+            return Err(CliError::Failed(e.to_string()));
         }
     };
     match master.run(&mut results) {
@@ -109,16 +109,16 @@ fn one(args: &Sweep, runner: &mut Runner, run: u64) -> Result<(), Error> {
                 None => "nothing was computed before".to_owned(),
                 Some(file) => format!("what was computed before is kept in {}", file.display()),
             };
-            Err(Error::Failed(format!("run {run}: {e}\n{kept}")))
+            Err(CliError::Failed(format!("run {run}: {e}\n{kept}")))
         }
     }
 }
 
-fn merged(args: &Merge) -> Result<(), Error> {
+fn merged(args: &Merge) -> Result<(), CliError> {
     let to = args.output.clone().unwrap_or_else(|| beside(&args.file, ".parquet"));
     if to.extension().is_none_or(|e| !e.eq_ignore_ascii_case("parquet")) {
         let name = to.display();
-        return Err(Error::Usage(format!(
+        return Err(CliError::Usage(format!(
             "the table is written as Parquet; let --output {name} end with .parquet"
         )));
     }

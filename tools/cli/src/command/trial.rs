@@ -5,21 +5,24 @@ mod decide;
 
 use std::path::Path;
 
-use trueup_trials::{Answers, Failure, Folders, Order, Plant, Ran, Row, Run, Split, write_card};
+use trueup_trials::{
+    Answers, CaseEnd, CaseFailure, CaseRow, Folders, JudgedRun, TrialOrder, TrialPlant, TrialSplit,
+    write_card,
+};
 
 use crate::args::{TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::{folder, say};
 
 pub(crate) use decide::decide;
 
-fn failed(e: impl std::fmt::Display) -> Error {
-    Error::Failed(e.to_string())
+fn failed(e: impl std::fmt::Display) -> CliError {
+    CliError::Failed(e.to_string())
 }
 
-pub(crate) fn generate(a: &TrialGenerate) -> Result<(), Error> {
+pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
     if let Some(file) = a.corpus.as_ref().filter(|file| !file.is_file()) {
-        return Err(Error::at(file, "there is no such corpus; `trueup trial corpus` writes one"));
+        return Err(CliError::at(file, "there is no such corpus; `trueup trial corpus` writes one"));
     }
     folder(&a.output)?;
     let to = Folders { directory: &a.output, cache: a.cache.as_deref() };
@@ -27,36 +30,36 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), Error> {
         return trueup_trials::generate_corpus(to, file, a.shard, |i, name| eprintln!("{} {name}", i + 1))
             .map_err(failed);
     }
-    let plant = a.plant.as_deref().and_then(Plant::parse);
-    let split = a.split.as_deref().and_then(Split::parse);
+    let plant = a.plant.as_deref().and_then(TrialPlant::parse);
+    let split = a.split.as_deref().and_then(TrialSplit::parse);
     let (Some(plant), Some(split)) = (plant, split) else {
-        return Err(Error::Usage("--plant and --split: see `trueup trial generate --help`".into()));
+        return Err(CliError::Usage("--plant and --split: see `trueup trial generate --help`".into()));
     };
-    let order = Order { plant, split, count: a.count, seed: a.seed, shard: a.shard };
+    let order = TrialOrder { plant, split, count: a.count, seed: a.seed, shard: a.shard };
     trueup_trials::generate(to, &order, |i, name| eprintln!("{}/{} {name}", i + 1, a.count)).map_err(failed)
 }
 
-pub(crate) fn run(a: &TrialRun) -> Result<(), Error> {
+pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
     let program = a.program.clone().map_or_else(std::env::current_exe, Ok).map_err(failed)?;
     let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
     let child = child::Child::new(&program, a.verdict_only, a.engine, a.limit)?;
     let mut failures = 0;
-    let each = |name: &str, ran: &Ran| match ran {
-        Ran::Done(took) => {
+    let each = |name: &str, ran: &CaseEnd| match ran {
+        CaseEnd::Done(took) => {
             let processor =
                 took.processor_seconds.map_or(String::new(), |s| format!(", {s:.1} s of processor time"));
             eprintln!("{name}: {:.1} s{processor}", took.seconds);
         }
-        Ran::Kept => {}
-        Ran::Failed(Failure::Stopped(at)) => {
+        CaseEnd::Kept => {}
+        CaseEnd::Failed(CaseFailure::Stopped(at)) => {
             eprintln!("{name}: stopped after {at:.0} s of processor time, a miss (--limit)");
         }
-        Ran::Failed(Failure::Said(why)) => {
+        CaseEnd::Failed(CaseFailure::Said(why)) => {
             failures += 1;
             eprintln!("{name}: {why}");
         }
     };
-    let run = Run { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };
+    let run = JudgedRun { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };
     trueup_trials::run(&run, |case, out| child.diagnose(case, out), each).map_err(failed)?;
     // Keys are opened once every diagnosis has spoken; a folder of cases alone has none.
     if a.directory.join("keys").is_dir() {
@@ -64,7 +67,7 @@ pub(crate) fn run(a: &TrialRun) -> Result<(), Error> {
         say(&summary(&answers.tabulate().map_err(failed)?, &answers.results))?;
     }
     if failures > 0 {
-        return Err(Error::Failed(format!(
+        return Err(CliError::Failed(format!(
             "{failures} diagnoses failed (*.error next to the results gives the reasons); run it again to try them again"
         )));
     }
@@ -72,10 +75,10 @@ pub(crate) fn run(a: &TrialRun) -> Result<(), Error> {
 }
 
 /// Cases, right ones and processor time, plant by plant.
-fn summary(rows: &[Row], results: &Path) -> String {
+fn summary(rows: &[CaseRow], results: &Path) -> String {
     let mut text = String::new();
-    for plant in Plant::ALL {
-        let mine: Vec<&Row> = rows.iter().filter(|r| r.plant == plant).collect();
+    for plant in TrialPlant::ALL {
+        let mine: Vec<&CaseRow> = rows.iter().filter(|r| r.plant == plant).collect();
         if mine.is_empty() {
             continue;
         }
@@ -90,29 +93,32 @@ fn summary(rows: &[Row], results: &Path) -> String {
     text + &format!("{}\n", results.join("table.csv").display())
 }
 
-pub(crate) fn score(a: &TrialScore) -> Result<(), Error> {
+pub(crate) fn score(a: &TrialScore) -> Result<(), CliError> {
     let cards = trueup_trials::score(&Answers::find(&a.directory).map_err(failed)?).map_err(failed)?;
     if cards.is_empty() {
         let why = "no case has a result yet; run `trueup trial run` first";
-        return Err(Error::at(&a.directory, why));
+        return Err(CliError::at(&a.directory, why));
     }
     write_card(&a.output, &cards, a.commit.as_deref()).map_err(failed)
 }
 
-pub(crate) fn compare(a: &TrialCompare) -> Result<(), Error> {
+pub(crate) fn compare(a: &TrialCompare) -> Result<(), CliError> {
     let [a, b] = [&a.a, &a.b].map(|folder| Answers::find(folder).map_err(failed));
     let (a, b) = (a?, b?);
     let found = trueup_trials::compare(&a, &b).map_err(failed)?;
     if found.pairs.is_empty() {
-        return Err(Error::at(&b.results, format!("it has no case in common with {}", a.results.display())));
+        return Err(CliError::at(
+            &b.results,
+            format!("it has no case in common with {}", a.results.display()),
+        ));
     }
     say(&found.text())
 }
 
-pub(crate) fn corpus(a: &TrialCorpus) -> Result<(), Error> {
+pub(crate) fn corpus(a: &TrialCorpus) -> Result<(), CliError> {
     let mut corpus = trueup_trials::read_corpus(&a.file).map_err(failed)?;
     let before = corpus.len();
-    let plant = a.plant.as_deref().and_then(Plant::parse);
+    let plant = a.plant.as_deref().and_then(TrialPlant::parse);
     for folder in &a.from {
         let mut rows = Answers::find(folder).and_then(|answers| answers.rows()).map_err(failed)?;
         rows.retain(|r| plant.is_none_or(|plant| r.plant == plant));
@@ -120,7 +126,7 @@ pub(crate) fn corpus(a: &TrialCorpus) -> Result<(), Error> {
     }
     trueup_trials::write_corpus(&a.file, &corpus).map_err(failed)?;
     let mut text = String::new();
-    for plant in Plant::ALL {
+    for plant in TrialPlant::ALL {
         let [right, wrong] =
             [true, false].map(|right| corpus.iter().filter(|e| e.plant == plant && e.right == right).count());
         if right + wrong > 0 {

@@ -4,14 +4,14 @@ use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Flexure;
-use trueup_models::space::table::{LinkTable, Reach, Table, TabledMode};
+use trueup_models::space::table::{LinkTable, ModeReach, ModeTable, TabledMode};
 
 use super::reduced::{Damping, Reduced};
-use super::wrong::Wrong;
+use super::wrong::RobotFileError;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct Bends {
+pub(super) struct BendingEntry {
     #[serde(default)]
     position: [f64; 3],
     #[serde(default = "super::panel::unturned")]
@@ -31,13 +31,13 @@ pub(super) struct Bends {
     center_of_mass: Option<[f64; 3]>,
     inertia: Option<[[f64; 3]; 3]>,
     end: Option<[f64; 3]>,
-    mode: Option<Vec<Mode>>,
+    mode: Option<Vec<LinkModeEntry>>,
     reduced: Option<Spanned<Reduced>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct Mode {
+struct LinkModeEntry {
     /// Hz.
     frequency: Spanned<f64>,
     /// That of the link when left out.
@@ -48,7 +48,7 @@ struct Mode {
 }
 
 /// A link that bends.
-pub(super) enum Link {
+pub(super) enum FlexibleLinkEntry {
     Beam(Flexure),
     Table(LinkTable),
 }
@@ -61,9 +61,14 @@ const OF_BEAM: &str = "a beam has length, mass-per-length, youngs-modulus, area-
 const OF_TABLE: &str =
     "a table of modes has mass, center-of-mass, inertia, end, and [[body.link.mode]] or [body.link.reduced]";
 
-impl Bends {
+impl BendingEntry {
     /// Of the body of this number (from 1) and name; the link begins at this byte.
-    pub(super) fn of(self, body: usize, name: &str, begin: usize) -> Result<Link, Wrong> {
+    pub(super) fn of(
+        self,
+        body: usize,
+        name: &str,
+        begin: usize,
+    ) -> Result<FlexibleLinkEntry, RobotFileError> {
         let of_table = self.mass.is_some()
             || self.center_of_mass.is_some()
             || self.inertia.is_some()
@@ -80,20 +85,23 @@ impl Bends {
         ];
         let of_beam =
             self.shapes.is_some() || self.area_moment.is_some() || numbers.iter().any(Option::is_some);
-        let told = |w: Wrong| Wrong::at(w.at.unwrap_or(begin), format!("`{name}`: its link: {}", w.why));
+        let told = |w: RobotFileError| {
+            RobotFileError::at(w.at.unwrap_or(begin), format!("`{name}`: its link: {}", w.why))
+        };
         if of_table && of_beam {
             return Err(told(format!("{OF_BEAM}, {OF_TABLE}; leave one of both out").into()));
         }
         if !of_table {
-            return self.beam(body).map_err(told).map(Link::Beam);
+            return self.beam(body).map_err(told).map(FlexibleLinkEntry::Beam);
         }
         let table = self.table(body, name).map_err(told)?;
-        table.check().map_err(|why| told(why.into())).map(|()| Link::Table(table))
+        table.check().map_err(|why| told(why.into())).map(|()| FlexibleLinkEntry::Table(table))
     }
 
-    fn beam(self, body: usize) -> Result<Flexure, Wrong> {
+    fn beam(self, body: usize) -> Result<Flexure, RobotFileError> {
         let ratio = self.damping_ratio.as_ref().map(share).transpose()?;
-        let need = |value: Option<f64>, key: &str| value.ok_or_else(|| Wrong::from(lacks(key, OF_BEAM)));
+        let need =
+            |value: Option<f64>, key: &str| value.ok_or_else(|| RobotFileError::from(lacks(key, OF_BEAM)));
         let [x, y, torsion] = self.shapes.unwrap_or(USUAL);
         Ok(Flexure {
             body,
@@ -111,7 +119,7 @@ impl Bends {
         })
     }
 
-    fn table(self, body: usize, name: &str) -> Result<LinkTable, Wrong> {
+    fn table(self, body: usize, name: &str) -> Result<LinkTable, RobotFileError> {
         let ratio = self.damping_ratio.as_ref().map(share).transpose()?;
         let rows = match (self.mode, self.reduced) {
             (Some(modes), None) => {
@@ -126,13 +134,13 @@ impl Bends {
             (None, None) => return Err(lacks("[[body.link.mode]]", OF_TABLE).into()),
             (Some(_), Some(set)) => {
                 let why = "its modes are given by [[body.link.mode]] and by [body.link.reduced]; leave one of both out";
-                return Err(Wrong::at(set.span().start, why.into()));
+                return Err(RobotFileError::at(set.span().start, why.into()));
             }
         };
         let (modes, reach) = rows.into_iter().unzip();
         Ok(LinkTable {
             body,
-            table: Table {
+            table: ModeTable {
                 name: name.to_owned(),
                 position: self.position,
                 orientation: self.orientation,
@@ -147,20 +155,20 @@ impl Bends {
     }
 }
 
-impl Mode {
-    fn row(self, ratio: Option<f64>) -> Result<(TabledMode, Reach), Wrong> {
+impl LinkModeEntry {
+    fn row(self, ratio: Option<f64>) -> Result<(TabledMode, ModeReach), RobotFileError> {
         let own = self.damping_ratio.as_ref().map(share).transpose()?;
         let hertz = *self.frequency.get_ref();
         if !(hertz > 0.0 && hertz.is_finite()) {
             let why = format!("frequency = {hertz}: give one above 0, Hz");
-            return Err(Wrong::at(self.frequency.span().start, why));
+            return Err(RobotFileError::at(self.frequency.span().start, why));
         }
         let mode = TabledMode {
             frequency: std::f64::consts::TAU * hertz,
             damping_ratio: own.or(ratio).unwrap_or(0.0),
             participation: self.participation,
         };
-        Ok((mode, Reach { shift: self.end_shift, turn: self.end_turn }))
+        Ok((mode, ModeReach { shift: self.end_shift, turn: self.end_turn }))
     }
 }
 
@@ -169,11 +177,11 @@ fn lacks(key: &str, with: &str) -> String {
 }
 
 /// A damping ratio of 0 to 1.
-fn share(ratio: &Spanned<f64>) -> Result<f64, Wrong> {
+fn share(ratio: &Spanned<f64>) -> Result<f64, RobotFileError> {
     let value = *ratio.get_ref();
     if (0.0..=1.0).contains(&value) {
         return Ok(value);
     }
     let why = format!("damping-ratio = {value}: give a share of critical damping, 0 to 1 (0.5 % is 0.005)");
-    Err(Wrong::at(ratio.span().start, why))
+    Err(RobotFileError::at(ratio.span().start, why))
 }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Appendage;
-use trueup_models::space::table::{Table, TabledMode};
+use trueup_models::space::table::{ModeTable, TabledMode};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -25,12 +25,12 @@ pub(super) struct Panel {
     mass: Option<f64>,
     center_of_mass: Option<[f64; 3]>,
     inertia: Option<[[f64; 3]; 3]>,
-    mode: Option<Vec<Mode>>,
+    mode: Option<Vec<PanelModeEntry>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct Mode {
+struct PanelModeEntry {
     /// Hz.
     frequency: f64,
     /// That of the appendage when left out.
@@ -39,7 +39,7 @@ struct Mode {
 }
 
 /// Beams and tables of a file, each in their order.
-pub(super) fn sorted(all: Vec<Panel>) -> Result<(Vec<Appendage>, Vec<Table>), String> {
+pub(super) fn sorted(all: Vec<Panel>) -> Result<(Vec<Appendage>, Vec<ModeTable>), String> {
     let (mut beams, mut tables) = (Vec::new(), Vec::new());
     for (k, panel) in all.into_iter().enumerate() {
         let name = panel.name.clone().unwrap_or_else(|| format!("appendage {}", k + 1));
@@ -82,7 +82,7 @@ impl Panel {
         })
     }
 
-    fn table(self, name: &str) -> Result<Table, String> {
+    fn table(self, name: &str) -> Result<ModeTable, String> {
         let with = "a table of modes has mass, center-of-mass, inertia and [[appendage.mode]]";
         let of_beams =
             [self.length, self.mass_per_length, self.torsion_stiffness, self.polar_inertia_per_length];
@@ -92,12 +92,12 @@ impl Panel {
             );
             return Err(message);
         }
-        let row = |m: Mode| TabledMode {
+        let row = |m: PanelModeEntry| TabledMode {
             frequency: std::f64::consts::TAU * m.frequency,
             damping_ratio: m.damping_ratio.unwrap_or(self.damping_ratio),
             participation: m.participation,
         };
-        Ok(Table {
+        Ok(ModeTable {
             name: name.to_owned(),
             position: self.position,
             orientation: self.orientation,

@@ -1,12 +1,12 @@
 //! A reduced set of coordinates of a link, as tools for structures export it, made its mass-normalised modes: a generalised
 //! symmetric eigenproblem. Models know modes alone.
 
-use super::wrong::Wrong;
+use super::wrong::RobotFileError;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::MAX_MODES_OF_LINK;
-use trueup_models::space::table::{Reach, TabledMode};
+use trueup_models::space::table::{ModeReach, TabledMode};
 
 /// Coordinates x of a link, clamped at its root: M_ff dd(x) + D d(x) + K_ff x = forces. Rows of the coupling matrices are of the coordinates.
 #[derive(Deserialize)]
@@ -40,15 +40,19 @@ const SINGULAR: f64 = 1e-12;
 /// Damping between two modes relative to that of both that is left out: it changes theirs by the square of this.
 const COUPLED: f64 = 1e-3;
 
-type Rows = Spanned<Vec<Vec<f64>>>;
+type MatrixRows = Spanned<Vec<Vec<f64>>>;
 
 impl Reduced {
     /// The modes by ascending frequency, damped as the set gives, else so; the set begins at this byte.
-    pub(super) fn modes(self, otherwise: Damping, begin: usize) -> Result<Vec<(TabledMode, Reach)>, Wrong> {
+    pub(super) fn modes(
+        self,
+        otherwise: Damping,
+        begin: usize,
+    ) -> Result<Vec<(TabledMode, ModeReach)>, RobotFileError> {
         let n = self.mass_matrix.get_ref().len();
         if n == 0 || n > MAX_MODES_OF_LINK {
             let why = format!("mass-matrix has {n} rows: 1 to {MAX_MODES_OF_LINK} can be had");
-            return Err(Wrong::at(self.mass_matrix.span().start, why));
+            return Err(RobotFileError::at(self.mass_matrix.span().start, why));
         }
         let mass = positive(
             &self.mass_matrix,
@@ -74,17 +78,18 @@ impl Reduced {
                     let why = format!(
                         "rayleigh = [{a}, {b}]: give two numbers of 0 or above, of the mass matrix (1/s) and of the stiffness matrix (s)"
                     );
-                    return Err(Wrong::at(rayleigh.span().start, why));
+                    return Err(RobotFileError::at(rayleigh.span().start, why));
                 }
                 Damping::Rayleigh(a, b)
             }
             _ => {
                 let why =
                     "damping is given more than once; leave one of damping-ratio, damping-matrix, rayleigh";
-                return Err(Wrong::at(begin, why.into()));
+                return Err(RobotFileError::at(begin, why.into()));
             }
         };
-        let (frequencies, shapes) = diagonal(mass, &stiffness).map_err(|why| Wrong::at(begin, why))?;
+        let (frequencies, shapes) =
+            diagonal(mass, &stiffness).map_err(|why| RobotFileError::at(begin, why))?;
         let ratios = self.ratios(damping, &frequencies, &shapes)?;
         let row = |j: usize| {
             let shape = shapes.column(j);
@@ -93,7 +98,7 @@ impl Reduced {
                 damping_ratio: ratios[j],
                 participation: sum(self.participation.get_ref(), shape.iter()),
             };
-            let reach = Reach {
+            let reach = ModeReach {
                 shift: sum(self.end_shift.get_ref(), shape.iter()),
                 turn: sum(self.end_turn.get_ref(), shape.iter()),
             };
@@ -108,7 +113,7 @@ impl Reduced {
         damping: Damping,
         frequencies: &DVector<f64>,
         shapes: &DMatrix<f64>,
-    ) -> Result<Vec<f64>, Wrong> {
+    ) -> Result<Vec<f64>, RobotFileError> {
         let matrix = match damping {
             Damping::None => return Ok(vec![0.0; frequencies.len()]),
             Damping::Ratio(ratio) => return Ok(vec![ratio; frequencies.len()]),
@@ -124,7 +129,7 @@ impl Reduced {
                 "damping-matrix drives mode {} instead of braking it; give a positive semidefinite matrix",
                 j + 1
             );
-            return Err(Wrong::at(begin, why));
+            return Err(RobotFileError::at(begin, why));
         }
         for j in 0..n {
             for k in 0..j {
@@ -136,7 +141,7 @@ impl Reduced {
                         j + 1,
                         matrix[(j, k)]
                     );
-                    return Err(Wrong::at(begin, why));
+                    return Err(RobotFileError::at(begin, why));
                 }
             }
         }
@@ -166,21 +171,24 @@ fn sum<'a, const N: usize>(rows: &[[f64; N]], shape: impl Iterator<Item = &'a f6
     all
 }
 
-fn sized<const N: usize>(rows: &Spanned<Vec<[f64; N]>>, key: &str, n: usize) -> Result<(), Wrong> {
+fn sized<const N: usize>(rows: &Spanned<Vec<[f64; N]>>, key: &str, n: usize) -> Result<(), RobotFileError> {
     let (given, begin) = (rows.get_ref().len(), rows.span().start);
     if given != n {
         let why = format!("{key} has {given} rows, mass-matrix {n}; give one of {N} numbers per coordinate");
-        return Err(Wrong::at(begin, why));
+        return Err(RobotFileError::at(begin, why));
     }
     if rows.get_ref().as_flattened().iter().any(|v| !v.is_finite()) {
-        return Err(Wrong::at(begin, format!("{key} has numbers that are not finite; give finite ones")));
+        return Err(RobotFileError::at(
+            begin,
+            format!("{key} has numbers that are not finite; give finite ones"),
+        ));
     }
     Ok(())
 }
 
 /// A matrix of `n` rows, symmetric within rounding.
-fn symmetric(rows: &Rows, key: &str, n: usize) -> Result<DMatrix<f64>, Wrong> {
-    let wrong = |why: String| Err(Wrong::at(rows.span().start, why));
+fn symmetric(rows: &MatrixRows, key: &str, n: usize) -> Result<DMatrix<f64>, RobotFileError> {
+    let wrong = |why: String| Err(RobotFileError::at(rows.span().start, why));
     let rows = rows.get_ref();
     if rows.len() != n || rows.iter().any(|r| r.len() != n) {
         let widths: Vec<String> = rows.iter().map(|r| r.len().to_string()).collect();
@@ -213,10 +221,11 @@ fn symmetric(rows: &Rows, key: &str, n: usize) -> Result<DMatrix<f64>, Wrong> {
 }
 
 /// The same, and positive definite; else this is the remedy.
-fn positive(rows: &Rows, key: &str, n: usize, mend: &str) -> Result<DMatrix<f64>, Wrong> {
+fn positive(rows: &MatrixRows, key: &str, n: usize, mend: &str) -> Result<DMatrix<f64>, RobotFileError> {
     let m = symmetric(rows, key, n)?;
-    let wrong =
-        |why: String| Wrong::at(rows.span().start, format!("{key} is not positive definite: {why}; {mend}"));
+    let wrong = |why: String| {
+        RobotFileError::at(rows.span().start, format!("{key} is not positive definite: {why}; {mend}"))
+    };
     if let Some(k) = (0..n).find(|k| m[(*k, *k)] <= 0.0) {
         return Err(wrong(format!("{key}[{0},{0}] = {1}", k + 1, m[(k, k)])));
     }

@@ -3,25 +3,25 @@
 use std::path::Path;
 
 use roxmltree::{Document, Node};
-use trueup_models::space::design::{Design, Link, Motor, Tip};
-use trueup_models::space::spatial::{Frame, Rigid};
-use trueup_models::space::tree::Joint as Kind;
-use trueup_models::space::vector::{Matrix, Vector, add, identity, product, scale};
+use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, RobotDesign};
+use trueup_models::space::spatial::{Rigid, SpatialFrame};
+use trueup_models::space::tree::JointType as Kind;
+use trueup_models::space::vector::{Matrix3, Vector3, add, identity, product, scale};
 
-use crate::error::Error;
+use crate::error::CliError;
 use crate::near::suggestion;
 
 /// Place in the file, error and remedy.
-type Fault = (u32, String);
+type UrdfFault = (u32, String);
 
-struct Joint<'a> {
+struct UrdfJoint<'a> {
     name: &'a str,
     kind: &'a str,
     parent: &'a str,
     child: &'a str,
     /// Its axes in those of the parent link.
-    frame: Frame<f64>,
-    axis: Vector<f64>,
+    frame: SpatialFrame<f64>,
+    axis: Vector3<f64>,
     friction: JointFriction,
     /// Elements of it that say what no model here has.
     unread: Vec<&'static str>,
@@ -44,8 +44,8 @@ impl JointFriction {
 }
 
 /// What a file makes.
-pub(super) struct Made {
-    pub(super) design: Design,
+pub(super) struct UrdfRobot {
+    pub(super) design: RobotDesign,
     /// Of each moving body, in the order of the design's links.
     pub(super) friction: Vec<JointFriction>,
     /// What of the file is not used.
@@ -54,7 +54,7 @@ pub(super) struct Made {
     pub(super) floats: Option<String>,
 }
 
-struct Body<'a> {
+struct UrdfBody<'a> {
     name: &'a str,
     /// About the link's origin; `None`: the file gives no inertia.
     rigid: Option<Rigid<f64>>,
@@ -62,12 +62,12 @@ struct Body<'a> {
 }
 
 /// Reads a robot; it is not checked yet.
-pub(super) fn read(path: &Path, text: &str) -> Result<Made, Error> {
-    parsed(path, text).map_err(Error::Failed)
+pub(super) fn read(path: &Path, text: &str) -> Result<UrdfRobot, CliError> {
+    parsed(path, text).map_err(CliError::Failed)
 }
 
-fn parsed(path: &Path, text: &str) -> Result<Made, String> {
-    let at = |(line, why): Fault| format!("{}:{line}: {why}", path.display());
+fn parsed(path: &Path, text: &str) -> Result<UrdfRobot, String> {
+    let at = |(line, why): UrdfFault| format!("{}:{line}: {why}", path.display());
     let document = Document::parse(text).map_err(|e| at((e.pos().row, e.to_string())))?;
     design(&document).map_err(at)
 }
@@ -80,12 +80,12 @@ fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|c| c.has_tag_name(name))
 }
 
-fn needed<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, Fault> {
+fn needed<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, UrdfFault> {
     let why = || format!("<{}> has no attribute `{name}`; give it one", node.tag_name().name());
     node.attribute(name).ok_or_else(|| (line(node), why()))
 }
 
-fn numbers<const N: usize>(node: Node<'_, '_>, name: &str, default: [f64; N]) -> Result<[f64; N], Fault> {
+fn numbers<const N: usize>(node: Node<'_, '_>, name: &str, default: [f64; N]) -> Result<[f64; N], UrdfFault> {
     let Some(text) = node.attribute(name) else { return Ok(default) };
     let list: Vec<f64> = text.split_whitespace().filter_map(|w| w.parse().ok()).collect();
     let fine = list.len() == N
@@ -96,15 +96,15 @@ fn numbers<const N: usize>(node: Node<'_, '_>, name: &str, default: [f64; N]) ->
     })
 }
 
-fn number(node: Node<'_, '_>, name: &str) -> Result<f64, Fault> {
+fn number(node: Node<'_, '_>, name: &str) -> Result<f64, UrdfFault> {
     needed(node, name)?;
     Ok(numbers::<1>(node, name, [0.0])?[0])
 }
 
 /// `<origin xyz rpy>` of a node: roll about x, pitch about y, yaw about z, in this order about the parent's axes.
-fn origin(node: Node<'_, '_>) -> Result<Frame<f64>, Fault> {
+fn origin(node: Node<'_, '_>) -> Result<SpatialFrame<f64>, UrdfFault> {
     let Some(o) = child(node, "origin") else {
-        return Ok(Frame { rotation: identity(), origin: [0.0; 3] });
+        return Ok(SpatialFrame { rotation: identity(), origin: [0.0; 3] });
     };
     let [r, p, y] = numbers(o, "rpy", [0.0; 3])?;
     let turn = |axis: usize, angle: f64| {
@@ -113,10 +113,10 @@ fn origin(node: Node<'_, '_>) -> Result<Frame<f64>, Fault> {
         trueup_models::space::attitude::about(unit, angle)
     };
     let rotation = product(&turn(2, y), &product(&turn(1, p), &turn(0, r)));
-    Ok(Frame { rotation, origin: numbers(o, "xyz", [0.0; 3])? })
+    Ok(SpatialFrame { rotation, origin: numbers(o, "xyz", [0.0; 3])? })
 }
 
-fn inertial(link: Node<'_, '_>) -> Result<Option<Rigid<f64>>, Fault> {
+fn inertial(link: Node<'_, '_>) -> Result<Option<Rigid<f64>>, UrdfFault> {
     let Some(node) = child(link, "inertial") else { return Ok(None) };
     let part = |name: &str| {
         child(node, name).ok_or_else(|| (line(node), format!("<inertial> has no <{name}>; give it one")))
@@ -127,13 +127,13 @@ fn inertial(link: Node<'_, '_>) -> Result<Option<Rigid<f64>>, Fault> {
     }
     let of = |name: &str| number(i, name);
     let (xy, xz, yz) = (of("ixy")?, of("ixz")?, of("iyz")?);
-    let own: Matrix<f64> = [[of("ixx")?, xy, xz], [xy, of("iyy")?, yz], [xz, yz, of("izz")?]];
+    let own: Matrix3<f64> = [[of("ixx")?, xy, xz], [xy, of("iyy")?, yz], [xz, yz, of("izz")?]];
     let frame = origin(node)?;
     Ok(Some(Rigid::new(mass, [0.0; 3], &own).outwards(&frame)))
 }
 
 /// Mass, centre of mass, inertia about it.
-fn central(r: &Rigid<f64>) -> (f64, Vector<f64>, Matrix<f64>) {
+fn central(r: &Rigid<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let center = if r.mass > 0.0 { scale(1.0 / r.mass, r.first) } else { [0.0; 3] };
     let back = Rigid::new(r.mass, center, &[[0.0; 3]; 3]);
     let inertia = [0, 1, 2].map(|i| [0, 1, 2].map(|k| r.inertia[i][k] - back.inertia[i][k]));
@@ -141,27 +141,27 @@ fn central(r: &Rigid<f64>) -> (f64, Vector<f64>, Matrix<f64>) {
 }
 
 /// What a body of the robot is made of: links fixed to each other.
-struct Gathered<'a> {
+struct MergedLinks<'a> {
     rigid: Rigid<f64>,
     /// Joints that move, in the axes of the body's own link.
-    joints: Vec<(&'a Joint<'a>, Frame<f64>)>,
+    joints: Vec<(&'a UrdfJoint<'a>, SpatialFrame<f64>)>,
     /// Fixed links without anything on them, those without mass last: names and places.
-    frames: Vec<(&'a str, Vector<f64>)>,
+    frames: Vec<(&'a str, Vector3<f64>)>,
 }
 
-impl<'a> Gathered<'a> {
+impl<'a> MergedLinks<'a> {
     /// What it carries at its end: the last of its fixed links, one without mass before one that has some.
-    fn tip(&self) -> Option<(&'a str, Vector<f64>)> {
+    fn tip(&self) -> Option<(&'a str, Vector3<f64>)> {
         self.frames.last().copied()
     }
 }
 
 const NOTHING: Rigid<f64> = Rigid { mass: 0.0, first: [0.0; 3], inertia: [[0.0; 3]; 3] };
 
-fn gather<'a>(link: &'a str, bodies: &'a [Body<'a>], joints: &'a [Joint<'a>]) -> Gathered<'a> {
-    let mut all = Gathered { rigid: NOTHING, joints: Vec::new(), frames: Vec::new() };
+fn gather<'a>(link: &'a str, bodies: &'a [UrdfBody<'a>], joints: &'a [UrdfJoint<'a>]) -> MergedLinks<'a> {
+    let mut all = MergedLinks { rigid: NOTHING, joints: Vec::new(), frames: Vec::new() };
     let (whole, mut bare) = (link, Vec::new());
-    let mut rest = vec![(link, Frame { rotation: identity(), origin: [0.0; 3] })];
+    let mut rest = vec![(link, SpatialFrame { rotation: identity(), origin: [0.0; 3] })];
     while let Some((link, frame)) = rest.pop() {
         let own = bodies.iter().find(|b| b.name == link).and_then(|b| b.rigid.as_ref());
         if let Some(own) = own {
@@ -188,7 +188,7 @@ fn gather<'a>(link: &'a str, bodies: &'a [Body<'a>], joints: &'a [Joint<'a>]) ->
 }
 
 /// Two of one name, which a reference by name cannot distinguish.
-fn once<'a>(what: &str, all: impl Iterator<Item = (&'a str, u32)>) -> Result<(), Fault> {
+fn once<'a>(what: &str, all: impl Iterator<Item = (&'a str, u32)>) -> Result<(), UrdfFault> {
     let mut seen: Vec<(&str, u32)> = Vec::new();
     for (name, line) in all {
         if let Some((_, first)) = seen.iter().find(|(before, _)| *before == name) {
@@ -202,7 +202,7 @@ fn once<'a>(what: &str, all: impl Iterator<Item = (&'a str, u32)>) -> Result<(),
     Ok(())
 }
 
-fn design(document: &Document<'_>) -> Result<Made, Fault> {
+fn design(document: &Document<'_>) -> Result<UrdfRobot, UrdfFault> {
     let robot = document.root_element();
     if !robot.has_tag_name("robot") {
         let found = robot.tag_name().name();
@@ -214,7 +214,7 @@ fn design(document: &Document<'_>) -> Result<Made, Fault> {
     written::check(robot)?;
     let mut bodies = Vec::new();
     for node in robot.children().filter(|c| c.has_tag_name("link")) {
-        bodies.push(Body { name: needed(node, "name")?, rigid: inertial(node)?, line: line(node) });
+        bodies.push(UrdfBody { name: needed(node, "name")?, rigid: inertial(node)?, line: line(node) });
     }
     once("the link", bodies.iter().map(|b| (b.name, b.line)))?;
     let mut joints = Vec::new();
@@ -223,7 +223,7 @@ fn design(document: &Document<'_>) -> Result<Made, Fault> {
     }
     once("the joint", joints.iter().map(|j| (j.name, j.line)))?;
     if let Some((joint, first)) = joints.iter().enumerate().find_map(|(k, j)| {
-        joints[..k].iter().find(|other: &&Joint<'_>| other.child == j.child).map(|other| (j, other))
+        joints[..k].iter().find(|other: &&UrdfJoint<'_>| other.child == j.child).map(|other| (j, other))
     }) {
         let (child, name, other) = (joint.child, joint.name, first.name);
         return Err((
@@ -261,7 +261,7 @@ fn design(document: &Document<'_>) -> Result<Made, Fault> {
     Ok(made)
 }
 
-fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault> {
+fn joint<'a>(node: Node<'a, '_>, bodies: &[UrdfBody<'_>]) -> Result<UrdfJoint<'a>, UrdfFault> {
     let (name, kind) = (needed(node, "name")?, needed(node, "type")?);
     let wrong = |why: String| Err((line(node), format!("joint `{name}`: {why}")));
     if child(node, "mimic").is_some() {
@@ -273,7 +273,7 @@ fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault
     if !["revolute", "continuous", "prismatic", "fixed", "floating"].contains(&kind) {
         return wrong(format!("type `{kind}` cannot be had; it is revolute, continuous, prismatic or fixed"));
     }
-    let link = |tag: &str| -> Result<&'a str, Fault> {
+    let link = |tag: &str| -> Result<&'a str, UrdfFault> {
         let part = child(node, tag).ok_or_else(|| (line(node), format!("joint `{name}` has no <{tag}>")))?;
         let wanted = needed(part, "link")?;
         if bodies.iter().any(|b| b.name == wanted) {
@@ -283,7 +283,7 @@ fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault
         Err((line(part), format!("joint `{name}`: there is no link `{wanted}`; {near}")))
     };
     let axis = child(node, "axis").map_or(Ok([1.0, 0.0, 0.0]), |a| numbers(a, "xyz", [1.0, 0.0, 0.0]))?;
-    let of_dynamics = |name: &str| -> Result<f64, Fault> {
+    let of_dynamics = |name: &str| -> Result<f64, UrdfFault> {
         let Some(part) = child(node, "dynamics") else { return Ok(0.0) };
         let [value] = numbers(part, name, [0.0])?;
         if value < 0.0 {
@@ -297,7 +297,7 @@ fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault
     let friction = JointFriction { viscous: of_dynamics("damping")?, coulomb: of_dynamics("friction")? };
     let moves = kind != "fixed" && kind != "floating";
     let unread = UNREAD.into_iter().filter(|tag| moves && child(node, tag).is_some()).collect();
-    Ok(Joint {
+    Ok(UrdfJoint {
         name,
         kind,
         parent: link("parent")?,
@@ -316,7 +316,12 @@ const UNREAD: [&str; 3] = ["limit", "safety_controller", "calibration"];
 /// The name of a link that is the world: what is fixed to it is bolted to the ground.
 const WORLD: &str = "world";
 
-fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_>]) -> Result<Made, Fault> {
+fn assemble(
+    name: &str,
+    root: &UrdfBody<'_>,
+    bodies: &[UrdfBody<'_>],
+    joints: &[UrdfJoint<'_>],
+) -> Result<UrdfRobot, UrdfFault> {
     let mut base = gather(root.name, bodies, joints);
     // A world that carries a robot which floats is no part of it.
     if base.rigid.mass == 0.0
@@ -334,7 +339,7 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
         let name = root.name;
         format!("no link is bolted down: the base (`{name}`, {base_mass} kg) floats; --held holds it, as does a root link `{WORLD}` to which it is fixed")
     });
-    let mut design = Design {
+    let mut design = RobotDesign {
         name: name.to_owned(),
         base_mass,
         base_inertia,
@@ -351,8 +356,8 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
         axial_stiffening: None,
     };
     // Base axes have their origin in the centre of mass.
-    let mut rest: Vec<(usize, &Joint<'_>, Frame<f64>)> = Vec::new();
-    let shifted = |f: &Frame<f64>| Frame { origin: add(f.origin, scale(-1.0, center)), ..*f };
+    let mut rest: Vec<(usize, &UrdfJoint<'_>, SpatialFrame<f64>)> = Vec::new();
+    let shifted = |f: &SpatialFrame<f64>| SpatialFrame { origin: add(f.origin, scale(-1.0, center)), ..*f };
     base.joints.iter().rev().for_each(|(j, f)| rest.push((0, *j, shifted(f))));
     while let Some((parent, joint, frame)) = rest.pop() {
         let wrong = |why: &str| Err((joint.line, format!("joint `{}`: {why}", joint.name)));
@@ -366,7 +371,7 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
             return Err((line, format!("link `{}`: {why}", joint.child)));
         }
         let (mass, center_of_mass, inertia) = central(&body.rigid);
-        design.links.push(Link {
+        design.links.push(DesignLink {
             name: joint.child.to_owned(),
             parent,
             joint: if joint.kind == "prismatic" { Kind::Prismatic } else { Kind::Revolute },
@@ -376,22 +381,22 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
             position: frame.origin,
             orientation: quaternion(&frame.rotation),
             axis: joint.axis,
-            motor: Motor::default(),
+            motor: DesignMotor::default(),
         });
         friction.push(joint.friction);
         let own = design.links.len();
         if body.joints.is_empty() {
             let (tip, offset) = body.tip().unwrap_or((joint.child, [0.0; 3]));
             let mount = design.mount(own);
-            design.tips.push(Tip { name: tip.to_owned(), body: own, offset, mount });
+            design.tips.push(DesignTip { name: tip.to_owned(), body: own, offset, mount });
         }
         body.joints.iter().rev().for_each(|(j, f)| rest.push((own, *j, *f)));
     }
-    Ok(Made { design, friction, notes: unread(joints), floats })
+    Ok(UrdfRobot { design, friction, notes: unread(joints), floats })
 }
 
 /// A line for each kind of what joints say and no model here has.
-fn unread(joints: &[Joint<'_>]) -> Vec<String> {
+fn unread(joints: &[UrdfJoint<'_>]) -> Vec<String> {
     let note = |tag: &&str| {
         let names: Vec<_> = joints.iter().filter(|j| j.unread.contains(tag)).map(|j| j.name).collect();
         (!names.is_empty())
@@ -406,7 +411,7 @@ fn counted(names: &[&str]) -> String {
     format!("{} joint{s} ({})", names.len(), names.join(", "))
 }
 
-impl Made {
+impl UrdfRobot {
     /// That nothing is made of what its joints lose.
     pub(super) fn without_friction(&self) -> Option<String> {
         let lossy = self.design.links.iter().zip(&self.friction).filter(|(_, f)| f.is_there());
@@ -419,7 +424,7 @@ impl Made {
 }
 
 /// Of a rotation, by the largest of its elements.
-fn quaternion(r: &Matrix<f64>) -> [f64; 4] {
+fn quaternion(r: &Matrix3<f64>) -> [f64; 4] {
     let trace = r[0][0] + r[1][1] + r[2][2];
     let squares = [trace, r[0][0], r[1][1], r[2][2]];
     let most = (0..4).fold(0, |b, k| if squares[k] > squares[b] { k } else { b });

@@ -5,17 +5,17 @@ use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 use super::Links;
-use crate::engine::subject::Model;
+use crate::engine::subject::EngineModel;
 
 /// Space for one step.
-pub(super) struct Work<T> {
+pub(super) struct AdvanceWorkspace<T> {
     k: [Vec<T>; 4],
     x: Vec<T>,
     c: Vec<[T; 3]>,
     given: Vec<(usize, T)>,
 }
 
-impl<T: Scalar> Work<T> {
+impl<T: Scalar> AdvanceWorkspace<T> {
     pub(super) fn new(n: usize) -> Self {
         let v = || vec![T::zero(); n];
         Self { k: [v(), v(), v(), v()], x: v(), c: Vec::new(), given: Vec::new() }
@@ -23,8 +23,8 @@ impl<T: Scalar> Work<T> {
 }
 
 /// One step of what is not led.
-pub(super) struct Context<'a, T> {
-    pub(super) model: &'a Model,
+pub(super) struct StepContext<'a, T> {
+    pub(super) model: &'a EngineModel,
     pub(super) links: &'a Links,
     pub(super) p: &'a [T],
     pub(super) u: &'a [T],
@@ -32,13 +32,13 @@ pub(super) struct Context<'a, T> {
     pub(super) step: f64,
 }
 
-impl<T: ArmScalar> Context<'_, T> {
+impl<T: ArmScalar> StepContext<'_, T> {
     /// Classical Runge-Kutta for what moves freely; exact in the own rate of what follows.
     pub(super) fn advance(
         &self,
         t: f64,
         x: &mut [T],
-        w: &mut Work<T>,
+        w: &mut AdvanceWorkspace<T>,
         share: impl Fn(f64, &mut Vec<[T; 3]>),
     ) {
         let h = self.step;

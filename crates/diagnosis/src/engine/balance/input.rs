@@ -1,9 +1,9 @@
 //! Inputs on the grid of a recording.
 
-use trueup_identification::run::{Between, Drive};
+use trueup_identification::run::{InputDrive, InputInterpolation};
 
 /// Means of an input over the grid's steps.
-pub(super) fn averaged(d: &Drive, t: &[f64], h: f64) -> Vec<f64> {
+pub(super) fn averaged(d: &InputDrive, t: &[f64], h: f64) -> Vec<f64> {
     let mut at = 0;
     let mut value = |t: f64| {
         while at + 1 < d.t.len() && d.t[at + 1] <= t {
@@ -13,7 +13,7 @@ pub(super) fn averaged(d: &Drive, t: &[f64], h: f64) -> Vec<f64> {
             at -= 1;
         }
         match (d.between, d.t.get(at + 1)) {
-            (Between::Linear, Some(next)) if t > d.t[at] => {
+            (InputInterpolation::Linear, Some(next)) if t > d.t[at] => {
                 let w = (t - d.t[at]) / (next - d.t[at]);
                 d.u[at] * (1.0 - w) + d.u[at + 1] * w
             }

@@ -25,7 +25,7 @@ pub struct Smooth {
 
 /// One recording on its grid.
 #[derive(Clone, Debug)]
-pub struct Led {
+pub struct GriddedRecording {
     /// Of the recording.
     pub name: String,
     /// Step of the grid, s.
@@ -43,7 +43,7 @@ pub struct Led {
     /// First and last instant that count.
     pub counts: std::ops::Range<usize>,
     /// What each residual stands for.
-    pub parts: Vec<octaves::Part>,
+    pub parts: Vec<octaves::OctavePart>,
     /// By octave: the lower triangle that makes the channels' values independent and of
     /// deviation 1, row by row.
     pub whiten: Vec<Vec<f64>>,

@@ -2,9 +2,9 @@
 
 use trueup_numerics::Scalar;
 
-use super::led::Led;
-use crate::engine::coordinate::Coordinate;
-use crate::engine::subject::Model;
+use super::led::GriddedRecording;
+use crate::engine::coordinate::CoordinateReadings;
+use crate::engine::subject::EngineModel;
 
 /// How the coordinates of a model hang together with the channels of a recording.
 #[derive(Clone, Debug)]
@@ -30,9 +30,9 @@ pub struct Links {
     pub(super) held: Vec<usize>,
 }
 
-impl Led {
+impl GriddedRecording {
     /// How these coordinates of that model are led.
-    pub fn links(&self, model: &Model, coordinates: &[Coordinate]) -> Links {
+    pub fn links(&self, model: &EngineModel, coordinates: &[CoordinateReadings]) -> Links {
         let find =
             |list: &[(usize, f64)], output: usize| list.iter().find(|(o, _)| *o == output).map(|l| l.1);
         let as_it_is = coordinates.len() == self.leading.coordinates.len();
@@ -58,7 +58,7 @@ impl Led {
                     .or_else(|| find(&c.velocities, s.output).map(|f| (i, f, true)))
             })
         });
-        let sum = |of: &dyn Fn(&Coordinate) -> Vec<(usize, f64)>| {
+        let sum = |of: &dyn Fn(&CoordinateReadings) -> Vec<(usize, f64)>| {
             let mut all: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
             for (i, c) in coordinates.iter().enumerate() {
                 for (state, factor) in of(c) {

@@ -6,14 +6,14 @@ use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{LANES, Lanes};
 
 use super::Links;
-use crate::engine::subject::Model;
+use crate::engine::subject::EngineModel;
 
 /// Longest step of the classical Runge-Kutta method, in radians (or e-folds) of the fastest mode: an oscillation is then
 /// wrong by 2e-4 of itself after a period.
 const RADIANS: f64 = 0.25;
 
 /// The fastest own mode of what is integrated, rad/s, at an instant; where derivatives are not finite: infinite.
-pub(super) fn fastest(model: &Model, links: &Links, at: &At<'_, f64>) -> f64 {
+pub(super) fn fastest(model: &EngineModel, links: &Links, at: &At<'_, f64>) -> f64 {
     let n = links.free.len();
     let lift = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
     let (mut x, u, p) = (lift(at.x), lift(at.u), lift(at.p));
@@ -51,16 +51,16 @@ pub(super) fn parts(step: f64, fastest: f64, most: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::balance::Led;
-    use crate::engine::subject::Subject;
-    use trueup_identification::run::{Channel, Run};
-    use trueup_models::effect::Plant;
+    use crate::engine::balance::GriddedRecording;
+    use crate::engine::subject::DiagnosisSubject;
+    use trueup_identification::run::{IdentificationRun, OutputChannel};
+    use trueup_models::effect::PlantKind;
     use trueup_models::joint::{output, parameter};
 
     #[test]
     fn the_fastest_mode_of_a_spring_is_its_resonance() {
-        let model = Subject::new(Plant::Joint, vec![true]).model(&[] as &[&str]).unwrap();
-        let subject = Subject::new(Plant::Joint, vec![true]);
+        let model = DiagnosisSubject::new(PlantKind::Joint, vec![true]).model(&[] as &[&str]).unwrap();
+        let subject = DiagnosisSubject::new(PlantKind::Joint, vec![true]);
         let mut p = subject.defaults(&model);
         for i in [parameter::DAMPING, parameter::VISCOUS_FRICTION] {
             p[i] = 0.0;
@@ -69,15 +69,20 @@ mod tests {
         let (k, n, j) = (p[parameter::STIFFNESS], p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
         let coordinates = subject.coordinates(&model, &p);
         let t: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.002).collect();
-        let motor = Channel {
+        let motor = OutputChannel {
             name: "motorAngle".into(),
             output: output::MOTOR_ANGLE,
             y: t.iter().map(|t| (3.0 * t).sin()).collect(),
             t,
             sigma: 1e-6,
-            ..Channel::default()
+            ..OutputChannel::default()
         };
-        let led = Led::new(&Run { channels: vec![motor], ..Run::default() }, 2, 1.5).unwrap();
+        let led = GriddedRecording::new(
+            &IdentificationRun { channels: vec![motor], ..IdentificationRun::default() },
+            2,
+            1.5,
+        )
+        .unwrap();
         let links = led.links(&model, &coordinates);
         let (x, u) = (vec![0.0; model.sizes().states], vec![0.0; model.sizes().inputs]);
         let modes = vec![0; model.sizes().modes];

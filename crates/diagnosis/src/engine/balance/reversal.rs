@@ -2,7 +2,7 @@
 
 use trueup_numerics::Scalar;
 
-use super::led::Led;
+use super::led::GriddedRecording;
 use super::links::Links;
 
 /// Over so many kernels a series fades into a reversal and out of it.
@@ -10,7 +10,7 @@ const FADE: f64 = 16.0;
 /// Share of a recording in reversals from which on the rest tells nothing: its octaves are those of the bridges.
 const BRIDGED: f64 = 0.75;
 
-impl Led {
+impl GriddedRecording {
     /// What counts of a series: reversals, which no kernel can follow, are bridged by straight lines. The series fades into
     /// them and out of them, and their ends are means under a bell: what an abrupt cut would leave of the noise of
     /// accelerations outweighs all else that is slow.

@@ -1,22 +1,22 @@
 //! What sensors make of what they measure.
 
-use trueup_identification::sensors::{Sensor, Sensors};
+use trueup_identification::sensors::{LinearSensor, SensorSet};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
-use super::led::Led;
+use super::led::GriddedRecording;
 use super::links::Links;
 use crate::engine::octaves;
-use crate::engine::subject::Model;
+use crate::engine::subject::EngineModel;
 
-impl Led {
+impl GriddedRecording {
     /// What effects of sensors, gains and offsets add to each channel, with its first and second derivative; `None`: nothing.
     pub(super) fn sensed<T: Scalar>(
         &self,
-        model: &Model,
+        model: &EngineModel,
         links: &Links,
         p: &[T],
-        sensors: &Sensors<T>,
+        sensors: &SensorSet<T>,
     ) -> Vec<Option<[Vec<T>; 3]>> {
         let sizes = model.sizes();
         let begins: Vec<usize> =
@@ -26,7 +26,7 @@ impl Led {
         // What is neutral may have a derivative all the same, or a fit that begins there ends there. An offset of what shows a
         // coordinate is left to free runs as long as it is 0.
         let moved = |o: usize| {
-            let Sensor { gain, offset } = sensors.outputs[o];
+            let LinearSensor { gain, offset } = sensors.outputs[o];
             offset.value() != 0.0 || !(gain - 1.0).vanishes()
         };
         // Of what shows none the model's own figure is read as the sensor reads it.
@@ -50,8 +50,8 @@ impl Led {
             model.effects().sense(&at, &mut shown);
             for (c, s) in self.channels.iter().enumerate() {
                 // Of a reading r = g y + o that is r - y.
-                let Sensor { gain, offset } =
-                    if shows(c) { sensors.outputs[s.output] } else { Sensor::none() };
+                let LinearSensor { gain, offset } =
+                    if shows(c) { sensors.outputs[s.output] } else { LinearSensor::none() };
                 let own = T::constant(calm[c][k]) - (T::constant(calm[c][k]) - offset) / gain;
                 added[c].push(shown[s.output] - calm[c][k] + own);
             }

@@ -1,12 +1,12 @@
 //! How large the terms of a balance are.
 
-use super::led::Led;
+use super::led::GriddedRecording;
 use super::links::Links;
-use crate::engine::coordinate::Coordinate;
+use crate::engine::coordinate::CoordinateReadings;
 
-impl Led {
+impl GriddedRecording {
     /// What inputs and motion make of each channel by themselves: sizes of the terms of the balance.
-    pub fn terms(&self, links: &Links, coordinates: &[Coordinate]) -> Vec<[Vec<f64>; 2]> {
+    pub fn terms(&self, links: &Links, coordinates: &[CoordinateReadings]) -> Vec<[Vec<f64>; 2]> {
         let all = self.channels.iter().enumerate().map(|(c, s)| {
             let Some((i, f, rate)) = links.shows[c] else { return [s.y.clone(), s.y.clone()] };
             if !self.as_lead(links, i, c) {

@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::thresholds::Thresholds;
-use crate::engine::search::Fitted;
+use crate::engine::search::FittedSet;
 use crate::json::number;
 
 /// Gap of free-running simulations on recordings that were not fitted.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Free {
+pub struct FreeRun {
     /// Of the nominal model.
     #[serde(deserialize_with = "number")]
     pub before: f64,
@@ -34,7 +34,7 @@ pub struct Free {
     pub windowed: Option<f64>,
 }
 
-impl Free {
+impl FreeRun {
     /// Without any effect: parameters that were refitted may do worse on what was held out than those that were given.
     pub(crate) fn bare(&self) -> f64 {
         self.tuned.min(self.before)
@@ -78,7 +78,7 @@ pub(crate) fn left(gap: f64, floor: f64) -> f64 {
 }
 
 /// What free-running simulations of some of the sets showed.
-pub trait Ran {
+pub trait FreeRunResults {
     /// Gap on recordings held out.
     fn after(&self, set: usize) -> Option<f64>;
     /// How far the predictions of two sets are apart, as a gap.
@@ -88,5 +88,5 @@ pub trait Ran {
     /// Recording by recording what a set leaves above the floor, as a power; what tells nothing from the floor is as large.
     fn each(&self, set: usize) -> Option<Vec<f64>>;
     /// Leave-one-out over the recordings for fitting.
-    fn left_out(&self, set: Option<usize>, fitted: &Fitted) -> Option<LeftOut>;
+    fn left_out(&self, set: Option<usize>, fitted: &FittedSet) -> Option<LeftOut>;
 }

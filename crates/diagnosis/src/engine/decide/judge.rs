@@ -1,15 +1,15 @@
 //! Sets beside each other: balances and free runs together.
 
-use super::{Balances, Free, Ran, Thresholds, left};
-use crate::engine::search::Fitted;
-use crate::engine::select::{Found, above};
+use super::{Balances, FreeRun, FreeRunResults, Thresholds, left};
+use crate::engine::search::FittedSet;
+use crate::engine::select::{SearchResult, above};
 use trueup_numerics::order::descending;
 
 /// What the sets that were fitted and run come to.
 pub(super) struct Judge<'a> {
-    found: &'a Found,
-    free: Free,
-    ran: &'a dyn Ran,
+    found: &'a SearchResult,
+    free: FreeRun,
+    ran: &'a dyn FreeRunResults,
     limits: &'a Thresholds,
     pub balances: Balances,
     /// By size of a set: the largest gap of those that ran; 0: none did.
@@ -17,7 +17,12 @@ pub(super) struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    pub(super) fn new(found: &'a Found, free: Free, ran: &'a dyn Ran, limits: &'a Thresholds) -> Self {
+    pub(super) fn new(
+        found: &'a SearchResult,
+        free: FreeRun,
+        ran: &'a dyn FreeRunResults,
+        limits: &'a Thresholds,
+    ) -> Self {
         let mut worst = Vec::new();
         for (at, f) in found.sets.iter().enumerate() {
             let size = f.stated.set.len();
@@ -31,7 +36,7 @@ impl<'a> Judge<'a> {
     fn power(&self, at: usize) -> f64 {
         let set = &self.found.sets[at].stated.set;
         let part =
-            |f: &Fitted| f.stated.set.len() < set.len() && f.stated.set.iter().all(|h| set.contains(h));
+            |f: &FittedSet| f.stated.set.len() < set.len() && f.stated.set.iter().all(|h| set.contains(h));
         let parts = self.found.sets.iter().enumerate().filter(|(_, f)| part(f));
         let lacking = parts.filter_map(|(at, _)| self.ran.after(at)).min_by(f64::total_cmp);
         let worst = Some(self.worst[set.len()]).filter(|w| *w > 0.0);
@@ -73,22 +78,22 @@ impl<'a> Judge<'a> {
         self.free.bare() <= self.free.chance
     }
     /// What balances miss without a set and hardly with it is known, whatever free runs show.
-    fn is_told(&self, set: &Fitted) -> bool {
+    fn is_told(&self, set: &FittedSet) -> bool {
         let limits = &self.limits.gap;
         let [seen, left] = [&self.found.plain, set].map(|f| above(f.excess(), self.balances.least));
         seen > limits.bare && left < limits.bare && left < (1.0 - limits.told) * seen
     }
     /// It has several causes, which what may be the sensors' noise asks for the less.
-    fn is_too_much(&self, set: &Fitted) -> bool {
+    fn is_too_much(&self, set: &FittedSet) -> bool {
         self.as_good() && set.effects() > 1 && !self.is_told(set)
     }
     /// Where no free run chose and none shows anything: the balances see nothing either, or what little they see no effect
     /// explains; or parameters take it; or it would take several effects at once.
     pub(super) fn needs_no_effect(&self) -> bool {
         let limits = &self.limits.gap;
-        let above = |f: &Fitted| above(f.excess(), self.balances.least);
+        let above = |f: &FittedSet| above(f.excess(), self.balances.least);
         let seen = above(&self.found.plain);
-        let mends = |f: &Fitted| above(f) < (1.0 - limits.explained) * seen;
+        let mends = |f: &FittedSet| above(f) < (1.0 - limits.explained) * seen;
         let spurious = seen <= limits.bare && !mends(&self.found.best);
         let taken = mends(self.found.without_effects()) || self.is_too_much(&self.found.best);
         self.as_good() && (seen < limits.left || spurious || taken)
@@ -150,7 +155,7 @@ impl<'a> Judge<'a> {
     fn is_asked_for(&self, with: usize, without: usize) -> bool {
         let (limits, plain) = (&self.limits.balances, self.limits.gap.left);
         let [with, without] = [with, without].map(|at| &self.found.sets[at]);
-        let of = |f: &Fitted| above(f.excess(), self.balances.least);
+        let of = |f: &FittedSet| above(f.excess(), self.balances.least);
         let [after, before] = [with, without].map(of);
         let plain = plain.max(limits.nothing * of(&self.found.plain));
         let plainly = before > plain && before - after > limits.wholly * before;
@@ -161,12 +166,12 @@ impl<'a> Judge<'a> {
     pub(super) fn rivals(
         &self,
         chosen: Option<usize>,
-        best: &Fitted,
+        best: &FittedSet,
         i: usize,
         after: f64,
     ) -> Vec<(usize, f64)> {
         let (set, h) = (&best.stated.set, &best.stated.set[i]);
-        let other = |f: &Fitted| {
+        let other = |f: &FittedSet| {
             f.stated.set.len() == set.len()
                 && !f.stated.set.iter().any(|o| o.same_place(h))
                 && set.iter().enumerate().all(|(k, o)| k == i || f.stated.set.contains(o))
@@ -179,7 +184,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Odds of set `at` that has another cause in the place of the `i`-th of `best`.
-    fn odds(&self, at: usize, chosen: Option<usize>, best: &Fitted, i: usize, after: f64) -> f64 {
+    fn odds(&self, at: usize, chosen: Option<usize>, best: &FittedSet, i: usize, after: f64) -> f64 {
         let (f, limits) = (&self.found.sets[at], &self.limits.odds);
         if self.is_law_of_the_same(f, best, i) {
             return 0.0;
@@ -205,7 +210,7 @@ impl<'a> Judge<'a> {
         told - self.limits.free_runs.weight * self.further(at, chosen) + spared
     }
     /// It has friction of the same rigid joint in the place of the `i`-th cause.
-    fn is_law_of_the_same(&self, other: &Fitted, best: &Fitted, i: usize) -> bool {
+    fn is_law_of_the_same(&self, other: &FittedSet, best: &FittedSet, i: usize) -> bool {
         let (set, h) = (&best.stated.set, &best.stated.set[i]);
         other.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o))
     }

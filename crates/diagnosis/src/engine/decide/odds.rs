@@ -1,8 +1,8 @@
 //! How sets stand to each other by their balances alone.
 
 use super::Thresholds;
-use crate::engine::search::{Fitted, Octave};
-use crate::engine::select::Found;
+use crate::engine::search::{FittedSet, Octave};
+use crate::engine::select::SearchResult;
 
 /// What the balances of a set come to.
 struct Left<'a> {
@@ -14,8 +14,8 @@ struct Left<'a> {
     occam: f64,
 }
 
-impl<'a> From<&'a Fitted> for Left<'a> {
-    fn from(f: &'a Fitted) -> Self {
+impl<'a> From<&'a FittedSet> for Left<'a> {
+    fn from(f: &'a FittedSet) -> Self {
         Self { octaves: &f.octaves, prior2: f.prior2, count: f.count(), occam: f.occam }
     }
 }
@@ -33,7 +33,7 @@ pub struct Balances {
 
 impl Balances {
     /// As the best set leaves them.
-    pub fn new(found: &Found, limits: &Thresholds) -> Self {
+    pub fn new(found: &SearchResult, limits: &Thresholds) -> Self {
         Self {
             independent: (found.best.count() * limits.balances.trust).min(limits.balances.most),
             least: found.least(),
@@ -44,7 +44,7 @@ impl Balances {
     /// Odds (natural logarithm) of set `a` against set `b`: by the logarithm of what they leave and by what it is beside
     /// the noise, whichever is surer where both say the same. A late command against a late reading by the logarithm alone:
     /// the one moves the input's noise and the other does not, which is what they differ by at the floor.
-    pub fn odds(&self, a: &Fitted, b: &Fitted) -> f64 {
+    pub fn odds(&self, a: &FittedSet, b: &FittedSet) -> f64 {
         let late = a.is_late_where(b);
         let [a, b] = [a, b].map(Left::from);
         if late { self.by_size(&a, &b) } else { self.of(&a, &b) }

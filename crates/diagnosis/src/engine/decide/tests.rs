@@ -1,9 +1,9 @@
 use super::*;
-use crate::engine::made::{Shown, fitted, found, free};
+use crate::engine::made::{FreeRunGaps, fitted, found, free};
 
 /// What is decided where nothing but the free runs of these sets has been seen, gaps in floors.
-fn judged(mut found: Found, gaps: Vec<Option<f64>>, mut free: Free) -> (Found, Decision) {
-    let ran = Shown { gaps, ..Shown::default() };
+fn judged(mut found: SearchResult, gaps: Vec<Option<f64>>, mut free: FreeRun) -> (SearchResult, Decision) {
+    let ran = FreeRunGaps { gaps, ..FreeRunGaps::default() };
     let raw = found.plain.excess();
     let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
     (found, decision)
@@ -11,7 +11,7 @@ fn judged(mut found: Found, gaps: Vec<Option<f64>>, mut free: Free) -> (Found, D
 
 /// The same of sets with what they leave and the gaps of their free runs, where the plain model leaves 10 and so does the tuned
 /// one; the first was chosen.
-fn decided(sets: &[(&str, f64, f64)]) -> (Found, Decision) {
+fn decided(sets: &[(&str, f64, f64)]) -> (SearchResult, Decision) {
     let fits = sets.iter().map(|set| fitted(set.0, set.1, 10.0)).collect();
     judged(found(fits, Some(0), 10.0), sets.iter().map(|set| Some(set.2)).collect(), free(10.0))
 }
@@ -49,7 +49,7 @@ fn a_gap_that_may_be_noise_is_one_where_a_cause_takes_it() {
     for (what, tuned, after, wanted) in cases {
         let plain = fitted("", 1.0, 10.0);
         let sets = vec![fitted("backlash", 1.0, 10.0)];
-        let found = Found { best: plain.clone(), plain, sets };
+        let found = SearchResult { best: plain.clone(), plain, sets };
         let (_, decision) = judged(found, vec![Some(after)], free(tuned));
         assert_eq!(decision.verdict, wanted, "{what}");
     }
@@ -90,7 +90,7 @@ fn parameters_that_leave_plain_misses_and_do_not_help_free_runs_are_no_cause() {
     ];
     for (what, leaves, tuned, wanted) in cases {
         let found = found(vec![fitted("motorInertia", leaves, 100.0)], Some(0), 100.0);
-        let (_, decision) = judged(found, vec![None], Free { before: 10.0, chance: 7.0, ..free(tuned) });
+        let (_, decision) = judged(found, vec![None], FreeRun { before: 10.0, chance: 7.0, ..free(tuned) });
         assert_eq!(decision.verdict, wanted, "{what}");
     }
 }
@@ -100,7 +100,7 @@ fn parameters_that_leave_plain_misses_and_do_not_help_free_runs_are_no_cause() {
 fn what_was_not_done_and_what_does_worse_explain_nothing() {
     for (tuned, wanted) in [(9.5, Verdict::Parameters), (10.0, Verdict::Unknown)] {
         let found = found(vec![fitted("motorInertia", 1.2, 100.0)], Some(0), 100.0);
-        let (_, decision) = judged(found, vec![None], Free { before: 10.0, chance: 7.0, ..free(tuned) });
+        let (_, decision) = judged(found, vec![None], FreeRun { before: 10.0, chance: 7.0, ..free(tuned) });
         assert_eq!((decision.verdict, decision.unmoved), (wanted, tuned == 10.0));
         assert!((decision.unknown < 0.1) == (wanted == Verdict::Parameters), "{}", decision.unknown);
     }
@@ -112,7 +112,7 @@ fn what_was_not_done_and_what_does_worse_explain_nothing() {
         (1.45, 1.4, Verdict::Effects),
     ] {
         let found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
-        let (_, decision) = judged(found, vec![Some(after)], Free { before: 10.0, ..free(tuned) });
+        let (_, decision) = judged(found, vec![Some(after)], FreeRun { before: 10.0, ..free(tuned) });
         assert_eq!(decision.verdict, wanted, "{after} {tuned}");
         assert!(!decision.unmoved);
     }
@@ -127,7 +127,7 @@ fn what_does_worse_on_what_is_left_out_is_not_claimed() {
     {
         let mut found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
         let left_out = Some(LeftOut { tuned, with, noise: 1.0 });
-        let ran = Shown { gaps: vec![Some(2.0)], left_out, ..Shown::default() };
+        let ran = FreeRunGaps { gaps: vec![Some(2.0)], left_out, ..FreeRunGaps::default() };
         let (raw, mut free) = (found.plain.excess(), free(9.0));
         let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
         assert_eq!(decision.verdict, wanted, "{tuned} {with}");
@@ -142,8 +142,8 @@ fn what_does_worse_than_a_refit_that_leaves_chance_leaves_the_parameters() {
     for (tuned, wanted) in [(1.4, Verdict::Parameters), (1.6, Verdict::Unknown)] {
         let mut found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
         let left_out = Some(LeftOut { tuned: 5.0, with: 5.2, noise: 1.0 });
-        let ran = Shown { gaps: vec![Some(1.45)], left_out, ..Shown::default() };
-        let (raw, mut free) = (found.plain.excess(), Free { before: 30.0, ..free(tuned) });
+        let ran = FreeRunGaps { gaps: vec![Some(1.45)], left_out, ..FreeRunGaps::default() };
+        let (raw, mut free) = (found.plain.excess(), FreeRun { before: 30.0, ..free(tuned) });
         let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
         assert_eq!(decision.verdict, wanted, "{tuned}");
         let claimed = found.best.stated.set.iter().any(Hypothesis::is_effect);
@@ -164,7 +164,8 @@ fn a_refit_that_takes_nearly_all_and_is_near_the_floor_is_enough() {
     ] {
         for (set, leaves, ran) in [("motorInertia", 60.0, None), ("backlash", 60.0, Some(0.9 * tuned))] {
             let sets = found(vec![fitted(set, leaves, 100.0)], Some(0), 100.0);
-            let (found, decision) = judged(sets, vec![ran], Free { before: 1000.0, windowed, ..free(tuned) });
+            let (found, decision) =
+                judged(sets, vec![ran], FreeRun { before: 1000.0, windowed, ..free(tuned) });
             assert_eq!(decision.verdict, wanted, "{set} {tuned} {windowed:?}");
             let claimed = found.best.stated.set.iter().any(Hypothesis::is_effect);
             assert_eq!(claimed, wanted == Verdict::Unknown && set == "backlash", "{set} {tuned}");

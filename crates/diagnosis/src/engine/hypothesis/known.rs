@@ -1,42 +1,42 @@
 //! Effects that the owner knows to be there: part of the nominal model, their parameters among its own.
 
-use trueup_models::effect::{Choice, Placed, Plant, Role, Scope};
+use trueup_models::effect::{EffectChoice, ParameterRole, PlacedEffect, PlantKind, Scope};
 
-use crate::engine::recordings::Prepared;
+use crate::engine::recordings::PreparedCase;
 
 /// Index in the model of the parameter `k` of an effect at a site.
-fn at(e: &Placed, k: usize, site: usize) -> usize {
+fn at(e: &PlacedEffect, k: usize, site: usize) -> usize {
     e.begin.parameters + k * e.sites + site
 }
 
 /// Which of a model's sites an effect that stands at so many of them has for a joint.
-fn site_of(e: &Placed, joint: usize) -> usize {
+fn site_of(e: &PlacedEffect, joint: usize) -> usize {
     if e.sites > joint { joint } else { 0 }
 }
 
 /// The effect acts at a joint: it is known, and one of its sizes is not neutral there.
-pub(super) fn acts(p: &Prepared, choice: &Choice, joint: usize) -> bool {
+pub(super) fn acts(p: &PreparedCase, choice: &EffectChoice, joint: usize) -> bool {
     let known = p.model.effects().iter().find(|e| e.choice == *choice);
     let Some(e) = known else { return false };
     let site = site_of(e, joint);
-    let sizes = choice.parameters().iter().enumerate().filter(|(_, s)| s.role == Role::Amplitude);
+    let sizes = choice.parameters().iter().enumerate().filter(|(_, s)| s.role == ParameterRole::Amplitude);
     let mut moved = sizes.map(|(k, s)| p.nominal[at(e, k, site)] != s.neutral).peekable();
     if moved.peek().is_some() {
         return moved.any(|m| m);
     }
     // All that it has is borrowed.
-    p.subject.plant == Plant::Joint || choice.scope() != Scope::Joint || rubs(p, joint)
+    p.subject.plant == PlantKind::Joint || choice.scope() != Scope::Joint || rubs(p, joint)
 }
 
 /// An arm has motor friction at a joint.
-pub(super) fn rubs(p: &Prepared, joint: usize) -> bool {
+pub(super) fn rubs(p: &PreparedCase, joint: usize) -> bool {
     let name = format!("coulombFriction[{}]", joint + 1);
     let named = p.subject.parameters(&p.model);
     named.iter().position(|n| n.name == name).is_some_and(|i| p.nominal[i] > 0.0)
 }
 
 /// Parameters of known effects that act: sizes, and shapes whose values the owner doubts; units of measure are none.
-pub(super) fn parameters(p: &Prepared) -> Vec<usize> {
+pub(super) fn parameters(p: &PreparedCase) -> Vec<usize> {
     let named = p.subject.parameters(&p.model);
     let mut all = Vec::new();
     for e in p.model.effects().iter() {
@@ -45,9 +45,9 @@ pub(super) fn parameters(p: &Prepared) -> Vec<usize> {
                 let i = at(e, k, site);
                 let doubted = p.doubt.contains_key(&named[i].name);
                 let fits = match s.role {
-                    Role::Amplitude => p.nominal[i] != s.neutral && p.nominal[i] != 0.0,
-                    Role::Shape => doubted,
-                    Role::Reference | Role::Initial => false,
+                    ParameterRole::Amplitude => p.nominal[i] != s.neutral && p.nominal[i] != 0.0,
+                    ParameterRole::Shape => doubted,
+                    ParameterRole::Reference | ParameterRole::Initial => false,
                 };
                 if fits {
                     all.push(i);

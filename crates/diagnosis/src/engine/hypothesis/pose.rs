@@ -1,21 +1,21 @@
 //! A hypothesis put into numbers: its unknowns, and where to look from.
 
 use super::*;
-use crate::engine::push::Part;
+use crate::engine::push::PushPart;
 use crate::engine::unknown::WRONG;
 
 /// A point to look from: values of the hypothesis' unknowns.
-pub type Look = Vec<f64>;
+pub type TrialValues = Vec<f64>;
 
 /// A hypothesis put into numbers.
 #[derive(Clone, Debug, Default)]
-pub struct Posed {
+pub struct PosedHypothesis {
     /// Its unknowns.
-    pub unknowns: Vec<Unknown>,
+    pub unknowns: Vec<BalanceUnknown>,
     /// Index of each amplitude among the unknowns, with its neutral value.
     pub amplitudes: Vec<(usize, f64)>,
     /// Where to look from; amplitudes at a size that shows.
-    pub looks: Vec<Look>,
+    pub looks: Vec<TrialValues>,
     /// Shapes that grow with the first amplitude.
     pub follow: Vec<usize>,
     /// The order of a shaft with which it repeats.
@@ -31,31 +31,41 @@ const GENTLE: f64 = 20.0;
 
 impl Hypothesis {
     /// In numbers, for a model that has its effect. `names` are the model's parameters.
-    pub fn pose(&self, p: &Prepared, sizes: &Sizes, names: &BTreeMap<String, usize>) -> Posed {
+    pub fn pose(
+        &self,
+        p: &PreparedCase,
+        sizes: &TypicalSizes,
+        names: &BTreeMap<String, usize>,
+    ) -> PosedHypothesis {
         match self.claim {
-            Claim::Parameter(index) => {
+            HypothesisClaim::Parameter(index) => {
                 let doubt =
-                    if p.subject.plant == effect::Plant::Joint && index == joint::parameter::GEAR_RATIO {
+                    if p.subject.plant == effect::PlantKind::Joint && index == joint::parameter::GEAR_RATIO {
                         0.02
                     } else {
                         WRONG
                     };
                 let u = parameter(p, index, doubt);
-                Posed { unknowns: vec![u], ..Posed::default() }
+                PosedHypothesis { unknowns: vec![u], ..PosedHypothesis::default() }
             }
-            Claim::Offset(output) => {
+            HypothesisClaim::Offset(output) => {
                 let s = sizes.range(output).max(1e-12) * 0.02;
-                let u =
-                    amplitude("offset", "rad", Target::Offset(output), s, (f64::NEG_INFINITY, f64::INFINITY));
-                Posed {
+                let u = amplitude(
+                    "offset",
+                    "rad",
+                    BalanceTarget::Offset(output),
+                    s,
+                    (f64::NEG_INFINITY, f64::INFINITY),
+                );
+                PosedHypothesis {
                     unknowns: vec![u],
                     amplitudes: vec![(0, 0.0)],
                     looks: vec![vec![s]],
-                    ..Posed::default()
+                    ..PosedHypothesis::default()
                 }
             }
-            Claim::Effect(choice) if self.shifted => self.pose_shift(p, choice),
-            Claim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
+            HypothesisClaim::Effect(choice) if self.shifted => self.pose_shift(p, choice),
+            HypothesisClaim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
         }
     }
 
@@ -65,16 +75,16 @@ impl Hypothesis {
     }
 
     /// Lag and dead time of an actuator are looked at together: either does much the same.
-    fn pose_shift(&self, p: &Prepared, choice: Choice) -> Posed {
+    fn pose_shift(&self, p: &PreparedCase, choice: EffectChoice) -> PosedHypothesis {
         let targets = if choice.scope() == Scope::Channel {
             let place = choice.place().map_or("", |p| p.name);
             let output = elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(0, |e| e.1);
-            vec![Target::SensorDelay(output)]
+            vec![BalanceTarget::SensorDelay(output)]
         } else {
             let input = p.subject.motor_input(self.site);
-            vec![Target::InputLag(input), Target::InputDelay(input)]
+            vec![BalanceTarget::ActuatorLag(input), BalanceTarget::ActuatorDeadTime(input)]
         };
-        let mut posed = Posed::default();
+        let mut posed = PosedHypothesis::default();
         for (k, (s, target)) in choice.parameters().iter().zip(targets).enumerate() {
             let (search, size) = (s.search_in(p.subject.plant), s.scale.factor);
             let bounds = (s.min, s.max.min(search.most));
@@ -94,11 +104,11 @@ impl Hypothesis {
 
     fn pose_effect(
         &self,
-        p: &Prepared,
-        sizes: &Sizes,
+        p: &PreparedCase,
+        sizes: &TypicalSizes,
         names: &BTreeMap<String, usize>,
-        choice: Choice,
-    ) -> Posed {
+        choice: EffectChoice,
+    ) -> PosedHypothesis {
         let spec = choice.spec();
         let measure = |m: Measure| match m {
             Measure::Reading => {
@@ -109,14 +119,14 @@ impl Hypothesis {
         };
         // When a push comes is looked for elsewhere.
         let looks = if self.is_push() { vec![] } else { vec![vec![]] };
-        let mut posed = Posed { looks, ..Posed::default() };
+        let mut posed = PosedHypothesis { looks, ..PosedHypothesis::default() };
         let find = |name: &str| {
             names.get(name).or_else(|| names.get(&format!("{name}[{}]", self.site + 1))).copied()
         };
         for b in spec.borrows {
             let name = match p.subject.plant {
-                effect::Plant::Joint => b.joint_name,
-                effect::Plant::Arm => b.arm_name,
+                effect::PlantKind::Joint => b.joint_name,
+                effect::PlantKind::Arm => b.arm_name,
             };
             let Some(at) = find(name) else { continue };
             let name = &*self.here(name);
@@ -131,7 +141,7 @@ impl Hypothesis {
             match b.neutral {
                 effect::Neutral::Of(base) => {
                     let Some(base) = find(base) else { continue };
-                    let target = Target::Above { at, base };
+                    let target = BalanceTarget::Above { at, base };
                     posed.amplitude(
                         amplitude(name, b.unit, target, size, (0.0, f64::INFINITY)),
                         0.0,
@@ -139,11 +149,11 @@ impl Hypothesis {
                     );
                 }
                 effect::Neutral::Value(v) => {
-                    let u = amplitude(name, b.unit, Target::Parameter(at), size, (v, f64::INFINITY));
+                    let u = amplitude(name, b.unit, BalanceTarget::Parameter(at), size, (v, f64::INFINITY));
                     posed.amplitude(u, v, b.looks);
                 }
                 effect::Neutral::Structure => {
-                    posed.shape(logarithmic(name, b.unit, Target::Parameter(at), size, 3.0), b.looks);
+                    posed.shape(logarithmic(name, b.unit, BalanceTarget::Parameter(at), size, 3.0), b.looks);
                 }
             }
         }
@@ -152,7 +162,7 @@ impl Hypothesis {
         for s in &all[..if one_push { all.len() / effect::PUSHES } else { all.len() }] {
             let name = choice.variable(s.name);
             let Some(at) = find(&name) else { continue };
-            if s.role == Role::Initial {
+            if s.role == ParameterRole::Initial {
                 if self.times == Times::EachRun {
                     posed.begins(p, &self.here(&name), s, at, s.scale.value(measure));
                 }
@@ -165,7 +175,7 @@ impl Hypothesis {
         }
         // It is there in full; what shape it has is asked.
         if let Some(along) = self.along() {
-            for s in along.parameters().iter().filter(|s| s.role == Role::Shape) {
+            for s in along.parameters().iter().filter(|s| s.role == ParameterRole::Shape) {
                 let name = self.here(&along.variable(s.name));
                 let Some(at) = find(&name) else { continue };
                 let least = AT_ONCE * measure(Measure::Speed) * finest(p);
@@ -186,13 +196,13 @@ impl Hypothesis {
     }
 
     /// An edge of a few samples keeps derivatives by times; it may be as long as it will where all recordings tell it.
-    fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
+    fn pose_push(&self, p: &PreparedCase, posed: &mut PosedHypothesis) {
         let edge = 4.0 * finest(p).clamp(1e-4, 0.1);
-        for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Edge) {
-            (u.start, u.lower, u.prior) = (edge, edge, Some(Prior::normal(0.0, GENTLE)));
+        for u in posed.unknowns.iter_mut().filter(|u| PushPart::of(u) == PushPart::Edge) {
+            (u.start, u.lower, u.prior) = (edge, edge, Some(UnknownPrior::normal(0.0, GENTLE)));
             u.upper = if self.times == Times::EachRun { edge } else { u.upper };
         }
-        for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Duration) {
+        for u in posed.unknowns.iter_mut().filter(|u| PushPart::of(u) == PushPart::Duration) {
             u.lower = edge;
         }
         if self.times != Times::EachRun {
@@ -203,50 +213,50 @@ impl Hypothesis {
         for run in 0..p.train.len() {
             let begin = posed.unknowns.len();
             posed.amplitudes.extend(amplitudes.iter().map(|(k, n)| (begin + k, *n)));
-            posed.unknowns.extend(one.iter().map(|u| Unknown { run: Some(run), ..u.clone() }));
+            posed.unknowns.extend(one.iter().map(|u| BalanceUnknown { run: Some(run), ..u.clone() }));
         }
     }
 
     fn pose_parameter(
         &self,
-        posed: &mut Posed,
+        posed: &mut PosedHypothesis,
         s: &ParameterSpec,
-        choice: &Choice,
+        choice: &EffectChoice,
         name: &str,
         at: usize,
         size: f64,
     ) {
-        let target = Target::Parameter(at);
+        let target = BalanceTarget::Parameter(at);
         let unit = choice.unit(s.unit);
         let looks = |usual: &'static [f64]| if s.search.looks.is_empty() { usual } else { s.search.looks };
         match s.role {
-            Role::Reference => {
+            ParameterRole::Reference => {
                 // The typical size at hand is the unit of measure.
-                posed.fixed(Unknown { start: size, ..logarithmic(name, unit, target, size, 1e-6) });
+                posed.fixed(BalanceUnknown { start: size, ..logarithmic(name, unit, target, size, 1e-6) });
             }
             // `begins` has it, of each recording.
-            Role::Initial => {}
-            Role::Amplitude if s.neutral.is_finite() && !s.log => {
+            ParameterRole::Initial => {}
+            ParameterRole::Amplitude if s.neutral.is_finite() && !s.log => {
                 posed.amplitude(
                     amplitude(name, unit, target, size, (s.min, s.max)),
                     s.neutral,
                     looks(&[1.0]),
                 );
             }
-            Role::Amplitude if s.neutral.is_infinite() => {
+            ParameterRole::Amplitude if s.neutral.is_infinite() => {
                 let u = logarithmic(name, unit, target, size, 0.7);
                 posed.shape(u, looks(&[0.6, 1.0, 1.6, 2.4]));
             }
-            Role::Amplitude => {
+            ParameterRole::Amplitude => {
                 let u = amplitude(name, unit, target, size, (s.min, s.max));
                 posed.amplitude(u, s.neutral, looks(&[1.0]));
             }
-            Role::Shape if s.log => {
+            ParameterRole::Shape if s.log => {
                 let mut u = logarithmic(name, unit, target, size, s.search.doubt);
                 (u.lower, u.upper) = (s.min.max(size * 1e-5), s.max.min(size * 1e5));
                 if s.order {
                     let [least, most] = effect::SEARCHED_ORDERS;
-                    u.prior = Some(Prior::normal(size.ln(), 1.5));
+                    u.prior = Some(UnknownPrior::normal(size.ln(), 1.5));
                     (u.lower, u.upper) = (s.min.max(least), most);
                     posed.order = Some(posed.unknowns.len());
                     let usual = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].map(|o| o / size);
@@ -256,11 +266,11 @@ impl Hypothesis {
                     posed.shape(u, looks(&[0.03, 0.1, 0.3, 1.0, 4.0]));
                 }
             }
-            Role::Shape => {
+            ParameterRole::Shape => {
                 let angles = s.unit == "rad";
                 let size = if angles { 1.0 } else { size };
                 let mut u = amplitude(name, unit, target, size, (s.min, s.max));
-                u.prior = Some(Prior::normal(0.0, 2.0));
+                u.prior = Some(UnknownPrior::normal(0.0, 2.0));
                 const ANGLES: &[f64] = &[
                     -core::f64::consts::FRAC_PI_2,
                     0.0,
@@ -276,13 +286,13 @@ impl Hypothesis {
 }
 
 /// Shortest time between two readings, s.
-fn finest(p: &Prepared) -> f64 {
+fn finest(p: &PreparedCase) -> f64 {
     let channels = p.train.iter().flat_map(|c| &c.run.channels);
     let steps = channels.filter_map(|c| crate::engine::coordinate::median_step(&c.t));
     steps.fold(f64::INFINITY, f64::min)
 }
 
-impl Posed {
+impl PosedHypothesis {
     /// Looks for a small inertia on a spring: resonances are narrow, so many frequencies around `mode` (rad/s).
     fn resonances(&mut self, mode: f64) {
         let find = |end: &str| self.unknowns.iter().position(|u| u.stem().ends_with(end));
@@ -302,29 +312,29 @@ impl Posed {
             })
             .collect();
     }
-    fn amplitude(&mut self, u: Unknown, neutral: f64, sizes: &[f64]) {
+    fn amplitude(&mut self, u: BalanceUnknown, neutral: f64, sizes: &[f64]) {
         let Scale::Linear(s) = u.scale else { return };
         self.amplitudes.push((self.unknowns.len(), neutral));
         self.unknowns.push(u);
         self.spread(&sizes.iter().map(|f| neutral + f * s).collect::<Vec<_>>());
     }
-    fn shape(&mut self, u: Unknown, factors: &[f64]) {
+    fn shape(&mut self, u: BalanceUnknown, factors: &[f64]) {
         let start = u.start;
         self.unknowns.push(u);
         self.spread(&factors.iter().map(|f| f * start).collect::<Vec<_>>());
     }
-    fn plain(&mut self, u: Unknown, values: &[f64]) {
+    fn plain(&mut self, u: BalanceUnknown, values: &[f64]) {
         self.unknowns.push(u);
         self.spread(values);
     }
     /// A first state of each recording's own. They are thought to follow each other in the order in which they are named,
     /// within as many typical sizes as there are.
-    fn begins(&mut self, p: &Prepared, name: &str, s: &ParameterSpec, at: usize, size: f64) {
+    fn begins(&mut self, p: &PreparedCase, name: &str, s: &ParameterSpec, at: usize, size: f64) {
         let mut passed = 0.0;
         for (run, compared) in p.train.iter().enumerate() {
-            let mut u = amplitude(name, s.unit, Target::Parameter(at), size, (s.min, s.max));
+            let mut u = amplitude(name, s.unit, BalanceTarget::Parameter(at), size, (s.min, s.max));
             (u.run, u.start) = (Some(run), passed);
-            u.prior = Some(Prior::normal(passed / size, p.train.len() as f64));
+            u.prior = Some(UnknownPrior::normal(passed / size, p.train.len() as f64));
             self.initial.push(self.unknowns.len());
             self.unknowns.push(u);
             self.spread(&[passed]);
@@ -333,9 +343,9 @@ impl Posed {
         }
     }
     /// Not searched: its bounds hold it.
-    fn fixed(&mut self, u: Unknown) {
+    fn fixed(&mut self, u: BalanceUnknown) {
         let start = u.start;
-        self.unknowns.push(Unknown { lower: start, upper: start, ..u });
+        self.unknowns.push(BalanceUnknown { lower: start, upper: start, ..u });
         self.spread(&[start]);
     }
     fn spread(&mut self, values: &[f64]) {
@@ -350,8 +360,8 @@ impl Posed {
     }
 }
 
-fn amplitude(name: &str, unit: &str, target: Target, size: f64, bounds: (f64, f64)) -> Unknown {
-    Unknown {
+fn amplitude(name: &str, unit: &str, target: BalanceTarget, size: f64, bounds: (f64, f64)) -> BalanceUnknown {
+    BalanceUnknown {
         name: name.to_owned(),
         unit: unit.to_owned(),
         target,
@@ -360,11 +370,11 @@ fn amplitude(name: &str, unit: &str, target: Target, size: f64, bounds: (f64, f6
         scale: Scale::Linear(size),
         lower: bounds.0,
         upper: bounds.1,
-        prior: Some(Prior::heavy(0.0, 1.0)),
+        prior: Some(UnknownPrior::heavy(0.0, 1.0)),
     }
 }
-fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) -> Unknown {
-    Unknown {
+fn logarithmic(name: &str, unit: &str, target: BalanceTarget, size: f64, doubt: f64) -> BalanceUnknown {
+    BalanceUnknown {
         name: name.to_owned(),
         unit: unit.to_owned(),
         target,
@@ -373,6 +383,6 @@ fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) ->
         scale: Scale::Log,
         lower: size * 1e-4,
         upper: size * 1e4,
-        prior: Some(Prior::normal(size.ln(), doubt)),
+        prior: Some(UnknownPrior::normal(size.ln(), doubt)),
     }
 }

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use trueup_identification::lsq::{Options, solve};
+use trueup_identification::lsq::{SolverOptions, solve};
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 
-use super::{Complete, NEAR, Replayed, Settled};
-use crate::engine::hypothesis::Posed;
-use crate::engine::problem::{Compared, Comparison, Target, Unknown};
-use crate::engine::search::Search;
+use super::{CompleteModel, NEAR, ReplayedReadings, SettledReplay};
+use crate::engine::hypothesis::PosedHypothesis;
+use crate::engine::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Compared};
+use crate::engine::search::CaseSearch;
 
 /// Times what is missed at most that all channels may miss, lest the noise of some outweigh others.
 const EVENLY: f64 = 3.0;
@@ -20,40 +20,45 @@ const GROWING: [f64; 3] = [0.1, 0.25, 0.5];
 
 /// Whichever misses less.
 pub(super) fn nearer(
-    one: Result<(f64, Settled), PredictError>,
-    other: Result<(f64, Settled), PredictError>,
-) -> Result<(f64, Settled), PredictError> {
+    one: Result<(f64, SettledReplay), PredictError>,
+    other: Result<(f64, SettledReplay), PredictError>,
+) -> Result<(f64, SettledReplay), PredictError> {
     match (one, other) {
         (Ok(one), Ok(other)) => Ok(if other.0 < one.0 { other } else { one }),
         (one, other) => one.or(other),
     }
 }
 
-impl Complete {
+impl CompleteModel {
     /// Where its causes stand when a recording begins, as unknowns of that recording alone: of one for fitting from where its
     /// fit has them, of others from where the last of those has them.
-    fn initial(&self, own: Option<usize>) -> Vec<Unknown> {
+    fn initial(&self, own: Option<usize>) -> Vec<BalanceUnknown> {
         let s = &self.stated;
-        let of_cause =
-            |(posed, begin): (&Posed, &usize)| posed.initial.iter().map(|k| begin + k).collect::<Vec<_>>();
-        let mut all: BTreeMap<&str, Unknown> = BTreeMap::new();
+        let of_cause = |(posed, begin): (&PosedHypothesis, &usize)| {
+            posed.initial.iter().map(|k| begin + k).collect::<Vec<_>>()
+        };
+        let mut all: BTreeMap<&str, BalanceUnknown> = BTreeMap::new();
         for k in s.posed.iter().zip(&s.begin).flat_map(of_cause) {
             let u = &s.unknowns[k];
             if own.is_none_or(|own| u.run == Some(own)) {
                 let start = u.scale.value(self.theta[k]).0;
-                all.insert(&u.name, Unknown { run: Some(0), start, ..u.clone() });
+                all.insert(&u.name, BalanceUnknown { run: Some(0), start, ..u.clone() });
             }
         }
         all.into_values().collect()
     }
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Simulates recordings freely, first states and declared offsets estimated anew.
     ///
     /// # Errors
     /// The model cannot be simulated.
-    pub fn settled(&self, complete: &Complete, runs: &[Compared]) -> Result<Vec<Settled>, PredictError> {
+    pub fn settled(
+        &self,
+        complete: &CompleteModel,
+        runs: &[Compared],
+    ) -> Result<Vec<SettledReplay>, PredictError> {
         parallel::map(runs, |run| self.settle(complete, run)).into_iter().collect()
     }
 
@@ -61,19 +66,23 @@ impl Search<'_> {
     ///
     /// # Errors
     /// See [`Self::settled`].
-    pub fn replay(&self, complete: &Complete, runs: &[Compared]) -> Result<Replayed, PredictError> {
+    pub fn replay(
+        &self,
+        complete: &CompleteModel,
+        runs: &[Compared],
+    ) -> Result<ReplayedReadings, PredictError> {
         Ok(self.settled(complete, runs)?.into_iter().map(|s| s.shown).collect())
     }
 
     /// What is unknown of one recording once everything else is set.
-    pub(crate) fn alone<'b>(&self, complete: &'b Complete, run: &'b Compared) -> Comparison<'b> {
+    pub(crate) fn alone<'b>(&self, complete: &'b CompleteModel, run: &'b Compared) -> BalanceProblem<'b> {
         let stated = &complete.stated;
         // Parameters of the whole are set; what shifts signals stays an unknown that is held.
         let train = &self.case.train;
-        let whole = Comparison {
+        let whole = BalanceProblem {
             ties: stated.ties.clone(),
             unknowns: stated.unknowns.clone(),
-            ..Comparison::free(&stated.model, stated.nominal.clone(), train)
+            ..BalanceProblem::free(&stated.model, stated.nominal.clone(), train)
         };
         // What acts in one recording for fitting only does not act in those held out.
         let own = train.iter().position(|t| t.run.name == run.run.name);
@@ -83,7 +92,13 @@ impl Search<'_> {
         for (u, x) in stated.unknowns.iter().zip(&complete.theta).filter(|(u, _)| u.run.is_none()) {
             let value = u.scale.value(*x).0;
             if u.target.shifts() || u.target.is_of_sensor() {
-                unknowns.push(Unknown { start: value, lower: value, upper: value, prior: None, ..u.clone() });
+                unknowns.push(BalanceUnknown {
+                    start: value,
+                    lower: value,
+                    upper: value,
+                    prior: None,
+                    ..u.clone()
+                });
             }
         }
         for output in &self.case.offsets {
@@ -91,12 +106,12 @@ impl Search<'_> {
                 unknowns.push(self.offset(c, 0));
             }
         }
-        Comparison { unknowns, ..Comparison::free(&stated.model, nominal, std::slice::from_ref(run)) }
+        BalanceProblem { unknowns, ..BalanceProblem::free(&stated.model, nominal, std::slice::from_ref(run)) }
     }
 
     /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not tell by their
     /// noise where the motion began, and whoever replays it has the gap to go by.
-    fn settle(&self, complete: &Complete, run: &Compared) -> Result<Settled, PredictError> {
+    fn settle(&self, complete: &CompleteModel, run: &Compared) -> Result<SettledReplay, PredictError> {
         let mut problem = self.alone(complete, run);
         // The smallest gap, whatever was believed before; what nothing shows still stays near.
         for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
@@ -127,13 +142,17 @@ impl Search<'_> {
     }
 
     /// Where a recording begins by its first readings, then by more and more of them.
-    pub(super) fn grown(&self, problem: &Comparison<'_>, run: &Compared) -> Result<Vec<f64>, PredictError> {
+    pub(super) fn grown(
+        &self,
+        problem: &BalanceProblem<'_>,
+        run: &Compared,
+    ) -> Result<Vec<f64>, PredictError> {
         let mut theta = problem.start();
         for share in GROWING {
             let part = run.until(share, problem.model.sizes().inputs);
-            let mut begun = Comparison {
+            let mut begun = BalanceProblem {
                 unknowns: problem.unknowns.clone(),
-                ..Comparison::free(problem.model, problem.nominal.clone(), std::slice::from_ref(&part))
+                ..BalanceProblem::free(problem.model, problem.nominal.clone(), std::slice::from_ref(&part))
             };
             theta = self.evenly(&mut begun, theta, &part, (6, 1e-3))?;
         }
@@ -143,7 +162,7 @@ impl Search<'_> {
     /// Solves from `start`, all channels allowed to miss as much as they do together.
     fn evenly(
         &self,
-        problem: &mut Comparison<'_>,
+        problem: &mut BalanceProblem<'_>,
         start: Vec<f64>,
         run: &Compared,
         (max_iterations, cost_tolerance): (usize, f64),
@@ -153,17 +172,18 @@ impl Search<'_> {
         let share = EVENLY * (missed + noise).sqrt();
         let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
         problem.allowed = vec![ranges.collect()];
-        let options = Options { max_iterations, cost_tolerance, radius: 10.0, ..Options::default() };
+        let options =
+            SolverOptions { max_iterations, cost_tolerance, radius: 10.0, ..SolverOptions::default() };
         Ok(solve(problem, &start, options)?.x)
     }
 
     /// The same from one start, and what it misses.
     pub(super) fn settle_from(
         &self,
-        problem: &mut Comparison<'_>,
+        problem: &mut BalanceProblem<'_>,
         start: Vec<f64>,
         run: &Compared,
-    ) -> Result<(f64, Settled), PredictError> {
+    ) -> Result<(f64, SettledReplay), PredictError> {
         let mut theta = start;
         for limits in [(3, 3e-3), (8, 1e-4)] {
             theta = self.evenly(problem, theta, run, limits)?;
@@ -171,31 +191,35 @@ impl Search<'_> {
         let shown = problem.shown(0, &theta)?;
         let missed = self.missed(&shown, run);
         let first = problem.unknowns.iter().map(|u| u.name.clone()).zip(theta.iter().copied()).collect();
-        let offset = |(u, x): (&Unknown, &f64)| match u.target {
-            Target::Offset(output) => Some((output, u.scale.value(*x).0)),
+        let offset = |(u, x): (&BalanceUnknown, &f64)| match u.target {
+            BalanceTarget::Offset(output) => Some((output, u.scale.value(*x).0)),
             _ => None,
         };
         let offsets = problem.unknowns.iter().zip(&theta).filter_map(offset).collect();
         let parameters = problem.parameters(0, &theta);
         let allowed = problem.allowed.clone();
-        Ok((missed, Settled { shown, parameters, offsets, theta, first, allowed }))
+        Ok((missed, SettledReplay { shown, parameters, offsets, theta, first, allowed }))
     }
 
     /// Where what a recording does not show begins when it leads what it shows: a free run may end elsewhere (of a satellite that
     /// nobody sees). `None`: it shows everything.
-    fn begun(&self, problem: &Comparison<'_>, run: &Compared) -> Option<Vec<f64>> {
+    fn begun(&self, problem: &BalanceProblem<'_>, run: &Compared) -> Option<Vec<f64>> {
         let led = self.led.iter().find(|led| led.name == run.run.name)?;
         let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
         let links = led.links(problem.model, &coordinates);
         links.unled().next()?;
-        let led = Comparison {
+        let led = BalanceProblem {
             led: vec![(led, links)],
             unknowns: problem.unknowns.clone(),
-            ..Comparison::free(problem.model, problem.nominal.clone(), problem.runs)
+            ..BalanceProblem::free(problem.model, problem.nominal.clone(), problem.runs)
         };
         let from = |start: &[f64]| {
-            let options =
-                Options { max_iterations: 10, cost_tolerance: 1e-4, radius: 10.0, ..Options::default() };
+            let options = SolverOptions {
+                max_iterations: 10,
+                cost_tolerance: 1e-4,
+                radius: 10.0,
+                ..SolverOptions::default()
+            };
             solve(&led, start, options).ok()
         };
         let best = from(&led.start())?;
@@ -205,13 +229,14 @@ impl Search<'_> {
 
     /// The same first states, what nobody sees and nothing holds turning the other way: its rate enters by its square above all,
     /// so that a fit that has its sign wrong stays there. `None`: all is seen or held.
-    fn turned(&self, problem: &Comparison<'_>, run: &Compared, theta: &[f64]) -> Option<Vec<f64>> {
+    fn turned(&self, problem: &BalanceProblem<'_>, run: &Compared, theta: &[f64]) -> Option<Vec<f64>> {
         let led = self.led.iter().find(|led| led.name == run.run.name)?;
         let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
         let unled: Vec<usize> = led.links(problem.model, &coordinates).unled().collect();
         let adrift = unled.iter().map(|c| &coordinates[*c]).filter(|c| c.spring.is_none());
         let rates: Vec<usize> = adrift.filter_map(|c| Some(c.start?[1])).collect();
-        let turns = |u: &Unknown| matches!(u.target, Target::Parameter(at) if rates.contains(&at));
+        let turns =
+            |u: &BalanceUnknown| matches!(u.target, BalanceTarget::Parameter(at) if rates.contains(&at));
         let mut start = theta.to_vec();
         for (x, u) in start.iter_mut().zip(&problem.unknowns).filter(|(_, u)| turns(u)) {
             *x = u.scale.coordinate(-u.scale.value(*x).0);
@@ -223,7 +248,7 @@ impl Search<'_> {
     pub(in crate::engine) fn adrift(&self) -> BTreeMap<(String, String), f64> {
         let Ok(stated) = self.state(&[]) else { return BTreeMap::new() };
         let theta = stated.begin_with(&[]);
-        let complete = Complete { stated, theta };
+        let complete = CompleteModel { stated, theta };
         let runs = self.case.train.iter().chain(&self.case.holdout);
         let begun = |run: &Compared| {
             let problem = self.alone(&complete, run);
@@ -231,7 +256,7 @@ impl Search<'_> {
             let there = self.begun(&problem, run)?;
             let all = problem.unknowns.iter().zip(there);
             let value =
-                |(u, x): (&Unknown, f64)| ((run.run.name.clone(), u.name.clone()), u.scale.value(x).0);
+                |(u, x): (&BalanceUnknown, f64)| ((run.run.name.clone(), u.name.clone()), u.scale.value(x).0);
             Some(all.map(value).collect::<Vec<_>>())
         };
         runs.filter_map(begun).flatten().collect()

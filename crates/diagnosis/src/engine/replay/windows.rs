@@ -5,15 +5,15 @@ use core::f64::consts::TAU;
 
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
-use trueup_identification::run::Run;
+use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::Measure;
 
 use super::settle::nearer;
-use super::{Complete, NEAR, Replayed, Settled};
+use super::{CompleteModel, NEAR, ReplayedReadings, SettledReplay};
 use crate::engine::coordinate::median_step;
-use crate::engine::problem::{Compared, Comparison, Target};
+use crate::engine::problem::{BalanceProblem, BalanceTarget, Compared};
 use crate::engine::recordings::first_states;
-use crate::engine::search::Search;
+use crate::engine::search::CaseSearch;
 use crate::engine::stretches::{LENGTH, part};
 
 /// Periods of the slowest mode in a window.
@@ -33,7 +33,7 @@ pub struct Window {
     pub of: usize,
     /// Its readings and inputs.
     run: Compared,
-    settled: Settled,
+    settled: SettledReplay,
 }
 
 impl Window {
@@ -51,7 +51,7 @@ fn last(run: &Compared) -> f64 {
     run.run.channels.iter().filter_map(|c| c.t.last()).fold(run.run.start, |a, t| a.max(*t))
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Length of the windows of a case, s: periods of the slowest spring of the nominal model (without one a second, as
     /// stretches have), so that every channel has readings. `None`: no recording holds two.
     pub fn window(&self) -> Option<f64> {
@@ -71,10 +71,10 @@ impl Search<'_> {
     /// The model cannot be simulated.
     pub fn in_windows(
         &self,
-        complete: &Complete,
+        complete: &CompleteModel,
         runs: &[Compared],
         seconds: f64,
-        settled: Option<&[Settled]>,
+        settled: Option<&[SettledReplay]>,
     ) -> Result<Vec<Window>, PredictError> {
         let cut = |(of, run): (usize, &Compared)| {
             self.cut_into(complete, run, seconds).into_iter().map(move |window| (of, window))
@@ -101,11 +101,13 @@ impl Search<'_> {
     }
 
     /// A recording in windows. A window of a model with late readings begins earlier by as much.
-    fn cut_into(&self, complete: &Complete, run: &Compared, seconds: f64) -> Vec<Compared> {
+    fn cut_into(&self, complete: &CompleteModel, run: &Compared, seconds: f64) -> Vec<Compared> {
         let span = last(run) - run.run.start;
         let count = (span / seconds).round().max(1.0) as u32;
         let unknowns = complete.stated.unknowns.iter().zip(&complete.theta);
-        let late = unknowns.filter(|(u, _)| matches!(u.target, Target::SensorDelay(_) | Target::Delay(_)));
+        let late = unknowns.filter(|(u, _)| {
+            matches!(u.target, BalanceTarget::SensorDelay(_) | BalanceTarget::TotalSensorDelay(_))
+        });
         let late = late.map(|(u, x)| u.scale.value(*x).0).fold(0.0, f64::max);
         let late = run.run.channels.iter().map(|c| c.delay).fold(0.0, f64::max) + late;
         let steps = run.run.channels.iter().filter_map(|c| median_step(&c.t));
@@ -125,7 +127,7 @@ impl Search<'_> {
             }
             // Readings on both sides of where it begins show how fast it moves there.
             let about = part(&run.run, (own.start - before).max(run.run.start)..edge(k + 1));
-            let about = Run { start: own.start, ..about };
+            let about = IdentificationRun { start: own.start, ..about };
             let case = self.case;
             let known = first_states(&case.subject, &case.model, &case.nominal, &case.coordinates, &about);
             Compared::new(own, known, case.model.sizes().inputs)
@@ -139,7 +141,7 @@ impl Search<'_> {
     /// The model cannot be simulated.
     pub fn window_floors(
         &self,
-        complete: &Complete,
+        complete: &CompleteModel,
         windows: &[Window],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
@@ -167,7 +169,7 @@ impl Search<'_> {
 }
 
 /// First states of causes belong to the whole recording, whose time windows keep.
-fn hold_first(complete: &Complete, problem: &mut Comparison<'_>, settled: Option<&Settled>) {
+fn hold_first(complete: &CompleteModel, problem: &mut BalanceProblem<'_>, settled: Option<&SettledReplay>) {
     let stated = &complete.stated;
     let own = stated.posed.iter().zip(&stated.begin);
     let own = own.flat_map(|(p, begin)| p.initial.iter().map(move |k| begin + k));
@@ -180,8 +182,8 @@ fn hold_first(complete: &Complete, problem: &mut Comparison<'_>, settled: Option
 }
 
 /// What windows show, one after the other, as of whole recordings.
-pub fn joined(windows: &[Window]) -> Replayed {
-    let mut all: Replayed = Vec::new();
+pub fn joined(windows: &[Window]) -> ReplayedReadings {
+    let mut all: ReplayedReadings = Vec::new();
     for w in windows {
         all.resize(all.len().max(w.of + 1), Vec::new());
         let own = &mut all[w.of];

@@ -2,11 +2,11 @@
 
 use nalgebra::DVector;
 
-use super::looked::Looked;
+use super::looked::LinearisedCause;
 use super::projection::Projection;
-use crate::engine::hypothesis::{Look, Posed};
-use crate::engine::problem::Comparison;
-use crate::engine::search::{Fitted, Stated};
+use crate::engine::hypothesis::{PosedHypothesis, TrialValues};
+use crate::engine::problem::BalanceProblem;
+use crate::engine::search::{FittedSet, PosedSet};
 use trueup_numerics::order::descending;
 
 /// More looks than this are made in one recording first,
@@ -17,7 +17,7 @@ const LIKELIEST: usize = 2;
 /// Share of a typical amplitude at which free runs are looked at.
 const CLOSE: f64 = 0.05;
 
-impl Posed {
+impl PosedHypothesis {
     fn one_sided(&self) -> bool {
         match &self.amplitudes[..] {
             [] => true,
@@ -28,9 +28,9 @@ impl Posed {
 }
 
 /// What a look promises.
-pub(super) struct Promise {
+pub(super) struct LookPromise {
     /// Where it was looked at.
-    pub looked: Looked,
+    pub looked: LinearisedCause,
     /// By how much the sum of squares would fall, half.
     pub gain: f64,
     /// What looks are compared by: of a cause that is there or not, with no factor before it, the gain as it was looked at.
@@ -42,29 +42,29 @@ pub(super) struct Promise {
 }
 
 /// A cause beside those of a base.
-pub(super) struct Beside<'a> {
-    base: &'a Fitted,
+pub(super) struct AddedCause<'a> {
+    base: &'a FittedSet,
     projection: &'a Projection,
-    problem: &'a Comparison<'a>,
+    problem: &'a BalanceProblem<'a>,
     from: &'a [f64],
     /// Its first coordinate.
     begin: usize,
-    posed: &'a Posed,
+    posed: &'a PosedHypothesis,
     /// Amplitudes to be looked at.
     keeps: Vec<Option<usize>>,
     /// First states that the base does not have.
     fresh: Vec<usize>,
-    /// See [`Looked::stands`].
+    /// See [`LinearisedCause::stands`].
     stands: bool,
 }
 
-impl<'a> Beside<'a> {
+impl<'a> AddedCause<'a> {
     /// The last cause of a set, from coordinates `from`, beside the others, which the base has.
     pub(super) fn new(
-        base: &'a Fitted,
+        base: &'a FittedSet,
         projection: &'a Projection,
-        problem: &'a Comparison<'a>,
-        stated: &'a Stated,
+        problem: &'a BalanceProblem<'a>,
+        stated: &'a PosedSet,
         from: &'a [f64],
     ) -> Option<Self> {
         let (begin, posed) = (*stated.begin.last()?, stated.posed.last()?);
@@ -81,20 +81,20 @@ impl<'a> Beside<'a> {
     }
 
     /// The look that promises most; of many only the likeliest few are made in full.
-    pub(super) fn firmest(&self, looks: Vec<Look>) -> Option<Promise> {
+    pub(super) fn firmest(&self, looks: Vec<TrialValues>) -> Option<LookPromise> {
         let all = if looks.len() > FEW { self.likeliest(looks) } else { looks };
         let promises = all.into_iter().filter_map(|values| self.at(values, None));
         promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
     }
 
     /// How the residuals change, beside what the unknowns of the base would take up.
-    pub(super) fn change(&self, values: Look) -> Option<DVector<f64>> {
+    pub(super) fn change(&self, values: TrialValues) -> Option<DVector<f64>> {
         self.look(values, None)?.columns.into_iter().next().map(|c| c.1)
     }
 
     /// Coordinates from where a fit would begin.
-    pub(super) fn start(&self, promise: &Promise) -> Vec<f64> {
-        let Promise { looked, factors, steps, .. } = promise;
+    pub(super) fn start(&self, promise: &LookPromise) -> Vec<f64> {
+        let LookPromise { looked, factors, steps, .. } = promise;
         let mut start = self.from.to_vec();
         looked.set(&mut start, self.begin, self.posed, factors);
         looked.fresh.iter().zip(steps).for_each(|((k, _), step)| start[*k] += step);
@@ -102,7 +102,7 @@ impl<'a> Beside<'a> {
     }
 
     /// With unknowns around these values, in one recording or all.
-    fn at(&self, values: Look, run: Option<usize>) -> Option<Promise> {
+    fn at(&self, values: TrialValues, run: Option<usize>) -> Option<LookPromise> {
         let looked = self.look(values, run)?;
         if self.stands {
             return self.standing(looked, run);
@@ -112,15 +112,15 @@ impl<'a> Beside<'a> {
         let (gain, factors) = self.projection.best(&columns);
         let gain = if looked.one_sided && factors[0] <= 0.0 { 0.0 } else { gain };
         if self.fresh.is_empty() {
-            return Some(Promise { looked, gain, firm: gain, factors, steps: Vec::new() });
+            return Some(LookPromise { looked, gain, firm: gain, factors, steps: Vec::new() });
         }
         let (firm, steps) = self.projection.firm(&looked)?;
         // What another size of it would explain: parameters that were dragged make every one look bad.
-        Some(Promise { looked, gain: gain.max(firm), firm, factors: vec![1.0], steps })
+        Some(LookPromise { looked, gain: gain.max(firm), firm, factors: vec![1.0], steps })
     }
 
     /// As it was looked at, or as far off as its change would have it: whichever explains more.
-    fn standing(&self, looked: Looked, run: Option<usize>) -> Option<Promise> {
+    fn standing(&self, looked: LinearisedCause, run: Option<usize>) -> Option<LookPromise> {
         let (_, factors) = self.projection.best(&[&looked.columns.first()?.1]);
         let mut values = looked.values.clone();
         self.posed.amplitudes.iter().for_each(|(k, n)| values[*k] = n + factors[0] * (values[*k] - n));
@@ -129,15 +129,16 @@ impl<'a> Beside<'a> {
             let firm = self.projection.standing(&looked.columns.first()?.1);
             let (factors, steps) = (vec![1.0], Vec::new());
             // Too far off to be compared it promises nothing.
-            firm.is_finite().then(|| Promise { looked, gain: firm.max(0.0), firm, factors, steps })
+            firm.is_finite().then(|| LookPromise { looked, gain: firm.max(0.0), firm, factors, steps })
         });
         promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
     }
 
     /// How the residuals change with unknowns around these values.
-    fn look(&self, values: Look, run: Option<usize>) -> Option<Looked> {
+    fn look(&self, values: TrialValues, run: Option<usize>) -> Option<LinearisedCause> {
         let (one_sided, stands) = (self.posed.one_sided(), self.stands);
-        let mut looked = Looked { values, columns: Vec::new(), fresh: Vec::new(), one_sided, stands };
+        let mut looked =
+            LinearisedCause { values, columns: Vec::new(), fresh: Vec::new(), one_sided, stands };
         let begins = self.problem.begins();
         let rows = run.map_or(0..begins[begins.len() - 1], |r| begins[r]..begins[r + 1]);
         for keep in &self.keeps {
@@ -176,7 +177,7 @@ impl<'a> Beside<'a> {
     }
 
     /// Of many the few that explain most where most is missing.
-    fn likeliest(&self, looks: Vec<Look>) -> Vec<Look> {
+    fn likeliest(&self, looks: Vec<TrialValues>) -> Vec<TrialValues> {
         let begins = self.problem.begins();
         let power = |r: usize| {
             let rows = &self.base.residuals.as_slice()[begins[r]..begins[r + 1]];
@@ -185,7 +186,7 @@ impl<'a> Beside<'a> {
         let Some(run) = (0..begins.len() - 1).max_by(|a, b| power(*a).total_cmp(&power(*b))) else {
             return looks;
         };
-        let mut all: Vec<Promise> =
+        let mut all: Vec<LookPromise> =
             looks.into_iter().filter_map(|values| self.at(values, Some(run))).collect();
         descending(&mut all, |item| item.firm);
         all.truncate(LIKELIEST);

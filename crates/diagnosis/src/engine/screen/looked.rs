@@ -2,11 +2,11 @@
 
 use nalgebra::DVector;
 
-use crate::engine::hypothesis::Posed;
+use crate::engine::hypothesis::PosedHypothesis;
 
 /// A look at a cause: values of its unknowns, and how the residuals change, amplitude by amplitude.
 #[derive(Clone, Debug)]
-pub(super) struct Looked {
+pub(super) struct LinearisedCause {
     pub values: Vec<f64>,
     pub columns: Vec<(Option<usize>, DVector<f64>)>,
     /// The same by first states that only the model with the cause has: coordinates.
@@ -18,9 +18,9 @@ pub(super) struct Looked {
     pub stands: bool,
 }
 
-impl Looked {
+impl LinearisedCause {
     /// Sets the unknowns of a cause, the first being coordinate `begin`, such that its changes have these factors.
-    pub(super) fn set(&self, theta: &mut [f64], begin: usize, posed: &Posed, factors: &[f64]) {
+    pub(super) fn set(&self, theta: &mut [f64], begin: usize, posed: &PosedHypothesis, factors: &[f64]) {
         for (k, u) in posed.unknowns.iter().enumerate() {
             theta[begin + k] = u.scale.coordinate(self.at(posed, k));
         }
@@ -35,12 +35,12 @@ impl Looked {
         }
     }
     /// Value of an unknown when all amplitudes are neutral.
-    pub(super) fn at(&self, posed: &Posed, k: usize) -> f64 {
+    pub(super) fn at(&self, posed: &PosedHypothesis, k: usize) -> f64 {
         posed.amplitudes.iter().find(|(a, _)| *a == k).map_or(self.values[k], |(_, neutral)| *neutral)
     }
 }
 
-impl Posed {
+impl PosedHypothesis {
     pub(super) fn neutral(&self, k: usize) -> f64 {
         self.amplitudes.iter().find(|a| a.0 == k).map_or(0.0, |a| a.1)
     }

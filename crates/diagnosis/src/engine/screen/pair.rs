@@ -1,18 +1,18 @@
 //! Causes in pairs: looked at apart, fitted together.
 
 use nalgebra::{DMatrix, DVector};
-use trueup_identification::lsq::Options;
+use trueup_identification::lsq::SolverOptions;
 
-use super::Screened;
-use super::looked::Looked;
+use super::ScreenedCause;
+use super::looked::LinearisedCause;
 use super::projection::{Projection, best};
 use crate::engine::hypothesis::Times;
-use crate::engine::search::{Fitted, Search};
+use crate::engine::search::{CaseSearch, FittedSet};
 use trueup_numerics::order::descending;
 
 /// Two causes together.
 #[derive(Clone, Debug)]
-pub struct Pair {
+pub struct CausePair {
     /// Which of the causes.
     pub indices: [usize; 2],
     /// By how much the sum of squares would fall, half.
@@ -21,10 +21,10 @@ pub struct Pair {
     factors: [Vec<f64>; 2],
 }
 
-impl Search<'_> {
+impl CaseSearch<'_> {
     /// Pairs of effects out of a screen beside `base`, best first: looked at apart, fitted together.
-    pub fn pairs(&self, base: &Fitted, screened: &[Screened]) -> Vec<Pair> {
-        let looks: Vec<(&Screened, &Looked)> = (screened.iter())
+    pub fn pairs(&self, base: &FittedSet, screened: &[ScreenedCause]) -> Vec<CausePair> {
+        let looks: Vec<(&ScreenedCause, &LinearisedCause)> = (screened.iter())
             .filter(|s| self.causes[s.index].is_effect() && self.causes[s.index].times != Times::Several)
             .filter_map(|s| Some((s, s.looked.as_ref()?)))
             .collect();
@@ -38,7 +38,7 @@ impl Search<'_> {
         let stands: Vec<bool> = looks.iter().flat_map(|(_, l)| l.columns.iter().map(|_| l.stands)).collect();
         let all = DMatrix::from_columns(&all);
         let (among, with) = (all.tr_mul(&all), all.tr_mul(&Projection::new(base).residuals));
-        let of = |a: usize, b: usize| -> Option<Pair> {
+        let of = |a: usize, b: usize| -> Option<CausePair> {
             let indices = [looks[a].0.index, looks[b].0.index];
             let [one, other] = indices.map(|i| &self.causes[i]);
             if one.same_place(other) || one.is_push() && other.is_push() {
@@ -55,9 +55,9 @@ impl Search<'_> {
             let factors = [a, b].map(|i| own(i).map(factor).collect::<Vec<f64>>());
             let against = |i: usize, factors: &[f64]| looks[i].1.one_sided && factors[0] <= 0.0;
             let sensible = !against(a, &factors[0]) && !against(b, &factors[1]);
-            sensible.then_some(Pair { indices, gain: gain + taken, factors })
+            sensible.then_some(CausePair { indices, gain: gain + taken, factors })
         };
-        let mut pairs: Vec<Pair> = (0..looks.len())
+        let mut pairs: Vec<CausePair> = (0..looks.len())
             .flat_map(|a| (a + 1..looks.len()).map(move |b| (a, b)))
             .filter_map(|(a, b)| of(a, b))
             .filter(|p| screened.first().is_some_and(|best| p.gain > best.gain))
@@ -69,11 +69,11 @@ impl Search<'_> {
     /// A pair fitted beside `base`.
     pub fn fit_pair(
         &self,
-        base: &Fitted,
-        screened: &[Screened],
-        pair: &Pair,
-        options: Options,
-    ) -> Option<Fitted> {
+        base: &FittedSet,
+        screened: &[ScreenedCause],
+        pair: &CausePair,
+        options: SolverOptions,
+    ) -> Option<FittedSet> {
         let mut set = base.stated.set.clone();
         set.extend(pair.indices.map(|i| self.causes[i].clone()));
         let stated = self.state(&set).ok()?;

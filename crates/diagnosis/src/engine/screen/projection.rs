@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::looked::Looked;
-use crate::engine::search::Fitted;
+use super::looked::LinearisedCause;
+use crate::engine::search::FittedSet;
 
 /// What the unknowns of a fit cannot take up.
 pub(super) struct Projection {
@@ -20,12 +20,12 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    pub(super) fn new(base: &Fitted) -> Self {
+    pub(super) fn new(base: &FittedSet) -> Self {
         let (residuals, j) = base.as_believed();
         Self::of(residuals, j)
     }
     /// Of a fit that lacks its last cause, in proportion: as if all that it does were to be explained anew (EST-10).
-    pub(super) fn without_last(fitted: &Fitted) -> Self {
+    pub(super) fn without_last(fitted: &FittedSet) -> Self {
         let (mut residuals, j) = fitted.as_believed();
         let s = &fitted.stated;
         let begin = s.begin.last().copied().unwrap_or(s.unknowns.len());
@@ -62,7 +62,7 @@ impl Projection {
         best_of(columns, &self.residuals)
     }
     /// Half the fall of the sum of squares with a cause as it was looked at and the best first states, and their steps.
-    pub(super) fn firm(&self, looked: &Looked) -> Option<(f64, Vec<f64>)> {
+    pub(super) fn firm(&self, looked: &LinearisedCause) -> Option<(f64, Vec<f64>)> {
         let fresh: Vec<&DVector<f64>> = looked.fresh.iter().map(|c| &c.1).collect();
         let with = &self.residuals + &looked.columns.first()?.1;
         let (gain, steps) = best_of(&fresh, &with);
@@ -73,7 +73,7 @@ impl Projection {
         -(change.dot(&self.residuals) + 0.5 * change.norm_squared())
     }
     /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
-    pub(super) fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
+    pub(super) fn relaxed(&self, base: &FittedSet, k: usize, sd: f64) -> Option<(f64, f64)> {
         let old = base.stated.unknowns[k].prior?;
         let (mut a, mut b) = (self.information.clone(), self.gradient.clone());
         let r = base.theta[k] - old.mean;
@@ -112,19 +112,19 @@ pub(super) fn best(mut a: DMatrix<f64>, b: DVector<f64>) -> (f64, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::hypothesis::Posed;
+    use crate::engine::hypothesis::PosedHypothesis;
     use crate::engine::made::fitted;
-    use crate::engine::unknown::{Target, Unknown};
+    use crate::engine::unknown::{BalanceTarget, BalanceUnknown};
     use trueup_identification::unknown::Scale;
 
     /// EST-10: what does nine tenths of what a cause of size 3 does explains nine tenths of it, whatever the parameters would take up of
     /// either; what does the opposite, or what parameters take up, explains nothing.
     #[test]
     fn what_does_the_same_explains_what_a_cause_does() {
-        let unknown = |name: &str| Unknown {
+        let unknown = |name: &str| BalanceUnknown {
             name: name.into(),
             unit: String::new(),
-            target: Target::Parameter(0),
+            target: BalanceTarget::Parameter(0),
             run: None,
             start: 0.0,
             scale: Scale::Linear(1.0),
@@ -135,7 +135,8 @@ mod tests {
         let mut best = fitted("backlash", 1.0, 10.0);
         best.stated.unknowns = vec![unknown("a"), unknown("b"), unknown("size")];
         best.stated.begin = vec![2];
-        best.stated.posed = vec![Posed { amplitudes: vec![(0, 0.0)], ..Posed::default() }];
+        best.stated.posed =
+            vec![PosedHypothesis { amplitudes: vec![(0, 0.0)], ..PosedHypothesis::default() }];
         best.theta = vec![0.3, -0.2, 3.0];
         // Two parameters, then the cause: along e3, and something that the first parameter takes up.
         let mut j = DMatrix::zeros(6, 3);

@@ -7,7 +7,7 @@ use std::ffi::c_int;
 use std::io::Error as IoError;
 
 use super::super::frame::{AFTER, HEAD, NOT_RUN, status_of};
-use super::super::memory::Memory;
+use super::super::memory::SharedMemory;
 
 /// Entries kept at most, and bytes of one.
 const MOST: usize = 16;
@@ -15,8 +15,8 @@ const LARGEST: usize = 1 << 14;
 
 /// Entries with what they were answered last.
 #[derive(Default)]
-pub(super) struct Ahead {
-    entries: Vec<Entry>,
+pub(super) struct PrefetchedQueries {
+    entries: Vec<PrefetchedEntry>,
     /// Of these the first were answered with the last step.
     answered: usize,
     /// And of these the first were requested.
@@ -25,7 +25,7 @@ pub(super) struct Ahead {
     open: bool,
 }
 
-struct Entry {
+struct PrefetchedEntry {
     bytes: Vec<u8>,
     /// Behind the question.
     question: usize,
@@ -35,7 +35,7 @@ fn word(bytes: &[u8], at: usize) -> u64 {
     bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_ne_bytes)
 }
 
-impl Ahead {
+impl PrefetchedQueries {
     /// Something else was called: what is answered holds no more.
     #[inline]
     pub(super) fn close(&mut self) {
@@ -47,7 +47,7 @@ impl Ahead {
     }
 
     /// Puts the entries behind the step, which ends at `end`; where they end.
-    pub(super) fn append(&mut self, memory: &mut Memory, end: usize) -> Result<usize, IoError> {
+    pub(super) fn append(&mut self, memory: &mut SharedMemory, end: usize) -> Result<usize, IoError> {
         self.close();
         let mut at = end;
         for entry in &mut self.entries {
@@ -62,7 +62,7 @@ impl Ahead {
     }
 
     /// Takes the answers, which follow `at`.
-    pub(super) fn open(&mut self, memory: &Memory, mut at: usize, good: bool) {
+    pub(super) fn open(&mut self, memory: &SharedMemory, mut at: usize, good: bool) {
         (self.answered, self.asked, self.open) = (0, 0, true);
         for entry in self.entries.iter_mut().take_while(|_| good) {
             let length = entry.bytes.len();
@@ -77,7 +77,7 @@ impl Ahead {
     /// The answer to the question from `begin`, put in its place.
     pub(super) fn answer(
         &mut self,
-        memory: &Memory,
+        memory: &SharedMemory,
         begin: usize,
         question: usize,
         end: usize,
@@ -106,7 +106,7 @@ impl Ahead {
     }
 
     /// A question that was not foreseen.
-    pub(super) fn learn(&mut self, memory: &Memory, begin: usize, question: usize, end: usize) {
+    pub(super) fn learn(&mut self, memory: &SharedMemory, begin: usize, question: usize, end: usize) {
         if !self.open {
             return;
         }
@@ -116,7 +116,7 @@ impl Ahead {
         }
         let mut bytes = vec![0; end - begin];
         memory.copy_out(begin, &mut bytes);
-        self.entries.push(Entry { bytes, question: question - begin });
+        self.entries.push(PrefetchedEntry { bytes, question: question - begin });
         self.asked += 1;
         self.answered = self.asked;
     }

@@ -9,7 +9,7 @@ use crate::children::children;
 
 /// Why there is no host any more.
 #[derive(Clone, Debug)]
-pub(crate) struct Fault {
+pub(crate) struct HostFault {
     /// The function that it was in.
     pub(crate) function: &'static str,
     /// What happened, as a sentence without its subject.

@@ -2,8 +2,8 @@
 
 use std::ffi::c_int;
 
-use super::super::memory::Memory;
-use crate::error::Status;
+use super::super::memory::SharedMemory;
+use crate::error::FmiStatus;
 use crate::log::Message;
 
 /// The first message of what was in the ring, and the rest.
@@ -12,7 +12,7 @@ pub(super) fn first(bytes: &[u8]) -> Option<(Message, &[u8])> {
     let (category, text) = (12 + number(4)? as usize, number(8)? as usize);
     let read = |part: &[u8]| String::from_utf8_lossy(part).into_owned();
     let message = Message {
-        status: Status::from(number(0)? as c_int),
+        status: FmiStatus::from(number(0)? as c_int),
         category: read(bytes.get(12..category)?),
         text: read(bytes.get(category..category.checked_add(text)?)?),
     };
@@ -22,15 +22,15 @@ pub(super) fn first(bytes: &[u8]) -> Option<(Message, &[u8])> {
 /// A message for the ring.
 pub(in super::super) fn said(message: &Message) -> Vec<u8> {
     let number: c_int = match message.status {
-        Status::Ok => 0,
-        Status::Warning => 1,
-        Status::Discard => 2,
-        Status::Error => 3,
-        Status::Fatal => 4,
-        Status::Pending => 5,
-        Status::Unknown(number) => number,
+        FmiStatus::Ok => 0,
+        FmiStatus::Warning => 1,
+        FmiStatus::Discard => 2,
+        FmiStatus::Error => 3,
+        FmiStatus::Fatal => 4,
+        FmiStatus::Pending => 5,
+        FmiStatus::Unknown(number) => number,
     };
-    let cut = |text: &str| text.as_bytes()[..text.len().min(Memory::LONGEST)].to_vec();
+    let cut = |text: &str| text.as_bytes()[..text.len().min(SharedMemory::LONGEST)].to_vec();
     let (category, text) = (cut(&message.category), cut(&message.text));
     let head = [number as u32, category.len() as u32, text.len() as u32].map(u32::to_ne_bytes);
     [head.concat(), category, text].concat()

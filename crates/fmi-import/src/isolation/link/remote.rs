@@ -5,15 +5,18 @@
 use std::ffi::c_void;
 use std::time::Duration;
 
-use super::super::frame::Writer;
-use super::{FREE, Fault, INSTANTIATE, Link};
+use super::super::frame::FrameWriter;
+use super::{FREE, HostFault, INSTANTIATE, ProcessLink};
 
-impl Link {
+impl ProcessLink {
     /// Makes an instance.
     ///
     /// # Safety
-    /// As of [`Link::wait`].
-    pub(in super::super) unsafe fn instantiate(link: *mut Self, write: impl FnOnce(&mut Writer<'_>)) -> bool {
+    /// As of [`ProcessLink::wait`].
+    pub(in super::super) unsafe fn instantiate(
+        link: *mut Self,
+        write: impl FnOnce(&mut FrameWriter<'_>),
+    ) -> bool {
         // SAFETY: the caller's word.
         unsafe {
             let mut w = (*link).entry(INSTANTIATE);
@@ -27,7 +30,7 @@ impl Link {
     /// Frees the instance.
     ///
     /// # Safety
-    /// As of [`Link::wait`].
+    /// As of [`ProcessLink::wait`].
     pub(in super::super) unsafe fn free(link: *mut Self) {
         // SAFETY: the caller's word.
         unsafe {
@@ -39,13 +42,13 @@ impl Link {
 }
 
 /// The handle of a link, of an instance.
-pub(crate) struct Remote(*mut Link);
+pub(crate) struct RemoteInstance(*mut ProcessLink);
 
 // SAFETY: one thread at a time uses an instance, and so its link.
-unsafe impl Send for Remote {}
+unsafe impl Send for RemoteInstance {}
 
-impl Remote {
-    pub(in super::super) fn new(link: Link) -> Self {
+impl RemoteInstance {
+    pub(in super::super) fn new(link: ProcessLink) -> Self {
         Self(Box::into_raw(Box::new(link)))
     }
 
@@ -57,7 +60,7 @@ impl Remote {
     /// Frees the instance.
     pub(crate) fn free(&self) {
         // SAFETY: the link lives, and no call is under way.
-        unsafe { Link::free(self.0) }
+        unsafe { ProcessLink::free(self.0) }
     }
 
     /// Never calls the instance again.
@@ -73,7 +76,7 @@ impl Remote {
     }
 
     /// Why there is no process any more.
-    pub(crate) fn fault(&self) -> Option<Fault> {
+    pub(crate) fn fault(&self) -> Option<HostFault> {
         // SAFETY: as above.
         unsafe { (*self.0).fault().cloned() }
     }
@@ -84,12 +87,12 @@ impl Remote {
         unsafe { (*self.0).blamed() }
     }
 
-    pub(in super::super) fn link(&self) -> *mut Link {
+    pub(in super::super) fn link(&self) -> *mut ProcessLink {
         self.0
     }
 }
 
-impl Drop for Remote {
+impl Drop for RemoteInstance {
     fn drop(&mut self) {
         // SAFETY: made by `new`, dropped once, and no call is under way.
         drop(unsafe { Box::from_raw(self.0) });

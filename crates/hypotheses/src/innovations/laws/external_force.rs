@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 use trueup_estimation::innovations::numeric::over_steps;
 use trueup_estimation::innovations::two_mass::coordinate::{LOAD, MOTOR};
 
@@ -33,7 +33,7 @@ impl EffectLaw for ExternalForceColumns {
     }
     fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
         let on = if shape.place == "actuator" { MOTOR } else { LOAD };
-        let column = |p: &[f64; 2]| -> Column {
+        let column = |p: &[f64; 2]| -> FilterColumn {
             let part = |r: &crate::innovations::along::JointSeries| {
                 let nodes = r.by_node(|t| along.unit * pulse(r.time(t), *p));
                 ColumnPart::force(on, over_steps(&nodes))

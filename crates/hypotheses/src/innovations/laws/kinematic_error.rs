@@ -1,6 +1,6 @@
 //! The gear's ratio has orders of the motor's angle.
 
-use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 use trueup_estimation::innovations::numeric::over_steps;
 use trueup_estimation::innovations::two_mass::coordinate::{LOAD, MOTOR};
 
@@ -13,7 +13,7 @@ use crate::innovations::spectrum::{OrderPeaks, with_usual};
 pub(super) struct KinematicErrorColumns;
 
 /// Columns of sin and cos of an order.
-fn columns(along: &JointAlong<'_>, order: f64) -> [Column; 2] {
+fn columns(along: &JointAlong<'_>, order: f64) -> [FilterColumn; 2] {
     let (mut of_sin, mut of_cos) = (Vec::new(), Vec::new());
     for (k, r) in along.runs.iter().enumerate() {
         let [sin, cos] = along.order_means(k, order);

@@ -1,6 +1,6 @@
 //! Friction that yields before it slides.
 
-use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 use trueup_estimation::innovations::two_mass::coordinate::MOTOR;
 
 use crate::innovations::along::{JointAlong, PARTS};
@@ -34,7 +34,7 @@ impl EffectLaw for PreslidingFrictionColumns {
         lengths.map(|x| LawShape::new("motor-friction", "length", &[("x", x)])).collect()
     }
     fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
-        let (mut early, mut late): (Column, Column) = (Vec::new(), Vec::new());
+        let (mut early, mut late): (FilterColumn, FilterColumn) = (Vec::new(), Vec::new());
         for (k, r) in along.runs.iter().enumerate() {
             let w = along.within(k);
             let (first, second) = (dahl(&w.angle, shape.value("x")), dahl(&w.angle, 4.0 * shape.value("x")));

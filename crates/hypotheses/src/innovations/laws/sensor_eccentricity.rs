@@ -1,6 +1,6 @@
 //! The disc of an encoder is out of centre.
 
-use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::JointAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
@@ -34,7 +34,7 @@ impl EffectLaw for SensorEccentricityColumns {
             let error = along.frame.runs[k].own.readings[channel].get(t).copied().unwrap_or(0.0);
             h * turn * (along.angle_at(k, state, time) + error)
         });
-        let of = |m: f64, wave: fn(f64) -> f64| -> Column {
+        let of = |m: f64, wave: fn(f64) -> f64| -> FilterColumn {
             let part = |angle: &ColumnPart| {
                 let values = angle.readings.iter().flat_map(|a| a.values.iter());
                 ColumnPart::reading(channel, values.map(|x| unit * wave(m * x)).collect())

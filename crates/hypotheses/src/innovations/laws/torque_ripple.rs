@@ -1,6 +1,6 @@
 //! The motor's torque has orders of its angle.
 
-use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 use trueup_estimation::innovations::two_mass::coordinate::MOTOR;
 
 use crate::innovations::along::JointAlong;
@@ -26,7 +26,8 @@ impl EffectLaw for TorqueRippleColumns {
         let mut terms = Vec::new();
         for (k, sd) in [(1.0, 0.5), (2.0, 0.2)] {
             let means = (0..along.runs.len()).map(|r| along.order_means(r, k * h));
-            let (sin, cos): (Column, Column) = means.map(|[sin, cos]| (part(&sin), part(&cos))).unzip();
+            let (sin, cos): (FilterColumn, FilterColumn) =
+                means.map(|[sin, cos]| (part(&sin), part(&cos))).unzip();
             terms.extend([(sin, 0.0, sd), (cos, 0.0, sd)]);
         }
         Some(LawTerms::new(terms, false))

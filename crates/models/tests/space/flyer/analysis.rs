@@ -2,16 +2,16 @@
 
 use nalgebra::DMatrix;
 use trueup_models::space::attitude::rotation;
-use trueup_models::space::design::{Design, Tip};
+use trueup_models::space::design::{DesignTip, RobotDesign};
 use trueup_models::space::measures::{measure, singular};
 use trueup_models::space::presets;
-use trueup_models::space::spatial::Frame;
+use trueup_models::space::spatial::SpatialFrame;
 
 use super::{Flyer, everything};
 use crate::arm_common::Random;
 
 /// Measures of force, torque and both of a tip, smallest singular value and product of all, by the long way.
-fn by_matrices(design: &Design, tip: &Tip, x: &[f64], f: &Flyer) -> [(f64, f64); 5] {
+fn by_matrices(design: &RobotDesign, tip: &DesignTip, x: &[f64], f: &Flyer) -> [(f64, f64); 5] {
     let (robot, s) = (design.unbent(), design.structure());
     let q = &x[f.at.joint_angle..][..s.bodies()];
     let all = robot.reaction(q, tip.mount).inertial;
@@ -26,7 +26,7 @@ fn by_matrices(design: &Design, tip: &Tip, x: &[f64], f: &Flyer) -> [(f64, f64);
     let torque = gram(3, &|i, j| all[j].torque[i]);
     let both = gram(6, &|i, j| if i < 3 { all[j].force[i] } else { all[j].torque[i - 3] });
     let origin = if s.held { [0.0; 3] } else { [0.4, -0.3, 0.2] };
-    let frame = Frame { rotation: rotation([0.9, 0.1, -0.3, 0.3]), origin };
+    let frame = SpatialFrame { rotation: rotation([0.9, 0.1, -0.3, 0.3]), origin };
     let form = robot.momentum_form(frame, q, (tip.body, tip.offset));
     let j = if s.held { form.j_m.clone() } else { form.generalized_jacobian().unwrap() };
     let values = DMatrix::from_row_slice(6, s.bodies(), &j).singular_values();
@@ -34,8 +34,8 @@ fn by_matrices(design: &Design, tip: &Tip, x: &[f64], f: &Flyer) -> [(f64, f64);
     [force, torque, both, (values.min(), values.max()), (product, product.max(1.0))]
 }
 
-fn analysed(design: Design) -> Design {
-    Design { analysis: true, ..design }
+fn analysed(design: RobotDesign) -> RobotDesign {
+    RobotDesign { analysis: true, ..design }
 }
 
 /// Checks SFF-4 and SFF-10, unbent, with base free and held, of one arm and of two (one of nine joints).

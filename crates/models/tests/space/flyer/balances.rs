@@ -2,9 +2,9 @@
 
 use trueup_models::space::appendage::Beam;
 use trueup_models::space::attitude::rotation;
-use trueup_models::space::flexible::{Appendages, Bent};
-use trueup_models::space::spatial::{Frame, Motion, Wrench};
-use trueup_models::space::tree::Placed;
+use trueup_models::space::flexible::{Appendages, DeformedAppendages};
+use trueup_models::space::spatial::{SpatialFrame, SpatialMotion, SpatialWrench};
+use trueup_models::space::tree::PlacedBody;
 use trueup_models::space::vector::{add, cross, dot, scale, sub, times, transposed_times};
 use trueup_numerics::Dual;
 
@@ -81,19 +81,19 @@ fn momentum_and_energy_change_by_what_acts() {
 }
 
 /// What the base puts on the panels, base axes: the rate of their momentum, by duals.
-fn panels_on_base(f: &Flyer, x: &[f64], dx: &[f64]) -> Wrench<f64> {
+fn panels_on_base(f: &Flyer, x: &[f64], dx: &[f64]) -> SpatialWrench<f64> {
     let dual = |k: usize| Dual::<1> { re: x[k], eps: [dx[k]] };
     let turn = rotation([0, 1, 2, 3].map(|k| dual(f.at.base_quaternion + k)));
     let v = transposed_times(&turn, [0, 1, 2].map(|k| dual(f.at.base_velocity + k)));
-    let frame = Frame { rotation: turn, origin: [0, 1, 2].map(|k| dual(f.at.base_position + k)) };
+    let frame = SpatialFrame { rotation: turn, origin: [0, 1, 2].map(|k| dual(f.at.base_position + k)) };
     let omega = [0, 1, 2].map(|k| dual(f.at.base_angular_velocity + k));
-    let placed = [Placed::base(frame, Motion { angular: omega, linear: v })];
+    let placed = [PlacedBody::base(frame, SpatialMotion { angular: omega, linear: v })];
     let constant = |v: f64| Dual::<1> { re: v, eps: [0.0] };
     let mut all = Appendages::<Dual<1>>::new();
     for a in everything(false, true).appendages {
         let b = a.beam();
         let beam = Beam {
-            frame: Frame {
+            frame: SpatialFrame {
                 rotation: b.frame.rotation.map(|row| row.map(constant)),
                 origin: b.frame.origin.map(constant),
             },
@@ -108,7 +108,7 @@ fn panels_on_base(f: &Flyer, x: &[f64], dx: &[f64]) -> Wrench<f64> {
     }
     let modes = all.modes().len();
     let of = |begin: usize| (0..modes).map(|k| dual(begin + k)).collect::<Vec<_>>();
-    let mut bent = Bent::new();
+    let mut bent = DeformedAppendages::new();
     all.bend(&placed, &of(f.at.modal_coordinate), &of(f.at.modal_velocity), &mut bent);
     let flexing = bent.of(&all);
     let (mut force, mut torque) = ([constant(0.0); 3], [constant(0.0); 3]);
@@ -121,7 +121,7 @@ fn panels_on_base(f: &Flyer, x: &[f64], dx: &[f64]) -> Wrench<f64> {
     let (force, torque) = (force.map(|v| v.eps[0]), torque.map(|v| v.eps[0]));
     let own = turn.map(|row| row.map(|v| v.re));
     let about = sub(torque, cross(frame.origin.map(|v| v.re), force));
-    Wrench { torque: transposed_times(&own, about), force: transposed_times(&own, force) }
+    SpatialWrench { torque: transposed_times(&own, about), force: transposed_times(&own, force) }
 }
 
 /// Checks SFF-3: the reported force on the base is what moves it, and its arms together are all of it.

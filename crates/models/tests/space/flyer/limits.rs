@@ -4,11 +4,11 @@ use trueup_models::arm::{self, PlanarManipulator};
 use trueup_models::presets::cbk_pan;
 use trueup_models::space::appendage::Beam;
 use trueup_models::space::attitude::rotation;
-use trueup_models::space::design::Design;
+use trueup_models::space::design::RobotDesign;
 use trueup_models::space::flexible::Appendages;
-use trueup_models::space::spatial::Frame;
+use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::vector::{add, cross, times};
-use trueup_models::space::{Led, SpatialFreeFlyer, presets};
+use trueup_models::space::{PrescribedAccelerations, SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 use super::{Flyer, everything, three, worst};
@@ -19,7 +19,7 @@ use crate::arm_common::{NO_EFFECTS, Random};
 fn in_the_plane_it_is_the_planar_manipulator() {
     let mut random = Random(11);
     for geared in [false, true] {
-        let f = Flyer::of(&Design { geared, ..presets::test_bed() });
+        let f = Flyer::of(&RobotDesign { geared, ..presets::test_bed() });
         let flat = PlanarManipulator::new(&[true, false, false], NO_EFFECTS).unwrap();
         let mut q = cbk_pan(&[true, false, false]);
         if geared {
@@ -128,7 +128,7 @@ fn rows_that_are_led_move_the_rest_as_their_torques_do() {
         let joints: Vec<(usize, f64)> = [0, 2, 6].map(|j| (j, joint(j))).to_vec();
         let motors: Vec<(usize, f64)> =
             [(1, wanted[f.at.motor_velocity]), (5, wanted[f.at.motor_velocity + 2])].to_vec();
-        let led = Led {
+        let led = PrescribedAccelerations {
             base: (case % 2 == 0)
                 .then(|| (three(&wanted, f.at.base_velocity), three(&wanted, f.at.base_angular_velocity))),
             joints: if case % 4 < 3 { &joints } else { &[] },
@@ -183,7 +183,7 @@ fn what_cannot_be_is_refused() {
 #[test]
 fn stiff_panels_are_rigid() {
     let design = presets::table_1_with_panels();
-    let (mut stiff, mut lumped) = (design.clone(), Design { appendages: Vec::new(), ..design.clone() });
+    let (mut stiff, mut lumped) = (design.clone(), RobotDesign { appendages: Vec::new(), ..design.clone() });
     for a in &mut stiff.appendages {
         a.bending_stiffness = a.bending_stiffness.map(|v| 1e6 * v);
         a.torsion_stiffness *= 1e6;
@@ -244,7 +244,7 @@ fn frequencies(f: &Flyer) -> Vec<f64> {
     for k in 0..s.appendages.len() {
         let at = &f.parameter;
         let beam = Beam {
-            frame: Frame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] },
+            frame: SpatialFrame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] },
             length: p[at.appendage_length + k],
             mass_per_length: p[at.mass_per_length + k],
             bending_stiffness: [p[at.bending_x + k], p[at.bending_y + k]],

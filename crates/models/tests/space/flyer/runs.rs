@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 use trueup_models::space::attitude::rotation;
 use trueup_models::space::flexible::Appendages;
-use trueup_models::space::spatial::Frame;
+use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::vector::{cross, times};
 use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::At;
@@ -177,7 +177,7 @@ fn c33_the_momentum_form_holds_along_a_controlled_run() {
         run.to(f64::from(k), 0.05);
         let (y, o) = (run.outputs(), f.output);
         let turn = rotation([0, 1, 2, 3].map(|k| y[o.base_quaternion + k]));
-        let base = Frame { rotation: turn, origin: three(&y, o.base_position) };
+        let base = SpatialFrame { rotation: turn, origin: three(&y, o.base_position) };
         let form = robot.momentum_form(base, &y[o.joint_angle..][..6], tip);
         let rates = &y[o.joint_velocity..][..6];
         let omega = times(&turn, three(&y, o.base_angular_velocity));

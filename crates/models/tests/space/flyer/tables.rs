@@ -1,23 +1,23 @@
 //! Appendages by tables of modes: against the beams that they are of, and one by hand. Spin that is too fast.
 
-use trueup_models::space::design::{Appendage, Design};
-use trueup_models::space::flexible::{Appendages, Bent};
+use trueup_models::space::design::{Appendage, RobotDesign};
+use trueup_models::space::flexible::{Appendages, DeformedAppendages};
 use trueup_models::space::presets;
-use trueup_models::space::spatial::{Frame, Motion};
-use trueup_models::space::table::{Table, TabledMode};
-use trueup_models::space::tree::Placed;
+use trueup_models::space::spatial::{SpatialFrame, SpatialMotion};
+use trueup_models::space::table::{ModeTable, TabledMode};
+use trueup_models::space::tree::PlacedBody;
 use trueup_models::space::vector::identity;
 
 use super::{Flyer, worst};
 use crate::arm_common::Random;
 
 /// The table that a tool for structures would make of a beam.
-fn tabled(a: &Appendage) -> Table {
-    let here = Frame { rotation: identity(), origin: [0.0; 3] };
+fn tabled(a: &Appendage) -> ModeTable {
+    let here = SpatialFrame { rotation: identity(), origin: [0.0; 3] };
     let mut own = Appendages::<f64>::new();
     own.add_beam(0, a.shapes, &trueup_models::space::appendage::Beam { frame: here, ..a.beam() }).unwrap();
-    let mut bent = Bent::new();
-    own.bend(&[Placed::base(here, Motion::zero())], &[0.0; 16], &[0.0; 16], &mut bent);
+    let mut bent = DeformedAppendages::new();
+    own.bend(&[PlacedBody::base(here, SpatialMotion::zero())], &[0.0; 16], &[0.0; 16], &mut bent);
     let (mass, length) = (a.mass_per_length * a.length, a.length);
     let across = mass * length * length / 12.0;
     let modes = own.modes().iter().zip(bent.of(&own).coupling).map(|(m, c)| {
@@ -28,7 +28,7 @@ fn tabled(a: &Appendage) -> Table {
             participation: [c.force[0], c.force[1], c.force[2], c.torque[0], c.torque[1], c.torque[2]],
         }
     });
-    Table {
+    ModeTable {
         name: a.name.clone(),
         position: a.position,
         orientation: a.orientation,
@@ -98,7 +98,7 @@ fn a_table_moves_as_the_shapes_that_it_is_made_of() {
 #[test]
 fn a_table_by_hand() {
     let w = 2.0;
-    let table = Table {
+    let table = ModeTable {
         name: "mass on a spring".into(),
         position: [0.0; 3],
         orientation: [1.0, 0.0, 0.0, 0.0],
@@ -111,7 +111,7 @@ fn a_table_by_hand() {
             participation: [3.0_f64.sqrt(), 0.0, 0.0, 0.0, 0.0, 0.0],
         }],
     };
-    let design = Design {
+    let design = RobotDesign {
         base_mass: 100.0,
         links: Vec::new(),
         tips: Vec::new(),

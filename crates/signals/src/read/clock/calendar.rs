@@ -2,7 +2,7 @@
 
 use chrono::{DateTime, NaiveDateTime};
 
-use crate::read::table::{TableColumn, Ticks};
+use crate::read::table::{ClockTicks, TableColumn};
 
 const NANO: f64 = 1e9;
 
@@ -27,7 +27,7 @@ fn date(text: &str) -> Option<i64> {
 ///
 /// # Errors
 /// The first row whose cell is no date.
-pub(super) fn dates(column: &TableColumn) -> Result<Ticks, usize> {
+pub(super) fn dates(column: &TableColumn) -> Result<ClockTicks, usize> {
     let mut counts = Vec::with_capacity(column.texts.len());
     for (row, text) in column.texts.iter().enumerate() {
         counts.push(match text.as_str() {
@@ -35,11 +35,11 @@ pub(super) fn dates(column: &TableColumn) -> Result<Ticks, usize> {
             text => Some(date(text).ok_or(row)?),
         });
     }
-    Ok(Ticks { counts, per_second: NANO, of_epoch: true })
+    Ok(ClockTicks { counts, per_second: NANO, of_epoch: true })
 }
 
 /// A column of Unix times with the unit they are in; `unit` is how many s one of its counts is, where that is known.
-pub(super) fn unix(column: &TableColumn, unit: Option<f64>) -> Option<(Ticks, String)> {
+pub(super) fn unix(column: &TableColumn, unit: Option<f64>) -> Option<(ClockTicks, String)> {
     let first = *column.values.iter().find(|t| t.is_finite())?;
     let (_, name, nanos) = match unit {
         None => *EPOCHS.iter().find(|(from, ..)| (*from..*from * 10.0).contains(&first))?,
@@ -51,7 +51,7 @@ pub(super) fn unix(column: &TableColumn, unit: Option<f64>) -> Option<(Ticks, St
         written.or_else(|| value.is_finite().then(|| (value * nanos as f64).round() as i64))
     };
     let counts = column.values.iter().enumerate().map(count).collect();
-    Some((Ticks { counts, per_second: NANO, of_epoch: true }, name.to_owned()))
+    Some((ClockTicks { counts, per_second: NANO, of_epoch: true }, name.to_owned()))
 }
 
 /// A number as it is written, times this, to the digit: a double has no room for the nanoseconds of a Unix time.
@@ -70,7 +70,7 @@ fn decimal(text: &str, times: i128) -> Option<i64> {
     i64::try_from(count).ok()
 }
 
-impl Ticks {
+impl ClockTicks {
     /// Times in s from the first of them; `NaN` where there is none.
     pub(super) fn since_first(&self) -> Vec<f64> {
         let first = self.counts.iter().flatten().next().copied().unwrap_or(0);

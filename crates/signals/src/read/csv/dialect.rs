@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::finding::{Finding, Kind};
+use crate::finding::{Finding, FindingKind};
 
 /// What separates columns, with its name in messages; where several may, the first of them does: commas occur in names and numbers
 /// too.
@@ -17,7 +17,7 @@ pub(super) struct Dialect {
 
 /// What a cell is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Cell {
+pub(super) enum CsvCell {
     /// Nothing was measured.
     Missing,
     /// A number, or a truth value as 0 or 1.
@@ -36,35 +36,39 @@ impl Dialect {
             |kind, what: &str, mend: &str| Err(Box::new(Finding::error(kind, file, what, mend).line(1)));
         if head.is_empty() {
             return Err(Box::new(Finding::error(
-                Kind::EmptyFile,
+                FindingKind::EmptyFile,
                 file,
                 "the file is empty",
                 "export the recording again",
             )));
         }
         if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
-            return wrong(Kind::Encoding, "the file is UTF-16", "save it as UTF-8");
+            return wrong(FindingKind::Encoding, "the file is UTF-16", "save it as UTF-8");
         }
         if head.contains(&0) {
-            return wrong(Kind::Encoding, "there are zero bytes: this is no text", "save it as CSV in UTF-8");
+            return wrong(
+                FindingKind::Encoding,
+                "there are zero bytes: this is no text",
+                "save it as CSV in UTF-8",
+            );
         }
         let Ok(text) = std::str::from_utf8(head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head)) else {
-            return wrong(Kind::Encoding, "the header is not UTF-8", "save the file as UTF-8");
+            return wrong(FindingKind::Encoding, "the header is not UTF-8", "save the file as UTF-8");
         };
         let below = String::from_utf8_lossy(below);
         let Some(dialect) = Self::separated(text.trim_end(), below.trim_end()) else {
             let cells = text.split_whitespace().count();
             if cells > 1 && cells == below.split_whitespace().count() {
                 let mend = "separate them by commas, semicolons or tabs";
-                return wrong(Kind::Separator, "the columns are separated by blanks", mend);
+                return wrong(FindingKind::Separator, "the columns are separated by blanks", mend);
             }
             // A single column, whatever it is.
             return Ok(Self { separator: ',' });
         };
         let cells: Vec<_> = text.trim().split(dialect.separator).map(str::trim).collect();
-        if cells.iter().all(|c| matches!(dialect.cell(c), Cell::Number(_))) {
+        if cells.iter().all(|c| matches!(dialect.cell(c), CsvCell::Number(_))) {
             let mend = "name the columns in the first line, the first one `time`";
-            return wrong(Kind::NoHeader, "the first line holds numbers, no names", mend);
+            return wrong(FindingKind::NoHeader, "the first line holds numbers, no names", mend);
         }
         Ok(dialect)
     }
@@ -87,12 +91,12 @@ impl Dialect {
     }
 
     /// Where commas separate no columns they may be decimal marks.
-    pub(super) fn cell(self, text: &str) -> Cell {
-        let of = |number: Option<f64>| number.map_or(Cell::Word, Cell::Number);
+    pub(super) fn cell(self, text: &str) -> CsvCell {
+        let of = |number: Option<f64>| number.map_or(CsvCell::Word, CsvCell::Number);
         match text {
-            "" | "NA" | "null" => Cell::Missing,
-            "true" | "True" | "TRUE" => Cell::Number(1.0),
-            "false" | "False" | "FALSE" => Cell::Number(0.0),
+            "" | "NA" | "null" => CsvCell::Missing,
+            "true" | "True" | "TRUE" => CsvCell::Number(1.0),
+            "false" | "False" | "FALSE" => CsvCell::Number(0.0),
             text if self.separator != ',' && text.contains(',') && !text.contains('.') => {
                 of(text.replacen(',', ".", 1).parse().ok())
             }
@@ -145,10 +149,10 @@ mod tests {
     #[test]
     fn commas_are_decimal_marks_where_they_separate_nothing() {
         let [semicolons, commas] = [';', ','].map(|separator| Dialect { separator });
-        assert_eq!(semicolons.cell("-0,5e-3"), Cell::Number(-0.5e-3));
-        assert_eq!(semicolons.cell("1.234,5"), Cell::Word);
-        assert_eq!(semicolons.cell("1,234,5"), Cell::Word);
-        assert_eq!(commas.cell("0,5"), Cell::Word);
-        assert_eq!([commas.cell(""), commas.cell("True")], [Cell::Missing, Cell::Number(1.0)]);
+        assert_eq!(semicolons.cell("-0,5e-3"), CsvCell::Number(-0.5e-3));
+        assert_eq!(semicolons.cell("1.234,5"), CsvCell::Word);
+        assert_eq!(semicolons.cell("1,234,5"), CsvCell::Word);
+        assert_eq!(commas.cell("0,5"), CsvCell::Word);
+        assert_eq!([commas.cell(""), commas.cell("True")], [CsvCell::Missing, CsvCell::Number(1.0)]);
     }
 }

@@ -4,10 +4,10 @@ use std::io::{self, BufRead, Read};
 
 use csv::ByteRecord;
 
-use crate::unit::Unit;
+use crate::unit::SignalUnit;
 
 /// The first lines of a file.
-pub(super) struct Head {
+pub(super) struct CsvHead {
     /// Lines above the names that begin with `#`.
     pub(super) comments: Vec<u64>,
     /// Lines above the names.
@@ -19,7 +19,7 @@ pub(super) struct Head {
     between: Vec<u8>,
 }
 
-impl Head {
+impl CsvHead {
     /// Lines that begin with `#` are above the names; if numbers or units follow them, the last of them has the names (numpy's
     /// `savetxt`).
     pub(super) fn read(source: &mut impl BufRead) -> io::Result<Self> {
@@ -99,7 +99,7 @@ pub(super) fn units(record: &ByteRecord, cells: usize) -> Option<Vec<String>> {
             .unwrap_or(text)
             .trim();
         let none = matches!(bare, "" | "-");
-        if text.parse::<f64>().is_ok() || !none && Unit::parse(bare).is_none() {
+        if text.parse::<f64>().is_ok() || !none && SignalUnit::parse(bare).is_none() {
             return None;
         }
         units.push(if none { String::new() } else { bare.to_owned() });

@@ -12,16 +12,16 @@ const DURATION: u8 = 18;
 /// Columns that are durations: their names, and how many counts of them are a second. What cannot be understood names none.
 pub(super) fn durations(schema: &str) -> Vec<(String, f64)> {
     let Ok(bytes) = STANDARD.decode(schema) else { return Vec::new() };
-    fields(&Buffer(&bytes)).unwrap_or_default()
+    fields(&ArrowBuffer(&bytes)).unwrap_or_default()
 }
 
-fn fields(buffer: &Buffer) -> Option<Vec<(String, f64)>> {
+fn fields(buffer: &ArrowBuffer) -> Option<Vec<(String, f64)>> {
     // A mark of four bytes and the length precede the message, of old files the length alone.
     let begin = if buffer.u32(0)? == u32::MAX { 8 } else { 4 };
-    let message = Table { buffer, at: buffer.follow(begin)? };
+    let message = FlatTable { buffer, at: buffer.follow(begin)? };
     let list = message.table(2)?.vector(1)?;
     let field = |k: u32| {
-        let field = Table { buffer, at: buffer.follow(list.0 + 4 * k as usize)? };
+        let field = FlatTable { buffer, at: buffer.follow(list.0 + 4 * k as usize)? };
         if buffer.byte(field.slot(2)?)? != DURATION {
             return None;
         }
@@ -33,9 +33,9 @@ fn fields(buffer: &Buffer) -> Option<Vec<(String, f64)>> {
     Some((0..list.1.min(1 << 16)).filter_map(field).collect())
 }
 
-struct Buffer<'a>(&'a [u8]);
+struct ArrowBuffer<'a>(&'a [u8]);
 
-impl Buffer<'_> {
+impl ArrowBuffer<'_> {
     fn byte(&self, at: usize) -> Option<u8> {
         self.0.get(at).copied()
     }
@@ -51,12 +51,12 @@ impl Buffer<'_> {
     }
 }
 
-struct Table<'a> {
-    buffer: &'a Buffer<'a>,
+struct FlatTable<'a> {
+    buffer: &'a ArrowBuffer<'a>,
     at: usize,
 }
 
-impl<'a> Table<'a> {
+impl<'a> FlatTable<'a> {
     /// Where a field is; none: it has its default.
     fn slot(&self, field: usize) -> Option<usize> {
         let back = self.buffer.u32(self.at)?.cast_signed();

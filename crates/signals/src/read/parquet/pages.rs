@@ -12,7 +12,7 @@ const PAGE: u64 = 64 << 20;
 pub(super) fn check(chunk: &[u8]) -> Result<(), String> {
     let mut at = 0;
     while at < chunk.len() {
-        let mut header = Reader { bytes: &chunk[at..], at: 0 };
+        let mut header = PageReader { bytes: &chunk[at..], at: 0 };
         let [unpacked, packed] = header
             .page()
             .ok_or_else(|| format!("the header of a page at byte {at} of a column is damaged"))?;
@@ -26,7 +26,7 @@ pub(super) fn check(chunk: &[u8]) -> Result<(), String> {
 }
 
 /// Thrift's compact protocol, as far as a page's header needs it.
-struct Reader<'a> {
+struct PageReader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
@@ -34,7 +34,7 @@ struct Reader<'a> {
 /// Structures within structures.
 const DEEPEST: usize = 16;
 
-impl Reader<'_> {
+impl PageReader<'_> {
     /// Unpacked and packed size of the page.
     fn page(&mut self) -> Option<[u64; 2]> {
         let (mut id, mut sizes) = (0_i64, [None, None]);

@@ -4,40 +4,40 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use trueup_flexibility::elements::Element;
-use trueup_flexibility::map::{Fallen, Grid, Pose};
+use trueup_flexibility::elements::FlexibleElement;
+use trueup_flexibility::map::{PoseGrid, RestPose, UnstablePose};
 use trueup_report::number;
-use trueup_signals::Table;
+use trueup_signals::WrittenTable;
 
-use super::asked::Asked;
+use super::asked::ArmRequest;
 use super::pose;
 
 /// The map as it was found.
-pub(super) struct Found {
-    pub(super) grid: Grid,
+pub(super) struct ArmMapResult {
+    pub(super) grid: PoseGrid,
     /// Poses at which the arm rests; the second joint changes fastest.
-    pub(super) poses: Vec<Pose>,
-    pub(super) fallen: Vec<Fallen>,
+    pub(super) poses: Vec<RestPose>,
+    pub(super) fallen: Vec<UnstablePose>,
 }
 
-impl Found {
+impl ArmMapResult {
     /// Angles of both joints at a pose.
-    pub(super) fn place(&self, pose: &Pose) -> [f64; 2] {
+    pub(super) fn place(&self, pose: &RestPose) -> [f64; 2] {
         self.grid.joints.map(|j| pose.motors[j])
     }
 
     /// The elements, which are the same at every pose.
-    pub(super) fn elements(&self) -> Vec<Element> {
+    pub(super) fn elements(&self) -> Vec<FlexibleElement> {
         self.poses.first().map_or_else(Vec::new, |p| p.elements.iter().map(|c| c.element).collect())
     }
 
     /// Of all poses.
-    pub(super) fn column(&self, of: impl Fn(&Pose) -> f64) -> Vec<f64> {
+    pub(super) fn column(&self, of: impl Fn(&RestPose) -> f64) -> Vec<f64> {
         self.poses.iter().map(of).collect()
     }
 
     /// The poses at which a quantity is smallest and largest, of those where it is a number.
-    pub(super) fn extremes(&self, of: impl Fn(&Pose) -> f64) -> Option<[&Pose; 2]> {
+    pub(super) fn extremes(&self, of: impl Fn(&RestPose) -> f64) -> Option<[&RestPose; 2]> {
         let all = || self.poses.iter().filter(|p| of(p).is_finite());
         let least = all().min_by(|a, b| of(a).total_cmp(&of(b)))?;
         let most = all().max_by(|a, b| of(a).total_cmp(&of(b)))?;
@@ -45,13 +45,13 @@ impl Found {
     }
 
     /// A row for each pose; units follow the names.
-    pub(super) fn table(&self) -> Table {
+    pub(super) fn table(&self) -> WrittenTable {
         let [a, b] = self.grid.joints;
         let mut columns = vec![
             (format!("joint{}_rad", a + 1), self.column(|p| p.motors[a])),
             (format!("joint{}_rad", b + 1), self.column(|p| p.motors[b])),
             ("firstMode_Hz".to_owned(), self.column(first)),
-            ("tipDeflection_m".to_owned(), self.column(Pose::tip)),
+            ("tipDeflection_m".to_owned(), self.column(RestPose::tip)),
             ("droop".to_owned(), self.column(|p| p.droop)),
         ];
         for (k, element) in self.elements().into_iter().enumerate() {
@@ -61,10 +61,10 @@ impl Found {
             columns.push((format!("{name}Rise"), self.column(|p| p.elements[k].rise)));
             columns.push((format!("{name}Energy"), self.column(|p| p.elements[k].energy)));
         }
-        Table { columns }
+        WrittenTable { columns }
     }
 
-    pub(super) fn json(&self, asked: &Asked<'_>, files: &[&Path]) -> Value {
+    pub(super) fn json(&self, asked: &ArmRequest<'_>, files: &[&Path]) -> Value {
         let file = |k: usize| files.get(k).map(|f| f.display().to_string());
         let left = self.fallen.iter().map(|(at, why)| json!({"at": at, "why": why.to_string()}));
         json!({
@@ -89,7 +89,7 @@ impl Found {
             let _ = writeln!(out, "{}{poses}", file.display());
         }
         let [a, b] = self.grid.joints.map(|j| j + 1);
-        let mut told = |what: &str, unit: &str, of: fn(&Pose) -> f64| {
+        let mut told = |what: &str, unit: &str, of: fn(&RestPose) -> f64| {
             let Some(ends) = self.extremes(of) else { return };
             let [low, high] = ends.map(|p| {
                 let [x, y] = self.place(p).map(number);
@@ -101,7 +101,7 @@ impl Found {
             let _ = writeln!(out, "{what}: from {low} to {high}");
         };
         told("first mode", "Hz", first);
-        told("tip deflection", "m", Pose::tip);
+        told("tip deflection", "m", RestPose::tip);
         out
     }
 }
@@ -115,6 +115,6 @@ pub(super) fn settled(value: f64, rounding: f64) -> f64 {
 }
 
 /// Of the modes, Hz.
-pub(super) fn first(pose: &Pose) -> f64 {
+pub(super) fn first(pose: &RestPose) -> f64 {
     pose.modes.first().copied().unwrap_or(f64::NAN)
 }

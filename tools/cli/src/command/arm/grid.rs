@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use trueup_flexibility::map::{Grid, weighed};
-use trueup_models::space::tree::Joint;
+use trueup_flexibility::map::{PoseGrid, weighed};
+use trueup_models::space::tree::JointType;
 use trueup_report::number;
 
-use super::asked::Asked;
-use super::found::Found;
-use super::{page, schedule::Wanted};
-use crate::error::Error;
+use super::asked::ArmRequest;
+use super::found::ArmMapResult;
+use super::{page, schedule::ScheduleRequest};
+use crate::error::CliError;
 use crate::output::{can_be_made, folder, say, write};
 use crate::stages::Stages;
 use crate::voice;
@@ -23,15 +23,15 @@ const STEPS: [u32; 2] = [18, 20];
 /// Time between two words on how far it is.
 const TELL: Duration = Duration::from_secs(2);
 
-pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {
-    let (grid, wanted) = (grid(asked)?, Wanted::of(asked)?);
+pub(super) fn run(asked: &ArmRequest<'_>) -> Result<(), CliError> {
+    let (grid, wanted) = (grid(asked)?, ScheduleRequest::of(asked)?);
     let to = asked.args.output.as_deref().unwrap_or(Path::new("."));
     // Found out before the work.
     can_be_made(to)?;
     let found = found(asked, grid)?;
     folder(to)?;
     let (table, html) = (to.join("arm-map.csv"), to.join("arm-map.html"));
-    found.table().write(&table).map_err(|e| Error::Failed(e.to_string()))?;
+    found.table().write(&table).map_err(|e| CliError::Failed(e.to_string()))?;
     write(&html, page::html(asked, &found).as_bytes())?;
     let mut files = vec![table.as_path(), html.as_path()];
     let follow = to.join("arm-schedule.toml");
@@ -43,9 +43,9 @@ pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {
 }
 
 /// The joints (from 0) that are varied, and how.
-fn grid(asked: &Asked<'_>) -> Result<Grid, Error> {
+fn grid(asked: &ArmRequest<'_>) -> Result<PoseGrid, CliError> {
     let n = asked.design.links.len();
-    let usage = |why: String| Err(Error::Usage(why));
+    let usage = |why: String| Err(CliError::Usage(why));
     let joints = match asked.args.joints.as_deref() {
         Some(&[a, b]) if a != b && [a, b].iter().all(|j| (1..=n).contains(j)) => [a - 1, b - 1],
         Some(list) => {
@@ -63,14 +63,14 @@ fn grid(asked: &Asked<'_>) -> Result<Grid, Error> {
             }
         },
     };
-    let slides = joints.iter().find(|j| asked.design.links[**j].joint == Joint::Prismatic);
+    let slides = joints.iter().find(|j| asked.design.links[**j].joint == JointType::Prismatic);
     if let Some(j) = slides.filter(|_| asked.args.from.is_none() || asked.args.to.is_none()) {
         return usage(format!("joint {} slides: say from where to where with --from and --to, in m", j + 1));
     }
     let ends = |name: &str, given: &Option<Vec<f64>>, otherwise: [f64; 2]| match given.as_deref() {
         None => Ok(otherwise),
         Some(&[a, b]) if a.is_finite() && b.is_finite() => Ok([a, b]),
-        Some(list) => Err(Error::Usage(format!(
+        Some(list) => Err(CliError::Usage(format!(
             "--{name} has {} numbers: give a finite one for each of both joints, rad (m of prismatic ones)",
             list.len()
         ))),
@@ -93,10 +93,10 @@ fn grid(asked: &Asked<'_>) -> Result<Grid, Error> {
             return usage(format!("--steps has {} numbers: give one for each of both joints", list.len()));
         }
     };
-    Ok(Grid::even(joints, from, to, steps.map(|s| s as usize)))
+    Ok(PoseGrid::even(joints, from, to, steps.map(|s| s as usize)))
 }
 
-fn found(asked: &Asked<'_>, grid: Grid) -> Result<Found, Error> {
+fn found(asked: &ArmRequest<'_>, grid: PoseGrid) -> Result<ArmMapResult, CliError> {
     let count = grid.count();
     let (mut stages, mut told): (Option<Stages>, _) = (None, Instant::now());
     let poses = grid.poses(&asked.on, &asked.motors, |done| {
@@ -108,13 +108,13 @@ fn found(asked: &Asked<'_>, grid: Grid) -> Result<Found, Error> {
     });
     drop(stages);
     let (poses, fallen) = poses.map_err(|e| asked.refused(&e))?;
-    let found = Found { grid, poses, fallen };
+    let found = ArmMapResult { grid, poses, fallen };
     if let Some((at, why)) = found.fallen.first() {
         let fallen = found.fallen.len();
         let [a, b] = found.grid.joints.map(|j| j + 1);
         let first = format!("joint {a} at {}, joint {b} at {}: {why}", number(at[0]), number(at[1]));
         if found.poses.is_empty() {
-            return Err(Error::at(&asked.args.robot, format!("no rest at any of {count} poses; {first}")));
+            return Err(CliError::at(&asked.args.robot, format!("no rest at any of {count} poses; {first}")));
         }
         voice::note(&format!("no rest at {fallen} of {count} poses, which are left out; the first: {first}"));
     }

@@ -1,18 +1,18 @@
 //! The map as a page: what the arm does, then each joint's and link's part in it.
 
 use trueup_flexibility::elements::{INCREMENT, squares};
-use trueup_flexibility::map::Pose;
-use trueup_models::space::tree::Joint;
+use trueup_flexibility::map::RestPose;
+use trueup_models::space::tree::JointType;
 use trueup_report::{Heat, Page, number};
 
-use super::asked::{Asked, degrees};
-use super::found::{Found, ROUNDING, first, settled};
+use super::asked::{ArmRequest, degrees};
+use super::found::{ArmMapResult, ROUNDING, first, settled};
 use super::paper;
 
 /// Elements whose share, and whose rise, is nowhere larger are named and not drawn.
 const LITTLE: [f64; 2] = [0.005, 0.001];
 
-pub(super) fn html(asked: &Asked<'_>, found: &Found) -> String {
+pub(super) fn html(asked: &ArmRequest<'_>, found: &ArmMapResult) -> String {
     let [a, b] = found.grid.joints.map(|j| asked.design.links[j].name.clone());
     let lead = format!(
         "{} at rest with its motors held, over the angles of {a} and {b}: {} poses, {}. How the arm bends under its weight, how it \
@@ -49,7 +49,7 @@ pub(super) fn html(asked: &Asked<'_>, found: &Found) -> String {
 }
 
 /// The joints that do not move, what is left out, what the ring is.
-fn others(asked: &Asked<'_>, found: &Found) -> String {
+fn others(asked: &ArmRequest<'_>, found: &ArmMapResult) -> String {
     let still: Vec<String> = (asked.motors.iter().enumerate())
         .filter(|(j, q)| !found.grid.joints.contains(j) && **q != 0.0)
         .map(|(j, q)| format!("joint {} at {} rad", j + 1, number(*q)))
@@ -69,7 +69,7 @@ fn others(asked: &Asked<'_>, found: &Found) -> String {
 }
 
 /// Where the paper's tables are, if they are of this map.
-fn ring(asked: &Asked<'_>, found: &Found) -> Option<[f64; 2]> {
+fn ring(asked: &ArmRequest<'_>, found: &ArmMapResult) -> Option<[f64; 2]> {
     let still = |j: usize| found.grid.joints.contains(&j) || asked.motors.get(j) == paper::POSTURE.get(j);
     let here = paper::loaded_so(asked) && (0..paper::POSTURE.len()).all(still);
     let at = found.grid.joints.map(|j| paper::POSTURE.get(j).copied().unwrap_or(f64::NAN));
@@ -79,15 +79,15 @@ fn ring(asked: &Asked<'_>, found: &Found) -> Option<[f64; 2]> {
     (here && inside).then_some(at)
 }
 
-fn extremes(found: &Found, asked: &Asked<'_>) -> Vec<Vec<String>> {
-    let at = |pose: &Pose| {
+fn extremes(found: &ArmMapResult, asked: &ArmRequest<'_>) -> Vec<Vec<String>> {
+    let at = |pose: &RestPose| {
         let place = found.grid.joints.iter().zip(found.place(pose)).map(|(j, q)| shown(asked, *j, q));
         place.map(|(value, unit)| format!("{} {unit}", number(value))).collect::<Vec<_>>().join(", ")
     };
     let mut rows = Vec::new();
-    let mut row = |what: String, unit: &str, of: &dyn Fn(&Pose) -> f64| {
+    let mut row = |what: String, unit: &str, of: &dyn Fn(&RestPose) -> f64| {
         if let Some([low, high]) = found.extremes(of) {
-            let value = |p: &Pose| format!("{} {unit}", number(settled(of(p), ROUNDING)));
+            let value = |p: &RestPose| format!("{} {unit}", number(settled(of(p), ROUNDING)));
             rows.push(vec![what, value(low), at(low), value(high), at(high)]);
         }
     };
@@ -105,10 +105,10 @@ fn extremes(found: &Found, asked: &Asked<'_>) -> Vec<Vec<String>> {
 fn each(
     page: &mut Page,
     draw: &Drawing,
-    (asked, found): (&Asked<'_>, &Found),
+    (asked, found): (&ArmRequest<'_>, &ArmMapResult),
     (heading, text): (&str, &str),
     little: f64,
-    of: impl Fn(&Pose, usize) -> f64,
+    of: impl Fn(&RestPose, usize) -> f64,
 ) {
     page.section(heading, text);
     let mut nowhere = Vec::new();
@@ -126,24 +126,24 @@ fn each(
 }
 
 /// Over all poses.
-fn sums(found: &Found) -> String {
-    let of = |p: &Pose| 100.0 * squares(p.elements.iter().map(|c| c.rise));
+fn sums(found: &ArmMapResult) -> String {
+    let of = |p: &RestPose| 100.0 * squares(p.elements.iter().map(|c| c.rise));
     found
         .extremes(of)
         .map_or_else(String::new, |[low, high]| format!("{} to {} %", number(of(low)), number(of(high))))
 }
 
 /// An angle in deg, a way in m.
-fn shown(asked: &Asked<'_>, joint: usize, q: f64) -> (f64, &'static str) {
+fn shown(asked: &ArmRequest<'_>, joint: usize, q: f64) -> (f64, &'static str) {
     match asked.design.links[joint].joint {
-        Joint::Revolute => (q.to_degrees(), "deg"),
-        Joint::Prismatic => (q, "m"),
+        JointType::Revolute => (q.to_degrees(), "deg"),
+        JointType::Prismatic => (q, "m"),
     }
 }
 
 /// What all pictures have in common.
 struct Drawing<'a> {
-    found: &'a Found,
+    found: &'a ArmMapResult,
     axes: [String; 2],
     units: [&'static str; 2],
     edges: [Vec<f64>; 2],
@@ -151,7 +151,7 @@ struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    fn of(asked: &Asked<'_>, found: &'a Found) -> Self {
+    fn of(asked: &ArmRequest<'_>, found: &'a ArmMapResult) -> Self {
         let joints = found.grid.joints;
         let along = |k: usize| {
             let at: Vec<f64> = found.grid.at[k].iter().map(|q| shown(asked, joints[k], *q).0).collect();
@@ -173,8 +173,8 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    fn heat(&self, page: &mut Page, title: &str, unit: &str, of: impl Fn(&Pose) -> f64) {
-        let Found { grid, poses, .. } = self.found;
+    fn heat(&self, page: &mut Page, title: &str, unit: &str, of: impl Fn(&RestPose) -> f64) {
+        let ArmMapResult { grid, poses, .. } = self.found;
         let mut cells = vec![vec![None; grid.at[0].len()]; grid.at[1].len()];
         for pose in poses {
             let place = self.found.place(pose);

@@ -3,20 +3,20 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use trueup_flexibility::elements::{Contribution, Element, INCREMENT, squares};
-use trueup_flexibility::map::Pose;
+use trueup_flexibility::elements::{Contribution, FlexibleElement, INCREMENT, squares};
+use trueup_flexibility::map::RestPose;
 use trueup_report::number;
 
-use super::asked::{Asked, degrees};
+use super::asked::{ArmRequest, degrees};
 use super::paper::{self, TABLES};
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::say;
 
 /// Modes that are reported.
 const MODES: usize = 3;
 
-pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {
-    let pose = Pose::of(&asked.on, &asked.motors).map_err(|e| asked.refused(&e))?;
+pub(super) fn run(asked: &ArmRequest<'_>) -> Result<(), CliError> {
+    let pose = RestPose::of(&asked.on, &asked.motors).map_err(|e| asked.refused(&e))?;
     let beside = paper::applies(asked);
     say(&if asked.args.json {
         format!("{:#}\n", whole(asked, &pose, beside))
@@ -26,7 +26,7 @@ pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {
 }
 
 /// What a pose came to.
-pub(super) fn json(pose: &Pose) -> Value {
+pub(super) fn json(pose: &RestPose) -> Value {
     let element = |c: &Contribution| {
         json!({
             "element": c.element.to_string(),
@@ -46,7 +46,7 @@ pub(super) fn json(pose: &Pose) -> Value {
     })
 }
 
-fn whole(asked: &Asked<'_>, pose: &Pose, beside: bool) -> Value {
+fn whole(asked: &ArmRequest<'_>, pose: &RestPose, beside: bool) -> Value {
     let mut all = json(pose);
     all["schema"] = json!("trueup.arm-map/1");
     all["robot"] = json!(asked.design.name);
@@ -54,14 +54,14 @@ fn whole(asked: &Asked<'_>, pose: &Pose, beside: bool) -> Value {
     all["payload"] = json!(asked.args.payload);
     all["stiffened"] = json!(INCREMENT);
     if beside {
-        let row = |r: &paper::Row| json!({"element": r.element.to_string(), "deflection": r.deflection.to_radians(), "rise": r.rise});
+        let row = |r: &paper::PaperRow| json!({"element": r.element.to_string(), "deflection": r.deflection.to_radians(), "rise": r.rise});
         let rows: Vec<Value> = TABLES.iter().map(row).collect();
         all["printed"] = json!({"elements": rows, "squares": squares(TABLES.iter().map(|r| r.rise))});
     }
     all
 }
 
-fn text(asked: &Asked<'_>, pose: &Pose, beside: bool) -> String {
+fn text(asked: &ArmRequest<'_>, pose: &RestPose, beside: bool) -> String {
     let list =
         |v: &[f64], digits: usize| v.iter().map(|x| format!("{x:.digits$}")).collect::<Vec<_>>().join(", ");
     let mut out =
@@ -117,8 +117,8 @@ fn head(beside: bool) -> String {
     )
 }
 
-fn line(asked: &Asked<'_>, c: &Contribution, beside: bool) -> String {
-    let of = |element: Element| TABLES.iter().find(|r| r.element == element);
+fn line(asked: &ArmRequest<'_>, c: &Contribution, beside: bool) -> String {
+    let of = |element: FlexibleElement| TABLES.iter().find(|r| r.element == element);
     let printed = |text: Option<String>| {
         if beside { format!("{:>9}", text.unwrap_or_else(|| "-".to_owned())) } else { String::new() }
     };

@@ -5,13 +5,13 @@ use std::fmt::Write;
 use trueup_models::controller::adaptation::KNOTS;
 use trueup_report::number;
 
-use super::asked::Asked;
-use super::found::Found;
-use crate::error::Error;
+use super::asked::ArmRequest;
+use super::found::ArmMapResult;
+use crate::error::CliError;
 
 /// The value of `--schedule`.
 #[derive(Clone, Copy)]
-pub(super) struct Wanted {
+pub(super) struct ScheduleRequest {
     /// K_p of all joints, 1/s.
     gain: f64,
     /// Of the frequency at which the arm would run away.
@@ -23,15 +23,15 @@ pub(super) struct Wanted {
 const SHARE: f64 = 0.15;
 const MOST: f64 = 200.0;
 
-impl Wanted {
-    pub(super) fn of(asked: &Asked<'_>) -> Result<Option<Self>, Error> {
+impl ScheduleRequest {
+    pub(super) fn of(asked: &ArmRequest<'_>) -> Result<Option<Self>, CliError> {
         let wanted = match asked.args.schedule.as_deref() {
             None => return Ok(None),
             Some(&[gain]) => Self { gain, share: SHARE, most: MOST },
             Some(&[gain, share]) => Self { gain, share, most: MOST },
             Some(&[gain, share, most]) => Self { gain, share, most },
             Some(list) => {
-                return Err(Error::Usage(format!(
+                return Err(CliError::Usage(format!(
                     "--schedule has {} numbers: give K_p in 1/s, a share, the largest wave frequency in rad/s, as in --schedule 2,0.15,200",
                     list.len()
                 )));
@@ -42,7 +42,7 @@ impl Wanted {
         if positive(gain) && positive(share) && share <= 1.0 && positive(most) {
             return Ok(Some(wanted));
         }
-        Err(Error::Usage(
+        Err(CliError::Usage(
             "--schedule: give K_p above 0, a share above 0 and up to 1, a largest wave frequency above 0, as in --schedule 2,0.15,200"
                 .into(),
         ))
@@ -50,7 +50,7 @@ impl Wanted {
 
     /// Angles and frequencies of the knots over one of the map's joints (0 or 1). Each knot has the least of all poses up to its
     /// neighbours, so that lines between them stay below it.
-    fn knots(&self, found: &Found, which: usize) -> [[f64; KNOTS]; 2] {
+    fn knots(&self, found: &ArmMapResult, which: usize) -> [[f64; KNOTS]; 2] {
         let along = &found.grid.at[which];
         let first = along.first().copied().unwrap_or(0.0);
         let step = (along.last().copied().unwrap_or(1.0) - first) / (KNOTS - 1) as f64;
@@ -67,7 +67,7 @@ impl Wanted {
     }
 
     /// Start values of a `ManipulatorController`, as TOML.
-    pub(super) fn toml(&self, asked: &Asked<'_>, found: &Found) -> String {
+    pub(super) fn toml(&self, asked: &ArmRequest<'_>, found: &ArmMapResult) -> String {
         let tables = [0, 1].map(|which| self.knots(found, which));
         let sum = |which: usize| tables[which][1].iter().sum::<f64>();
         // Over the joint that leaves more.

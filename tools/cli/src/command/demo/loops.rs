@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use trueup_cosim::system::{Place, System};
-use trueup_cosim::{Master, Memory, check};
+use trueup_cosim::system::{CosimSystem, SourceSpan};
+use trueup_cosim::{Master, SeriesMemory, check};
 
-use crate::error::Error;
+use crate::error::CliError;
 
 /// Writes `<name>.toml` and, if there are inputs, `<name>.csv` into the folder, and runs the system with these start
 /// values (`component.variable`) on top.
@@ -15,27 +15,27 @@ pub(super) fn run(
     toml: &str,
     inputs: Option<&str>,
     set: &[(&str, String)],
-) -> Result<Memory, Error> {
+) -> Result<SeriesMemory, CliError> {
     let write = |ending: &str, text: &str| {
         let file = folder.join(format!("{name}.{ending}"));
         let written = trueup_fmi_description::pack::write_file(&file, text.as_bytes());
-        written.map_err(|e| Error::Failed(e.to_string())).map(|()| file)
+        written.map_err(|e| CliError::Failed(e.to_string())).map(|()| file)
     };
     inputs.map(|text| write("csv", text)).transpose()?;
     let file = write("toml", toml)?;
-    let failed = |e: trueup_cosim::Error| Error::at(&file, e);
-    let mut system = System::read(&file).map_err(failed)?;
+    let failed = |e: trueup_cosim::CosimError| CliError::at(&file, e);
+    let mut system = CosimSystem::read(&file).map_err(failed)?;
     for (variable, value) in set {
-        let done = system.set(variable, value, &Place::default());
-        done.map_err(|mistake| Error::Failed(mistake.to_string()))?;
+        let done = system.set(variable, value, &SourceSpan::default());
+        done.map_err(|mistake| CliError::Failed(mistake.to_string()))?;
     }
-    let mut memory = Memory::default();
+    let mut memory = SeriesMemory::default();
     let mut master = Master::new(check(&system).map_err(failed)?).map_err(failed)?;
     master.run(&mut memory).map_err(failed)?;
     Ok(memory)
 }
 
 /// The samples of a column; none if there is no such column.
-pub(super) fn column<'a>(results: &'a Memory, name: &str) -> &'a [f64] {
+pub(super) fn column<'a>(results: &'a SeriesMemory, name: &str) -> &'a [f64] {
     results.column(name).unwrap_or_default()
 }

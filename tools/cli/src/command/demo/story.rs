@@ -3,27 +3,27 @@
 use std::path::Path;
 
 use trueup_fmi::configuration::Configuration;
-use trueup_identification::identify::Method;
-use trueup_report::{Page, Trace, diagnosis_pictures, escape, sentence};
-use trueup_trials::{Folders, Key, Order, Plant, Split, generate};
+use trueup_identification::identify::IdentifyMethod;
+use trueup_report::{EvidenceTrace, Page, diagnosis_pictures, escape, sentence};
+use trueup_trials::{Folders, TrialOrder, TrialPlant, TrialSplit, TruthKey, generate};
 
 use crate::args::{Diagnose, Identify};
 use crate::command::{diagnose, identify};
-use crate::error::Error;
+use crate::error::CliError;
 
 /// One case of blind trials: which seed, and which of its cases. No scorecard has it.
 const SEED: u64 = 100;
 const INDEX: usize = 1;
 
-fn failed(e: impl std::fmt::Display) -> Error {
-    Error::Failed(e.to_string())
+fn failed(e: impl std::fmt::Display) -> CliError {
+    CliError::Failed(e.to_string())
 }
 
-pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
+pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     eprintln!("[2/8] recordings of a joint that does something its model does not know; the cause is sealed");
     let trial = folder.join("trial");
     let (shard, count) = ((INDEX + 1, INDEX + 1), INDEX + 1);
-    let order = Order { plant: Plant::Joint, split: Split::Single, count, seed: SEED, shard };
+    let order = TrialOrder { plant: TrialPlant::Joint, split: TrialSplit::Single, count, seed: SEED, shard };
     let mut name = String::new();
     generate(Folders { directory: &trial, cache: None }, &order, |_, made| name = made.to_owned())
         .map_err(failed)?;
@@ -31,7 +31,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
 
     eprintln!("[3/8] trueup identify: the parameters that the model has, fitted to the recordings");
     let plot = Some(folder.join("identified.html"));
-    let method = Method::OutputError;
+    let method = IdentifyMethod::OutputError;
     let settings = Identify { case: case.clone(), method, plot, fast: true, ..Identify::default() };
     identify::run(&settings)?;
 
@@ -55,8 +55,8 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
 
     // Only now.
     let seal = trial.join("keys").join(format!("{name}.toml"));
-    let text = std::fs::read_to_string(&seal).map_err(|e| Error::at(&seal, e))?;
-    let key: Key = toml::from_str(&text).map_err(|e| Error::at(&seal, e))?;
+    let text = std::fs::read_to_string(&seal).map_err(|e| CliError::at(&seal, e))?;
+    let key: TruthKey = toml::from_str(&text).map_err(|e| CliError::at(&seal, e))?;
     let truth = format!("{} ({})", key.effects.join(", "), key.components.join(", "));
     crate::output::say(&format!("the seal: {truth}\n"))?;
 
@@ -80,7 +80,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
     let shown = traces.iter().find(|t| Some(t.channel.as_str()) == most).or(traces.first());
     let table = fmu_library::table(&Configuration::of(&found.model)).map_err(failed)?;
     let unit = |channel: &str| table.find(channel).map_or("", |v| v.unit);
-    let shown = shown.map(|t| Trace::of(t, unit(&t.channel)));
+    let shown = shown.map(|t| EvidenceTrace::of(t, unit(&t.channel)));
     diagnosis_pictures(page, &found, shown.as_ref());
     page.html(
         "<p><a href=\"diagnosis/report.html\">The whole diagnosis</a>; before it, \

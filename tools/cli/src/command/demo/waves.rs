@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::loops::{column, run};
 use super::metric;
-use crate::error::Error;
-use trueup_cosim::Memory;
+use crate::error::CliError;
+use trueup_cosim::SeriesMemory;
 use trueup_report::{Chart, Page};
 
 /// The reference plant: joint 2 with a flexible link, no dry friction, no limit of the current; bandwidths of P/PI of 60
@@ -67,7 +67,7 @@ const TWIST: f64 = -LOAD / (RATIO * RATIO * 2.2e-5);
 const RATIO: f64 = 21750.0;
 
 /// One run for each law.
-fn runs(folder: &Path, name: &str, toml: &str, set: &[(&str, f64)]) -> Result<Vec<Memory>, Error> {
+fn runs(folder: &Path, name: &str, toml: &str, set: &[(&str, f64)]) -> Result<Vec<SeriesMemory>, CliError> {
     let one = |(_, item): &(&str, &str)| {
         let values = set.iter().map(|(name, value)| (*name, value.to_string()));
         let all: Vec<_> = values.chain([("controller.strategy", (*item).to_owned())]).collect();
@@ -76,7 +76,7 @@ fn runs(folder: &Path, name: &str, toml: &str, set: &[(&str, f64)]) -> Result<Ve
     STRATEGIES.iter().map(one).collect()
 }
 
-fn chart(page: &mut Page, runs: &[Memory], title: &str, unit: &str, name: &str, factor: f64) {
+fn chart(page: &mut Page, runs: &[SeriesMemory], title: &str, unit: &str, name: &str, factor: f64) {
     let scaled = runs.iter().map(|r| column(r, name).iter().map(|x| factor * x).collect());
     let scaled: Vec<Vec<f64>> = scaled.collect();
     let all = STRATEGIES.iter().zip(runs).zip(&scaled);
@@ -86,8 +86,8 @@ fn chart(page: &mut Page, runs: &[Memory], title: &str, unit: &str, name: &str, 
 }
 
 /// Of the joint: motor angle over the gear ratio less load angle.
-fn twist(page: &mut Page, runs: &[Memory]) {
-    let of = |r: &Memory| -> Vec<f64> {
+fn twist(page: &mut Page, runs: &[SeriesMemory]) {
+    let of = |r: &SeriesMemory| -> Vec<f64> {
         let both = column(r, "plant.motorAngle").iter().zip(column(r, "plant.loadAngle"));
         both.map(|(motor, load)| motor / RATIO - load).collect()
     };
@@ -97,12 +97,12 @@ fn twist(page: &mut Page, runs: &[Memory]) {
     page.chart(&all.fold(chart, |c, (((label, _), r), y)| c.line(label, r.time(), y)));
 }
 
-pub(super) fn draw(folder: &Path, page: &mut Page) -> Result<(), Error> {
+pub(super) fn draw(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     vibration(folder, page)?;
     load(folder, page)
 }
 
-fn vibration(folder: &Path, page: &mut Page) -> Result<(), Error> {
+fn vibration(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     page.section(
         "JointController: what P/PI and wave-based control leave of a vibration",
         "DELIAN's joint 2 with a flexible link, a unit step. Conditions: no dry friction (coulombFriction and staticFriction are \
@@ -130,7 +130,7 @@ fn vibration(folder: &Path, page: &mut Page) -> Result<(), Error> {
     Ok(())
 }
 
-fn load(folder: &Path, page: &mut Page) -> Result<(), Error> {
+fn load(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     page.section(
         "A constant load: who holds the reference",
         "The same joint under the same conditions (no dry friction, current without limit), reference 0, with -30.9 N m on the \
@@ -151,7 +151,7 @@ fn load(folder: &Path, page: &mut Page) -> Result<(), Error> {
     let set = [("controller.positionGain", gain), ("controller.waveFrequency", wave)];
     let all = runs(folder, "waves-load", &toml, &set)?;
     chart(page, &all, "Load angle", "deg", "plant.loadAngle", 1f64.to_degrees());
-    let row = |((name, item), r): (&(&str, &str), &Memory)| {
+    let row = |((name, item), r): (&(&str, &str), &SeriesMemory)| {
         let angle = column(r, "plant.loadAngle");
         // Over the last second.
         let drift = (angle[angle.len() - 1] - angle[angle.len() - 1001]).to_degrees();

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use trueup_diagnosis::diagnose::Diagnosed;
 use trueup_diagnosis::picture::Picture;
 use trueup_identification::intake::left_out;
-use trueup_identification::model::Model;
-use trueup_report::{Evidence, Intake, Map, Recorded, Trace, diagnosis_page, number};
-use trueup_signals::{Case, Interpolation, Loaded, Recording, Role, base_name};
+use trueup_identification::model::SimulatedPlant;
+use trueup_report::{
+    Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence, diagnosis_page, number,
+};
+use trueup_signals::{Case, Interpolation, Loaded, Recording, VariableRole, base_name};
 
 /// `beside`: files that are written with it.
 pub(super) fn html(
@@ -22,7 +24,7 @@ pub(super) fn html(
     let channels = loaded.recordings.values().flat_map(|r| &r.channels);
     let units: BTreeMap<&str, &str> = channels.map(|c| (c.name.as_str(), c.unit.as_str())).collect();
     let unit = |channel: &str| units.get(channel).copied().unwrap_or("");
-    let traces = found.traces.iter().map(|t| Trace::of(t, unit(&t.channel)));
+    let traces = found.traces.iter().map(|t| EvidenceTrace::of(t, unit(&t.channel)));
     let floors = picture.floors.iter().map(|f| {
         [
             f.channel.clone(),
@@ -37,7 +39,7 @@ pub(super) fn html(
         traces: traces.collect(),
         floors: floors.collect(),
         next: next.collect(),
-        maps: Map::of(picture),
+        maps: EvidenceMap::of(picture),
         intake: intake(loaded),
         files: beside,
         settings: vec![["seed".into(), seed.to_string()]],
@@ -46,17 +48,17 @@ pub(super) fn html(
     diagnosis_page(&found.diagnosis, &evidence)
 }
 
-fn intake(loaded: &Loaded) -> Intake {
+fn intake(loaded: &Loaded) -> IntakeEvidence {
     let case = &loaded.case;
     let recorded = |name: &str| Some(card(case, name, loaded.recordings.get(name)?));
     let recordings = case.recordings().into_iter().filter_map(recorded).collect();
-    let model = Model::of_case(case, &[]).ok();
+    let model = SimulatedPlant::of_case(case, &[]).ok();
     let assumptions = model.as_ref().map_or_else(Vec::new, |m| assumptions(loaded, m));
     let channels = channels(loaded, model.as_ref());
-    Intake { recordings, channels, assumptions, command: command(std::env::args()) }
+    IntakeEvidence { recordings, channels, assumptions, command: command(std::env::args()) }
 }
 
-fn card(case: &Case, name: &str, r: &Recording) -> Recorded {
+fn card(case: &Case, name: &str, r: &Recording) -> RecordingEvidence {
     let holds = |list: &[String]| list.iter().any(|n| n == name);
     let roles = [
         (holds(&case.train), "fitting"),
@@ -68,7 +70,7 @@ fn card(case: &Case, name: &str, r: &Recording) -> Recorded {
     let longest = r.channels.iter().max_by_key(|c| c.time.len());
     let (duration, rate) = longest.map_or_else(Default::default, |c| (length(&c.time), rate(&c.time)));
     let channels = r.channels.len();
-    Recorded { name: name.to_owned(), role: role.join(", "), duration, rate, channels }
+    RecordingEvidence { name: name.to_owned(), role: role.join(", "), duration, rate, channels }
 }
 
 fn length(t: &[f64]) -> String {
@@ -87,15 +89,15 @@ fn rate(t: &[f64]) -> String {
 }
 
 /// Channels of all recordings, each once.
-fn channels(loaded: &Loaded, model: Option<&Model>) -> Vec<[String; 4]> {
-    let variables = model.map(Model::variables).unwrap_or_default();
+fn channels(loaded: &Loaded, model: Option<&SimulatedPlant>) -> Vec<[String; 4]> {
+    let variables = model.map(SimulatedPlant::variables).unwrap_or_default();
     let mut all: BTreeMap<&str, [String; 4]> = BTreeMap::new();
     for c in loaded.recordings.values().flat_map(|r| &r.channels) {
         let role =
             variables.iter().find(|v| v.name == c.name || base_name(&v.name) == c.name).map(|v| v.role);
         let what = match role {
-            Some(Role::Input) => "input: drives the simulation",
-            Some(Role::Output) => "output: is compared",
+            Some(VariableRole::Input) => "input: drives the simulation",
+            Some(VariableRole::Output) => "output: is compared",
             _ => "not used",
         };
         let s = &c.sensor;
@@ -117,7 +119,7 @@ fn channels(loaded: &Loaded, model: Option<&Model>) -> Vec<[String; 4]> {
 }
 
 /// What the case does not give, and what was assumed instead.
-fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
+fn assumptions(loaded: &Loaded, model: &SimulatedPlant) -> Vec<String> {
     let case = &loaded.case;
     let variables = model.variables();
     let left_out = left_out(model, case);
@@ -143,7 +145,7 @@ fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
     }
     let drives = loaded.recordings.values().flat_map(|r| &r.channels);
     let mut drives: Vec<_> = drives
-        .filter(|c| variables.iter().any(|v| v.role == Role::Input && v.name == c.name))
+        .filter(|c| variables.iter().any(|v| v.role == VariableRole::Input && v.name == c.name))
         .map(|c| (c.name.as_str(), c.interpolation))
         .collect();
     drives.sort_by_key(|d| d.0);

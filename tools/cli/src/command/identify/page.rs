@@ -1,6 +1,6 @@
 //! The page of `trueup identify --plot`: fit and residuals, channel by channel.
 
-use trueup_identification::fit::Comparison;
+use trueup_identification::fit::ChannelComparison;
 use trueup_identification::identify::Identified;
 use trueup_report::{Chart, Page, Style, number};
 use trueup_signals::Case;
@@ -33,7 +33,14 @@ pub(super) fn page(case: &Case, r: &Identified) -> String {
     page.finish()
 }
 
-fn section(page: &mut Page, heading: &str, text: &str, r: &Identified, which: usize, all: &[Comparison]) {
+fn section(
+    page: &mut Page,
+    heading: &str,
+    text: &str,
+    r: &Identified,
+    which: usize,
+    all: &[ChannelComparison],
+) {
     page.section(heading, text);
     for c in all {
         let run = r.names[which].get(c.run).map_or("", String::as_str);

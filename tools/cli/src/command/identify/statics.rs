@@ -3,27 +3,27 @@
 use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
-use trueup_identification::model::Model;
+use trueup_identification::model::SimulatedPlant;
 use trueup_identification::quasi_static::{FirstMode, first_mode_of, youngs_modulus};
 use trueup_report::number;
 use trueup_signals::Case;
 
 use crate::args::Statics;
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::say;
 
-pub(crate) fn run(args: &Statics) -> Result<(), Error> {
+pub(crate) fn run(args: &Statics) -> Result<(), CliError> {
     let file = if args.file.is_dir() { args.file.join("case.toml") } else { args.file.clone() };
-    let text = std::fs::read_to_string(&file).map_err(|e| Error::at(&file, e))?;
-    let table: toml::Table = text.parse().map_err(|e: toml::de::Error| Error::at(&file, e))?;
+    let text = std::fs::read_to_string(&file).map_err(|e| CliError::at(&file, e))?;
+    let table: toml::Table = text.parse().map_err(|e: toml::de::Error| CliError::at(&file, e))?;
     if table.is_empty() {
-        return Err(Error::at(
+        return Err(CliError::at(
             &file,
             "the file is empty; write one [[deflection]] table with load, length, areaMoment and deflection per load, or give the case.toml of an arm",
         ));
     }
     let (json, text) = match table.get("deflection") {
-        Some(list) => deflections(list).map_err(|what| Error::at(&file, what))?,
+        Some(list) => deflections(list).map_err(|what| CliError::at(&file, what))?,
         None => mode(&file, args.stiffen)?,
     };
     say(&if args.json { format!("{json:#}\n") } else { text })
@@ -67,11 +67,11 @@ fn deflections(list: &toml::Value) -> Result<(Value, String), String> {
 }
 
 /// The first mode of a case's arm.
-fn mode(file: &std::path::Path, by: f64) -> Result<(Value, String), Error> {
-    let (case, _) = Case::read(file, &[]).map_err(|e| Error::Failed(e.to_string()))?;
-    let at = |e: &dyn std::fmt::Display| Error::at(file, e.to_string());
-    let model = Model::of_case(&case, &[]).map_err(|e| at(&e))?;
-    let (case, _) = Case::read(file, &model.variables()).map_err(|e| Error::Failed(e.to_string()))?;
+fn mode(file: &std::path::Path, by: f64) -> Result<(Value, String), CliError> {
+    let (case, _) = Case::read(file, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
+    let at = |e: &dyn std::fmt::Display| CliError::at(file, e.to_string());
+    let model = SimulatedPlant::of_case(&case, &[]).map_err(|e| at(&e))?;
+    let (case, _) = Case::read(file, &model.variables()).map_err(|e| CliError::Failed(e.to_string()))?;
     let values = model.set(&model.defaults(), &case.parameters).map_err(|e| at(&e))?;
     let (names, found) = first_mode_of(&model, &values, by).map_err(|e| at(&e))?;
     let hertz = found.frequency / std::f64::consts::TAU;

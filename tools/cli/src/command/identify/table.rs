@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use trueup_identification::identify::{Figure, Found, Identified};
+use trueup_identification::identify::{FitFigure, FoundParameter, Identified};
 use trueup_report::number;
 
 /// Six digits at most, so that columns stay narrow.
@@ -15,7 +15,7 @@ fn interval([a, b]: [Option<f64>; 2]) -> String {
     format!("{} .. {}", end(a), end(b))
 }
 
-fn row(out: &mut String, f: &Found) {
+fn row(out: &mut String, f: &FoundParameter) {
     let e = &f.estimate;
     let error = e.standard_error.map_or_else(|| "-".to_owned(), |s| format!("{s:.1e}"));
     let against = match (f.nominal, e.value / f.nominal - 1.0) {
@@ -35,7 +35,7 @@ fn row(out: &mut String, f: &Found) {
     }
 }
 
-fn figures(out: &mut String, title: &str, list: &[Figure]) {
+fn figures(out: &mut String, title: &str, list: &[FitFigure]) {
     let each: Vec<String> = (list.iter())
         .map(|f| match f.nrmse {
             Some(x) => format!("{} {} ({} {})", f.channel, number(x), number(f.rms), f.unit),

@@ -1,7 +1,7 @@
 //! `--set NAME=VALUE`
 
 use crate::near::suggestion;
-use trueup_fmi::table::{Causality, Kind, ModelTable, Variability, Variable};
+use trueup_fmi::table::{BoundaryType, Causality, ModelTable, TableVariable, Variability};
 
 /// Sets the start value of an element; the last one counts.
 pub(super) fn assign(start: &mut Vec<(String, f64)>, name: &str, value: f64) {
@@ -41,7 +41,7 @@ pub(super) fn parse(table: &ModelTable, set: &str) -> Result<Vec<(String, f64)>,
     Ok(elements.into_iter().map(|e| variable.element_name(e)).zip(values).collect())
 }
 
-fn find<'a>(table: &'a ModelTable, name: &str) -> Option<(&'a Variable, Vec<usize>)> {
+fn find<'a>(table: &'a ModelTable, name: &str) -> Option<(&'a TableVariable, Vec<usize>)> {
     table.variables.iter().find_map(|v| {
         if v.name == name {
             return Some((v, (0..v.len()).collect()));
@@ -51,14 +51,14 @@ fn find<'a>(table: &'a ModelTable, name: &str) -> Option<(&'a Variable, Vec<usiz
 }
 
 /// The number that a text gives.
-fn number(table: &ModelTable, v: &Variable, text: &str) -> Result<f64, String> {
+fn number(table: &ModelTable, v: &TableVariable, text: &str) -> Result<f64, String> {
     let real = || text.parse::<f64>().ok().filter(|x| x.is_finite());
     let whole = || real().filter(|x| x.fract() == 0.0);
     let (value, wanted) = match v.kind {
-        Kind::Real => (real(), "a number".to_owned()),
-        Kind::Integer => (whole(), "a whole number".to_owned()),
-        Kind::Boolean => (text.parse::<bool>().ok().map(f64::from), "true or false".to_owned()),
-        Kind::Enumeration(i) => {
+        BoundaryType::Real => (real(), "a number".to_owned()),
+        BoundaryType::Integer => (whole(), "a whole number".to_owned()),
+        BoundaryType::Boolean => (text.parse::<bool>().ok().map(f64::from), "true or false".to_owned()),
+        BoundaryType::Enumeration(i) => {
             let items = table.enumerations.get(i).map(|e| e.items.as_slice()).unwrap_or_default();
             let names: Vec<&str> = items.iter().map(|(name, _)| *name).collect();
             let position = names.iter().position(|name| *name == text);
@@ -71,11 +71,18 @@ fn number(table: &ModelTable, v: &Variable, text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trueup_fmi::table::{Enumeration, Experiment, Storage};
+    use trueup_fmi::table::{Enumeration, Storage, TableExperiment};
 
     fn table() -> ModelTable {
         let parameter = |name: &str| {
-            Variable::new(name, Causality::Parameter, Variability::Fixed, Storage::Parameter(0), "kg", "")
+            TableVariable::new(
+                name,
+                Causality::Parameter,
+                Variability::Fixed,
+                Storage::Parameter(0),
+                "kg",
+                "",
+            )
         };
         let law = Enumeration { name: "Law", description: "", items: vec![("soft", ""), ("hard", "")] };
         ModelTable {
@@ -84,13 +91,20 @@ mod tests {
             description: String::new(),
             variables: vec![
                 parameter("mass").array(&[2]).start(&[1.0, 1.0]).above(0.0),
-                parameter("law").kind(Kind::Enumeration(0)).start(&[1.0]),
-                Variable::new("y", Causality::Output, Variability::Continuous, Storage::Output(0), "m", ""),
+                parameter("law").kind(BoundaryType::Enumeration(0)).start(&[1.0]),
+                TableVariable::new(
+                    "y",
+                    Causality::Output,
+                    Variability::Continuous,
+                    Storage::Output(0),
+                    "m",
+                    "",
+                ),
             ],
             enumerations: vec![law],
             terminals: Vec::new(),
             indicators: 0,
-            experiment: Experiment { stop_time: 1.0, tolerance: 1e-6, step_size: 0.1 },
+            experiment: TableExperiment { stop_time: 1.0, tolerance: 1e-6, step_size: 0.1 },
         }
     }
 

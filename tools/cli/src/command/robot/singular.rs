@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use trueup_models::space::design::{Design, Tip};
+use trueup_models::space::design::{DesignTip, RobotDesign};
 
 use super::{form, singular_values};
-use crate::args::Way;
-use crate::error::Error;
+use crate::args::JointWay;
+use crate::error::CliError;
 
 /// Poses looked at before minima are closed in on.
 const POINTS: usize = 400;
@@ -17,16 +17,21 @@ const HALVINGS: usize = 60;
 const ZERO: f64 = 1e-7;
 
 /// Singular poses along one joint.
-pub(super) struct Singular {
-    sweep: Way,
+pub(super) struct SingularPoses {
+    sweep: JointWay,
     /// Of J_M and of J_g.
     at: [Vec<f64>; 2],
 }
 
-pub(super) fn along(design: &Design, tip: &Tip, q: &[f64], sweep: &Way) -> Result<Singular, Error> {
+pub(super) fn along(
+    design: &RobotDesign,
+    tip: &DesignTip,
+    q: &[f64],
+    sweep: &JointWay,
+) -> Result<SingularPoses, CliError> {
     if sweep.joint == 0 || sweep.joint > q.len() {
         let n = q.len();
-        return Err(Error::Usage(format!(
+        return Err(CliError::Usage(format!(
             "--sweep {}: there is no such joint; it is one of 1 to {n}",
             sweep.joint
         )));
@@ -40,7 +45,7 @@ pub(super) fn along(design: &Design, tip: &Tip, q: &[f64], sweep: &Way) -> Resul
         all.last().copied().unwrap_or(f64::NAN) / all.first().copied().unwrap_or(f64::NAN)
     };
     let at = [false, true].map(|floating| zeros(&|angle| share(floating, angle), sweep.from, sweep.to));
-    Ok(Singular { sweep: sweep.clone(), at })
+    Ok(SingularPoses { sweep: sweep.clone(), at })
 }
 
 /// Minima of a function that is never below 0, as far as they are 0.
@@ -68,13 +73,13 @@ fn zeros(f: &dyn Fn(f64) -> f64, from: f64, to: f64) -> Vec<f64> {
     found
 }
 
-impl Singular {
+impl SingularPoses {
     pub(super) fn json(&self) -> Value {
-        let Way { joint, from, to } = self.sweep;
+        let JointWay { joint, from, to } = self.sweep;
         json!({"joint": joint, "from": from, "to": to, "J_M": self.at[0], "J_g": self.at[1]})
     }
-    pub(super) fn text(&self, design: &Design) -> String {
-        let Way { joint, from, to } = self.sweep;
+    pub(super) fn text(&self, design: &RobotDesign) -> String {
+        let JointWay { joint, from, to } = self.sweep;
         let list = |v: &[f64]| {
             if v.is_empty() {
                 "nowhere".into()

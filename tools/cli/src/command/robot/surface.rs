@@ -5,17 +5,17 @@ mod page;
 use std::fmt::Write;
 
 use nalgebra::DMatrix;
-use trueup_models::space::analysis::{Column, norm};
-use trueup_models::space::design::{Design, Tip};
-use trueup_signals::Table;
+use trueup_models::space::analysis::{SpatialColumn, norm};
+use trueup_models::space::design::{DesignTip, RobotDesign};
+use trueup_signals::WrittenTable;
 
 use super::{form, measures};
-use crate::args::Robot;
-use crate::error::Error;
+use crate::args::RobotArgument;
+use crate::error::CliError;
 use crate::output::{say, write as write_file};
 
 /// One quantity.
-pub(super) struct Quantity {
+pub(super) struct SurfaceQuantity {
     /// Of its column.
     name: &'static str,
     /// Where S1 draws it.
@@ -25,11 +25,16 @@ pub(super) struct Quantity {
     unit: &'static str,
 }
 
-const fn quantity(name: &'static str, figure: u32, what: &'static str, unit: &'static str) -> Quantity {
-    Quantity { name, figure, what, unit }
+const fn quantity(
+    name: &'static str,
+    figure: u32,
+    what: &'static str,
+    unit: &'static str,
+) -> SurfaceQuantity {
+    SurfaceQuantity { name, figure, what, unit }
 }
 
-pub(super) const QUANTITIES: [Quantity; 7] = [
+pub(super) const QUANTITIES: [SurfaceQuantity; 7] = [
     quantity("forceMeasure", 4, "det(B_f^T B_f)", ""),
     quantity("torqueMeasure", 5, "det(B_tau0^T B_tau0)", ""),
     quantity("combinedMeasure", 6, "det of both", ""),
@@ -40,7 +45,7 @@ pub(super) const QUANTITIES: [Quantity; 7] = [
 ];
 
 /// Quantities over two joints.
-pub(super) struct Grid {
+pub(super) struct SurfaceGrid {
     /// From 1.
     joints: [usize; 2],
     /// Angles of both, rad.
@@ -53,8 +58,14 @@ pub(super) struct Grid {
     manipulability: Vec<f64>,
 }
 
-impl Grid {
-    fn of(args: &Robot, design: &Design, tip: &Tip, q: &[f64], joints: [usize; 2]) -> Self {
+impl SurfaceGrid {
+    fn of(
+        args: &RobotArgument,
+        design: &RobotDesign,
+        tip: &DesignTip,
+        q: &[f64],
+        joints: [usize; 2],
+    ) -> Self {
         let robot = design.robot();
         let angle = |k: u32| (-180.0 + 360.0 * f64::from(k) / f64::from(args.points)).to_radians();
         let angles: Vec<f64> = (0..=args.points).map(angle).collect();
@@ -71,8 +82,8 @@ impl Grid {
                 (q[joints[0] - 1], q[joints[1] - 1]) = (a, b);
                 let r = robot.reaction(&q, tip.mount);
                 let [force, torque, both] = measures(design, tip, &r, &args.torque_joints);
-                let pairs: Vec<Column<f64>> = r.coriolis.iter().map(|c| c.2).collect();
-                let of = |columns: &[Column<f64>], part: fn(&Column<f64>) -> [f64; 3]| {
+                let pairs: Vec<SpatialColumn<f64>> = r.coriolis.iter().map(|c| c.2).collect();
+                let of = |columns: &[SpatialColumn<f64>], part: fn(&SpatialColumn<f64>) -> [f64; 3]| {
                     norm(&columns.iter().map(part).collect::<Vec<_>>())
                 };
                 let row = [
@@ -104,12 +115,12 @@ impl Grid {
         (values.get(at).copied().unwrap_or(f64::NAN), self.place(at))
     }
 
-    fn table(&self) -> Table {
+    fn table(&self) -> WrittenTable {
         let count = self.angles.len().pow(2);
         let of = |i: usize| (0..count).map(|k| self.place(k)[i]).collect::<Vec<f64>>();
         let places = [0, 1].map(|i| (format!("joint{}", self.joints[i]), of(i)));
         let named = QUANTITIES.iter().zip(&self.values).map(|(q, v)| (q.name.to_owned(), v.clone()));
-        Table { columns: places.into_iter().chain(named).collect() }
+        WrittenTable { columns: places.into_iter().chain(named).collect() }
     }
 }
 
@@ -127,25 +138,28 @@ fn peak(values: &[f64]) -> usize {
 
 /// Over two joints, both from -180 to 180 degrees.
 pub(super) fn write(
-    args: &Robot,
-    design: &Design,
-    tip: &Tip,
+    args: &RobotArgument,
+    design: &RobotDesign,
+    tip: &DesignTip,
     q: &[f64],
     over: &[usize],
-) -> Result<(), Error> {
+) -> Result<(), CliError> {
     let [a, b] = *over else {
-        return Err(Error::Usage("--surface takes two joints, as in --surface 2,3".into()));
+        return Err(CliError::Usage("--surface takes two joints, as in --surface 2,3".into()));
     };
     let n = q.len();
     if [a, b].iter().any(|j| !(1..=n).contains(j)) || a == b {
-        return Err(Error::Usage(format!("--surface {a},{b}: give two different joints of 1 to {n}")));
+        return Err(CliError::Usage(format!("--surface {a},{b}: give two different joints of 1 to {n}")));
     }
     let path = args.output.as_path();
     if !path.extension().is_some_and(|e| e == "csv" || e == "parquet") {
-        return Err(Error::Usage(format!("--output {}: end its name in .csv or .parquet", path.display())));
+        return Err(CliError::Usage(format!(
+            "--output {}: end its name in .csv or .parquet",
+            path.display()
+        )));
     }
-    let grid = Grid::of(args, design, tip, q, [a, b]);
-    grid.table().write(path).map_err(|e| Error::Failed(e.to_string()))?;
+    let grid = SurfaceGrid::of(args, design, tip, q, [a, b]);
+    grid.table().write(path).map_err(|e| CliError::Failed(e.to_string()))?;
     let mut said = format!("{}: {} rows; largest on this grid:\n", path.display(), grid.angles.len().pow(2));
     for (quantity, values) in QUANTITIES.iter().zip(&grid.values) {
         let (value, [x, y]) = grid.largest(values);

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use trueup_identification::intake::Purpose;
-use trueup_identification::model::Model;
-use trueup_scaling::{Law, case, recording};
+use trueup_identification::model::SimulatedPlant;
+use trueup_scaling::{ScalingLaw, case, recording};
 
 use super::{another, failed, text, word};
-use crate::args::Scale;
-use crate::error::Error;
+use crate::args::ScaleCommand;
+use crate::error::CliError;
 use crate::output::{folder, write};
 
-pub(super) fn run(args: &Scale, law: &Law) -> Result<(), Error> {
+pub(super) fn run(args: &ScaleCommand, law: &ScalingLaw) -> Result<(), CliError> {
     let (loaded, _) = crate::case::load(&args.file, Purpose::Identify, &[])?;
     let from = &loaded.case;
     let whole = std::path::absolute(&from.folder).unwrap_or_else(|_| from.folder.clone());
@@ -20,7 +20,7 @@ pub(super) fn run(args: &Scale, law: &Law) -> Result<(), Error> {
         whole.with_file_name(format!("{name}.{}", word(args)))
     });
     another(&whole, &to)?;
-    let model = Model::of_case(from, &[]).map_err(|e| Error::at(&from.file, e))?;
+    let model = SimulatedPlant::of_case(from, &[]).map_err(|e| CliError::at(&from.file, e))?;
     let (variables, values) = (model.variables(), model.defaults());
     let own = model.parameters().iter().map(|q| q.name.clone()).zip(values);
     let left_out: Vec<(String, f64)> = own.filter(|(name, _)| !from.parameters.contains_key(name)).collect();
@@ -31,12 +31,12 @@ pub(super) fn run(args: &Scale, law: &Law) -> Result<(), Error> {
         if let Some(sidecar) = sidecars.iter().find(|s| s.is_file()) {
             let mend =
                 "let its columns bear names of variables in SI, say the rest in case.toml, and take it out";
-            return Err(Error::at(sidecar, format!("a sidecar cannot be scaled; {mend}")));
+            return Err(CliError::at(sidecar, format!("a sidecar cannot be scaled; {mend}")));
         }
         if file.extension().is_none_or(|e| !e.eq_ignore_ascii_case("csv")) {
-            return Err(Error::at(&file, "only recordings as CSV can be scaled; write it as one"));
+            return Err(CliError::at(&file, "only recordings as CSV can be scaled; write it as one"));
         }
-        let read = std::fs::File::open(&file).map_err(|e| Error::at(&file, e))?;
+        let read = std::fs::File::open(&file).map_err(|e| CliError::at(&file, e))?;
         let mut bytes = Vec::new();
         let column = |name: &str| case::column(law, &variables, name);
         recording::scale(&file, read, &mut bytes, law, column).map_err(failed)?;

@@ -1,19 +1,19 @@
 //! What the command line requests, in addition to the file's settings.
 
-use trueup_cosim::Mistake;
-use trueup_cosim::system::{InputFile, Place, Record, System};
+use trueup_cosim::InputMistake;
+use trueup_cosim::system::{CosimSystem, InputFile, RecordedVariable, SourceSpan};
 
 use crate::args::Simulate;
 
 /// Reads the file and puts the options of the command line over it.
-pub(super) fn system(args: &Simulate) -> Result<System, trueup_cosim::Error> {
-    let mut system = System::read(&args.file)?;
+pub(super) fn system(args: &Simulate) -> Result<CosimSystem, trueup_cosim::CosimError> {
+    let mut system = CosimSystem::read(&args.file)?;
     let mut mistakes = Vec::new();
     for text in &args.set {
         let place = said(&format!("--set {text}"));
         let done = match text.split_once('=') {
             Some((name, value)) => system.set(name.trim(), value.trim(), &place),
-            None => Err(Mistake { place, message: "write NAME=VALUE".into() }),
+            None => Err(InputMistake { place, message: "write NAME=VALUE".into() }),
         };
         mistakes.extend(done.err());
     }
@@ -34,7 +34,7 @@ pub(super) fn system(args: &Simulate) -> Result<System, trueup_cosim::Error> {
         system.components.iter_mut().for_each(|c| c.interface = Some(interface));
     }
     if let Some(file) = &args.input {
-        let place = Place { file: file.clone(), line: 0 };
+        let place = SourceSpan { file: file.clone(), line: 0 };
         // Columns that the system gives a meaning keep it.
         let columns = system.inputs.take().map(|i| i.columns).unwrap_or_default();
         system.inputs = Some(InputFile { file: file.clone(), columns, place });
@@ -42,19 +42,20 @@ pub(super) fn system(args: &Simulate) -> Result<System, trueup_cosim::Error> {
     if !args.outputs.is_empty() {
         let place = said("--outputs");
         let names = args.outputs.iter().flat_map(|list| names(list));
-        system.record =
-            names.map(|name| Record { name, place: place.clone(), ..Record::default() }).collect();
+        system.record = names
+            .map(|name| RecordedVariable { name, place: place.clone(), ..RecordedVariable::default() })
+            .collect();
     }
-    if mistakes.is_empty() { Ok(system) } else { Err(trueup_cosim::Error::System(mistakes)) }
+    if mistakes.is_empty() { Ok(system) } else { Err(trueup_cosim::CosimError::System(mistakes)) }
 }
 
 /// The command line as a place.
-fn said(option: &str) -> Place {
-    Place { file: option.into(), line: 0 }
+fn said(option: &str) -> SourceSpan {
+    SourceSpan { file: option.into(), line: 0 }
 }
 
 /// All of it concerns the command line, not a file.
-pub(super) fn is_usage(mistakes: &[Mistake]) -> bool {
+pub(super) fn is_usage(mistakes: &[InputMistake]) -> bool {
     mistakes.iter().all(|m| m.place.file.to_string_lossy().starts_with("--"))
 }
 

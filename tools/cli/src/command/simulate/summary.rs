@@ -5,16 +5,16 @@ use std::collections::HashSet;
 use std::fmt::Write;
 
 use trueup_cosim::exchange::LoopLog;
-use trueup_cosim::plan::Plan;
+use trueup_cosim::plan::MasterPlan;
 use trueup_cosim::{FmuCalls, RunLog};
-use trueup_fmi_description::description::Causality;
-use trueup_numerics::Figure;
+use trueup_fmi_description::description::DescriptionCausality;
+use trueup_numerics::ShortNumber;
 
 /// Algebraic loops that are reported one by one.
 const LOOPS: usize = 3;
 
 /// Before: what would be run.
-pub(super) fn of(plan: &Plan) -> String {
+pub(super) fn of(plan: &MasterPlan) -> String {
     let (mut out, driven) = (String::new(), driven(plan));
     let width = plan.components.iter().map(|c| c.name.len()).max().unwrap_or(0);
     for (i, c) in plan.components.iter().enumerate() {
@@ -28,7 +28,8 @@ pub(super) fn of(plan: &Plan) -> String {
         let (name, model, version) = (&c.name, &d.model_name, d.version.as_str());
         let gap = if width == 0 { "" } else { "  " };
         let _ = writeln!(out, "{name:width$}{gap}{model} (FMI {version}), {}{every}{starts}", c.interface);
-        let inputs = d.variables.iter().enumerate().filter(|(_, v)| v.causality == Causality::Input);
+        let inputs =
+            d.variables.iter().enumerate().filter(|(_, v)| v.causality == DescriptionCausality::Input);
         let free: Vec<_> =
             inputs.filter(|(k, _)| !driven.contains(&(i, *k))).map(|(_, v)| v.name.as_str()).collect();
         if !free.is_empty() {
@@ -42,10 +43,10 @@ pub(super) fn of(plan: &Plan) -> String {
     let _ = writeln!(
         out,
         "from {} s to {} s in {} steps of {} s",
-        Figure(g.start),
-        Figure(g.stop),
+        ShortNumber(g.start),
+        ShortNumber(g.stop),
         g.steps,
-        Figure(g.step)
+        ShortNumber(g.step)
     );
     match plan.algorithm {
         Some(algorithm) => drop(writeln!(out, "algorithm: {algorithm}")),
@@ -55,7 +56,7 @@ pub(super) fn of(plan: &Plan) -> String {
 }
 
 /// Inputs that something drives, by component and variable.
-fn driven(plan: &Plan) -> HashSet<(usize, usize)> {
+fn driven(plan: &MasterPlan) -> HashSet<(usize, usize)> {
     let to = plan.links.iter().map(|l| l.to).chain(plan.driven.iter().map(|d| d.to));
     to.map(|e| (e.component, e.variable)).collect()
 }
@@ -76,7 +77,7 @@ pub(super) fn log(log: &RunLog) -> String {
     ];
     let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!(", {n} {what}"));
     let counts: String = counts.collect();
-    let _ = writeln!(out, "{} steps{counts}, to {} s{ended}", log.steps, Figure(log.time));
+    let _ = writeln!(out, "{} steps{counts}, to {} s{ended}", log.steps, ShortNumber(log.time));
     let _ = writeln!(out, "algorithm {}: {}", log.algorithm, log.reason);
     calls(&mut out, &log.calls);
     if let Some(adapted) = &log.adapted {

@@ -3,23 +3,23 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use trueup_sweep::{Damage, Error as SweepError};
+use trueup_sweep::{LogDamage, SweepError};
 
-use crate::error::Error;
+use crate::error::CliError;
 use crate::voice;
 
 /// Time between two words on how far it is.
 pub(super) const TELL: Duration = Duration::from_secs(2);
 
-pub(super) fn failed(e: SweepError) -> Error {
+pub(super) fn failed(e: SweepError) -> CliError {
     match e {
-        SweepError::NoRun { .. } => Error::Usage(format!("--run: {e}")),
-        _ => Error::Failed(e.to_string()),
+        SweepError::NoRun { .. } => CliError::Usage(format!("--run: {e}")),
+        _ => CliError::Failed(e.to_string()),
     }
 }
 
 /// Damaged lines are reported, a few of them.
-pub(super) fn damaged(list: &[Damage], mend: &str) {
+pub(super) fn damaged(list: &[LogDamage], mend: &str) {
     const FEW: usize = 3;
     for damage in list.iter().take(FEW) {
         voice::note(&format!("{}:{}: this line is damaged; {mend}", damage.file.display(), damage.line));

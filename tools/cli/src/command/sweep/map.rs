@@ -2,23 +2,25 @@
 
 use std::collections::BTreeSet;
 
-use trueup_cosim::{Kind as Sort, Memory};
+use trueup_cosim::{ColumnKind as Sort, SeriesMemory};
 use trueup_report::{Page, Tile, Tiles, number};
-use trueup_sweep::{Beside, Design, Done, Kind, Record, Runner, Sweep, Take, Value, done};
+use trueup_sweep::{
+    FactorValue, FinishedSweep, RunNotes, RunRecord, Runner, SweepDesign, SweepFile, SweepKind, Take, done,
+};
 
 use super::common::{TELL, beside, damaged, failed};
-use crate::args::Map;
-use crate::error::Error;
+use crate::args::ReportMap;
+use crate::error::CliError;
 use crate::output::{say, write};
 use crate::stages::Stages;
 
 /// A tile without a text of one of the columns.
 const NO_TEXT: &str = "·";
 
-pub(super) fn map(args: &Map) -> Result<(), Error> {
+pub(super) fn map(args: &ReportMap) -> Result<(), CliError> {
     let mut runner = Runner::open(&args.file).map_err(failed)?;
     let what = look(&runner)?;
-    let others = args.beside.as_ref().map(|file| Beside::read(file, runner.sweep(), runner.design()));
+    let others = args.beside.as_ref().map(|file| RunNotes::read(file, runner.sweep(), runner.design()));
     let others = others.transpose().map_err(failed)?;
     let done = done(&runner).map_err(failed)?;
     damaged(&done.damage, "its run is there from another line");
@@ -41,10 +43,10 @@ struct What {
     kinds: Vec<(i64, String, String)>,
 }
 
-fn look(runner: &Runner) -> Result<What, Error> {
-    let Sweep { file, kind, factors, outputs, .. } = runner.sweep();
-    let wrong = |why: &str| Error::Failed(format!("{}: {why}", file.display()));
-    if !matches!(kind, Kind::Grid | Kind::List) {
+fn look(runner: &Runner) -> Result<What, CliError> {
+    let SweepFile { file, kind, factors, outputs, .. } = runner.sweep();
+    let wrong = |why: &str| CliError::Failed(format!("{}: {why}", file.display()));
+    if !matches!(kind, SweepKind::Grid | SweepKind::List) {
         return Err(wrong("a map has rows and columns; let the design be a grid or a list"));
     }
     let n = factors.len();
@@ -71,13 +73,13 @@ struct Courses {
 }
 
 /// Runs all of them once more: logs have numbers, not courses.
-fn courses(runner: &mut Runner, done: &Done) -> Courses {
+fn courses(runner: &mut Runner, done: &FinishedSweep) -> Courses {
     let mut all =
         Courses { outputs: Vec::new(), lines: Vec::new(), span: [f64::INFINITY, f64::NEG_INFINITY] };
     let (mut stages, mut told): (Option<Stages>, _) = (None, std::time::Instant::now());
     let count = done.records.len();
     for (at, record) in done.records.iter().enumerate() {
-        let mut memory = Memory::default();
+        let mut memory = SeriesMemory::default();
         // Why it failed is in its record.
         let _ = runner.run_into(record.run, &mut memory);
         if let (Some(a), Some(b)) = (memory.time().first(), memory.time().last()) {
@@ -99,7 +101,7 @@ fn courses(runner: &mut Runner, done: &Done) -> Courses {
 }
 
 /// Outputs, one of each variable, whose variables are Boolean, whole or items.
-fn discrete(sweep: &Sweep, memory: &Memory) -> Vec<usize> {
+fn discrete(sweep: &SweepFile, memory: &SeriesMemory) -> Vec<usize> {
     let mut seen = BTreeSet::new();
     let is = |name: &str| {
         let column = memory.columns().iter().find(|c| c.name == name);
@@ -129,14 +131,20 @@ struct Drawn {
     /// Names of the maps, one for each combination of the factors apart.
     panels: Vec<String>,
     /// Values along x and y.
-    levels: [Vec<Value>; 2],
+    levels: [Vec<FactorValue>; 2],
     /// Outputs whose numbers are shown below, by their place.
     told: Vec<usize>,
     /// Outputs with a time line, by their place: first that of what a run would have come to.
     lines: Vec<usize>,
 }
 
-fn draw(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Option<&Beside>) -> Drawn {
+fn draw(
+    runner: &Runner,
+    what: &What,
+    done: &FinishedSweep,
+    courses: &Courses,
+    others: Option<&RunNotes>,
+) -> Drawn {
     let (sweep, design) = (runner.sweep(), runner.design());
     let outputs = &sweep.outputs;
     let units = runner.units();
@@ -189,7 +197,7 @@ fn draw(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Op
 }
 
 /// Why a run failed, else what others say of it.
-fn remark(record: &Record, others: Option<(&Beside, &[String])>) -> String {
+fn remark(record: &RunRecord, others: Option<(&RunNotes, &[String])>) -> String {
     if let Err(why) = &record.result {
         return format!("Failed: {why}");
     }
@@ -198,7 +206,13 @@ fn remark(record: &Record, others: Option<(&Beside, &[String])>) -> String {
     said.map(|(c, t)| format!("{c}: {t}")).collect::<Vec<_>>().join(", ")
 }
 
-fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Option<&Beside>) -> String {
+fn page(
+    runner: &Runner,
+    what: &What,
+    done: &FinishedSweep,
+    courses: &Courses,
+    others: Option<&RunNotes>,
+) -> String {
     let sweep = runner.sweep();
     let units = runner.units();
     let (factor_units, output_units) = units.split_at(sweep.factors.len());
@@ -246,7 +260,7 @@ fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Op
 }
 
 /// How often each of ours is paired with each of theirs.
-fn compare(page: &mut Page, others: &Beside, kinds: &[String], tiles: &[Tile]) {
+fn compare(page: &mut Page, others: &RunNotes, kinds: &[String], tiles: &[Tile]) {
     let text = format!(
         "Results of others for the same runs, as given in their file; they change nothing here. In the tiles: {}. Number of runs:",
         others.columns.join(" / ")
@@ -280,8 +294,8 @@ fn mark(texts: &[String]) -> String {
 }
 
 /// The values that a factor takes: numbers ascending, others in the order of the runs.
-fn levels(design: &Design, factor: usize) -> Vec<Value> {
-    let mut all: Vec<Value> = Vec::new();
+fn levels(design: &SweepDesign, factor: usize) -> Vec<FactorValue> {
+    let mut all: Vec<FactorValue> = Vec::new();
     for value in (1..=design.runs()).map(|run| design.value(factor, run)) {
         if !all.contains(&value) {
             all.push(value);
@@ -296,15 +310,15 @@ fn levels(design: &Design, factor: usize) -> Vec<Value> {
     all
 }
 
-fn as_number(value: &Value) -> Option<f64> {
+fn as_number(value: &FactorValue) -> Option<f64> {
     match value {
-        Value::Number(x) => Some(*x),
-        Value::Integer(n) => Some(*n as f64),
-        Value::Boolean(_) | Value::Text(_) => None,
+        FactorValue::Number(x) => Some(*x),
+        FactorValue::Integer(n) => Some(*n as f64),
+        FactorValue::Boolean(_) | FactorValue::Text(_) => None,
     }
 }
 
-fn shown(value: &Value) -> String {
+fn shown(value: &FactorValue) -> String {
     // Rounding has left of 0 what no axis should show.
     as_number(value).map_or_else(|| value.text(), |x| number(if x.abs() < 1e-12 { 0.0 } else { x }))
 }

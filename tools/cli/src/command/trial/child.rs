@@ -6,10 +6,10 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use trueup_trials::{Failure, Took};
+use trueup_trials::{CaseFailure, TimeTaken};
 
-use crate::args::Engine;
-use crate::error::Error;
+use crate::args::EngineArgument;
+use crate::error::CliError;
 
 /// Wall time, in limits of processor time, after which a process that sleeps is stopped as well.
 const PATIENCE: f64 = 10.0;
@@ -20,7 +20,7 @@ const LOOK: Duration = Duration::from_millis(10);
 pub(super) struct Child {
     program: PathBuf,
     verdict_only: bool,
-    engine: Option<Engine>,
+    engine: Option<EngineArgument>,
     limit: f64,
 }
 
@@ -29,16 +29,16 @@ impl Child {
     pub(super) fn new(
         program: &Path,
         verdict_only: bool,
-        engine: Option<Engine>,
+        engine: Option<EngineArgument>,
         limit: f64,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, CliError> {
         hold_children_to(limit)
-            .map_err(|e| Error::Failed(format!("a limit of {limit} s cannot be set: {e}")))?;
+            .map_err(|e| CliError::Failed(format!("a limit of {limit} s cannot be set: {e}")))?;
         Ok(Self { program: program.to_owned(), verdict_only, engine, limit })
     }
 
-    pub(super) fn diagnose(&self, case: &Path, out: &Path) -> Result<Took, Failure> {
-        let said = |e: std::io::Error| Failure::Said(format!("{}: {e}", self.program.display()));
+    pub(super) fn diagnose(&self, case: &Path, out: &Path) -> Result<TimeTaken, CaseFailure> {
+        let said = |e: std::io::Error| CaseFailure::Said(format!("{}: {e}", self.program.display()));
         let before = processor_time_of_children();
         let mut command = Command::new(&self.program);
         command.arg("diagnose").arg(case).arg("-o").arg(out);
@@ -48,10 +48,10 @@ impl Child {
         // Older programs know of none.
         match self.engine {
             None => {}
-            Some(Engine::Balances) => {
+            Some(EngineArgument::Balances) => {
                 command.args(["--engine", "balances"]);
             }
-            Some(Engine::Innovations) => {
+            Some(EngineArgument::Innovations) => {
                 command.args(["--engine", "innovations"]);
             }
         }
@@ -78,15 +78,15 @@ impl Child {
         };
         let words = words.join().unwrap_or_default();
         if asleep || was_stopped(status) {
-            return Err(Failure::Stopped(self.limit));
+            return Err(CaseFailure::Stopped(self.limit));
         }
         if !status.success() {
             let last = words.lines().last().unwrap_or("it ended without a message");
-            return Err(Failure::Said(last.to_owned()));
+            return Err(CaseFailure::Said(last.to_owned()));
         }
         let processor_seconds =
             processor_time_of_children().zip(before).map(|(after, before)| after - before);
-        Ok(Took { seconds: begun.elapsed().as_secs_f64(), processor_seconds })
+        Ok(TimeTaken { seconds: begun.elapsed().as_secs_f64(), processor_seconds })
     }
 }
 

@@ -4,16 +4,16 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use trueup_diagnosis::diagnose::record::{self, Again, Record};
+use trueup_diagnosis::diagnose::record::{self, DecisionRecord, Redecided};
 use trueup_diagnosis::engine::decide::Thresholds;
 use trueup_trials::Answers;
 
 use super::failed;
 use crate::args::TrialDecide;
-use crate::error::Error;
+use crate::error::CliError;
 use crate::output::{folder, say, write};
 
-pub(crate) fn decide(a: &TrialDecide) -> Result<(), Error> {
+pub(crate) fn decide(a: &TrialDecide) -> Result<(), CliError> {
     let before = Answers::find(&a.directory).map_err(failed)?;
     let after = Answers { trials: before.trials.clone(), results: a.results.clone() };
     folder(&after.results)?;
@@ -35,23 +35,23 @@ pub(crate) fn decide(a: &TrialDecide) -> Result<(), Error> {
     }
     let found = trueup_trials::compare(&before, &after).map_err(failed)?;
     if found.pairs.is_empty() {
-        return Err(Error::at(&before.results, format!("no case has a {}", record::FILE)));
+        return Err(CliError::at(&before.results, format!("no case has a {}", record::FILE)));
     }
     say(&found.text())
 }
 
-fn read(path: &Path) -> Result<String, Error> {
-    fs::read_to_string(path).map_err(|e| Error::at(path, e))
+fn read(path: &Path) -> Result<String, CliError> {
+    fs::read_to_string(path).map_err(|e| CliError::at(path, e))
 }
 
 /// A result with the new decision instead of the old one.
-fn again(from: &Path, to: &Path) -> Result<(), Error> {
+fn again(from: &Path, to: &Path) -> Result<(), CliError> {
     let path = from.join(record::FILE);
-    let decided = Record::parse(&read(&path)?)
+    let decided = DecisionRecord::parse(&read(&path)?)
         .and_then(|record| record.decide(&Thresholds::default()))
-        .map_err(|e| Error::at(&path, e))?;
+        .map_err(|e| CliError::at(&path, e))?;
     let path = from.join("diagnosis.json");
-    let old: Value = serde_json::from_str(&read(&path)?).map_err(|e| Error::at(&path, e))?;
+    let old: Value = serde_json::from_str(&read(&path)?).map_err(|e| CliError::at(&path, e))?;
     let new = serde_json::to_vec_pretty(&replaced(old, &decided).map_err(failed)?).map_err(failed)?;
     folder(to)?;
     if let Ok(took) = fs::read(from.join("trial.toml")) {
@@ -62,7 +62,7 @@ fn again(from: &Path, to: &Path) -> Result<(), Error> {
 
 /// Amplitudes and intervals stay where the same effect is claimed in the same place; gaps by channel go, since they were of
 /// another claim.
-fn replaced(mut old: Value, decided: &Again) -> Result<Value, serde_json::Error> {
+fn replaced(mut old: Value, decided: &Redecided) -> Result<Value, serde_json::Error> {
     let mut new = serde_json::to_value(decided)?;
     let same = |a: &Value, b: &Value| ["id", "component", "joint"].iter().all(|k| a[k] == b[k]);
     for claim in new["effects"].as_array_mut().into_iter().flatten() {

@@ -60,7 +60,7 @@ fn what_is_no_tree_is_told_with_its_line() {
     }
 }
 
-fn made(change: &[(&str, &str)]) -> Made {
+fn made(change: &[(&str, &str)]) -> UrdfRobot {
     let text = change.iter().fold(ARM.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
         text.replacen(from, to, 1)

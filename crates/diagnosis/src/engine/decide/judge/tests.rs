@@ -1,5 +1,5 @@
 use super::*;
-use crate::engine::made::{Shown, fitted, found, free};
+use crate::engine::made::{FreeRunGaps, fitted, found, free};
 
 /// Readings of an octave: so few that balances leave much to free runs.
 const FEW: f64 = 10.0;
@@ -14,7 +14,7 @@ fn chosen(tuned: f64, best: Option<usize>, sets: &[Set]) -> Option<usize> {
 /// The same where an octave has so many readings.
 fn chosen_of(readings: f64, tuned: f64, best: Option<usize>, sets: &[Set]) -> Option<usize> {
     let found = found(sets.iter().map(|set| fitted(set.0, set.1, readings)).collect(), best, readings);
-    let ran = Shown { gaps: sets.iter().map(|set| set.2).collect(), ..Shown::default() };
+    let ran = FreeRunGaps { gaps: sets.iter().map(|set| set.2).collect(), ..FreeRunGaps::default() };
     Judge::new(&found, free(tuned), &ran, &Thresholds::default()).choose()
 }
 
@@ -42,7 +42,7 @@ fn balances_ask_for_no_cause_that_takes_next_to_nothing_of_what_they_missed() {
         let sets = vec![fitted(ONE, 50.0, 1e4), fitted(TWO, 1.0, 1e4)];
         let mut found = found(sets, Some(1), 1e4);
         found.plain = fitted("", missed, 1e4);
-        let ran = Shown { gaps: gaps.map(Some).to_vec(), ..Shown::default() };
+        let ran = FreeRunGaps { gaps: gaps.map(Some).to_vec(), ..FreeRunGaps::default() };
         let chosen = Judge::new(&found, free(10.0), &ran, &Thresholds::default()).choose();
         assert_eq!(chosen, Some(wanted), "{missed}, {gaps:?}");
     }
@@ -148,7 +148,7 @@ fn odds(best: &str, other: &str, power: f64, apart: Option<f64>) -> f64 {
 fn odds_ran(best: &str, (other, power, gap): (&str, f64, f64), apart: Option<f64>, one_sensor: bool) -> f64 {
     let sets = vec![fitted(best, 1.0, 100.0), fitted(other, power, 100.0)];
     let (found, limits) = (found(sets, Some(0), 100.0), Thresholds::default());
-    let ran = Shown { gaps: vec![Some(2.0), Some(gap)], apart, one_sensor, left_out: None };
+    let ran = FreeRunGaps { gaps: vec![Some(2.0), Some(gap)], apart, one_sensor, left_out: None };
     let judge = Judge::new(&found, free(10.0), &ran, &limits);
     match &judge.rivals(Some(0), &found.best, 0, 2.0)[..] {
         [(1, odds)] => *odds,

@@ -1,14 +1,14 @@
 //! The surfaces as a page: each as a surface and as a map with its maximum, and what S1 states of them next to what they are.
 
-use trueup_models::space::design::Design;
-use trueup_report::{Heat, Page, Surface, number};
+use trueup_models::space::design::RobotDesign;
+use trueup_report::{GridSurface, Heat, Page, number};
 
-use super::{Grid, QUANTITIES, peak};
+use super::{QUANTITIES, SurfaceGrid, peak};
 
 /// Fewer points than this miss what is between.
 const CELLS: usize = 90;
 
-pub(super) fn html(design: &Design, grid: &Grid) -> String {
+pub(super) fn html(design: &RobotDesign, grid: &SurfaceGrid) -> String {
     let lead = format!(
         "What the motion of joints {} and {} does to the base, over all their angles. Measures and norms are per unit of \
          acceleration (figures 4 to 6) and of products of rates (figures 7 to 10); measures are in kg.m and kg.m2 to twice \
@@ -39,7 +39,7 @@ pub(super) fn html(design: &Design, grid: &Grid) -> String {
 
 fn draw(
     page: &mut Page,
-    grid: &Grid,
+    grid: &SurfaceGrid,
     (figure, what, unit): (u32, &str, &str),
     values: &[f64],
     joints: [&str; 2],
@@ -50,7 +50,7 @@ fn draw(
     // Rows along the second joint.
     let rows: Vec<Vec<f64>> = (0..n).map(|k| (0..n).map(|i| values[i * n + k]).collect()).collect();
     let (x, y) = ([joints[0], "deg"], [joints[1], "deg"]);
-    page.surface(&Surface { title: what, x, y, unit, at: [&degrees, &degrees], values: &rows });
+    page.surface(&GridSurface { title: what, x, y, unit, at: [&degrees, &degrees], values: &rows });
     let step = n.div_ceil(CELLS);
     let picked: Vec<usize> = (0..n).step_by(step).collect();
     let mut edges: Vec<f64> = picked.windows(2).map(|w| 0.5 * (degrees[w[0]] + degrees[w[1]])).collect();
@@ -76,7 +76,7 @@ fn at_peak(of: &[f64], other: &[f64]) -> f64 {
 const POOR: f64 = 0.1;
 
 /// What S1 claims of these surfaces, what they say, and whether it holds on this robot.
-fn claims(grid: &Grid) -> Vec<Vec<String>> {
+fn claims(grid: &SurfaceGrid) -> Vec<Vec<String>> {
     let of = |name: &str| {
         let at = QUANTITIES.iter().position(|q| q.name == name).unwrap_or(0);
         grid.values[at].as_slice()
