@@ -84,10 +84,10 @@ impl From<trueup_sweep::SweepError> for PyFailure {
     fn from(e: trueup_sweep::SweepError) -> Self {
         use trueup_sweep::SweepError;
         match e {
-            CosimError::Mistakes(list) => trueup_cosim::CosimError::System(list).into(),
-            CosimError::System(e) => e.into(),
-            CosimError::File { file, why } => Self::of(format!("{}: {why}", file.display())).file(&file),
-            CosimError::NoRun { .. } => Self::of(e.to_string()),
+            SweepError::Mistakes(list) => trueup_cosim::CosimError::System(list).into(),
+            SweepError::System(e) => e.into(),
+            SweepError::File { file, why } => Self::of(format!("{}: {why}", file.display())).file(&file),
+            SweepError::NoRun { .. } => Self::of(e.to_string()),
         }
     }
 }
