@@ -9,8 +9,8 @@ RUST = re.compile(
 PYTHON = re.compile(
     r"""(?P<comment>\#[^\n]*)|(?P<string>(?P<three>\"{3}|'{3}).*?(?P=three)|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*')""", re.S
 )
-# In messages: placeholders, names in backticks, options, keys of TOML and of JSON.
-CODE_IN_MESSAGES = re.compile(r"\{[^{}\n]*\}|`[^`\n]*`|--[a-z][a-z-]*|\bdoubt = |\*\.\w+")
+# In messages and comments: placeholders, names in backticks, targets of links, options, keys of TOML and of JSON, fields.
+CODE_IN_MESSAGES = re.compile(r"\{[^{}\n]*\}|`[^`\n]*`|\]\([^)\n]*\)|--[a-z][a-z-]*|\bdoubt = |\*\.\w+|\b\w+\.\w+")
 
 
 def blank(text):

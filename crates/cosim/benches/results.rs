@@ -1,4 +1,4 @@
-//! What logging costs per communication step, beside keeping the same rows in memory: all outputs of a TwoMassJoint and
+//! What logging costs per communication step, compared with keeping the same rows in memory: all outputs of a TwoMassJoint and
 //! its controller (nine floats and a Boolean, one float). `cargo bench -p trueup-cosim --bench results`
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 

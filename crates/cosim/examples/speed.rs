@@ -1,6 +1,6 @@
 //! What the master costs: `speed SYSTEM.toml STEP STEPS [ALGORITHM]` prints ns per FMU and step of the fastest fiftieth
 //! of a run with logging off; `speed SYSTEM.toml STEP STEPS ALGORITHM RESULTS` ns per step of a whole run that logs all
-//! outputs at every step, the file finished. tests/masters/compare.py sets it beside other masters and a plain C loop.
+//! outputs at every step, the file finished. tests/masters/compare.py compares it with other masters and a plain C loop.
 #![allow(clippy::print_stdout)]
 
 use std::time::Instant;

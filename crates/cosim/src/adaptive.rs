@@ -16,7 +16,7 @@ use crate::inputs::InputFileTable;
 use crate::node::InstanceNode;
 use crate::stepper::{Advance, StepLimit, SystemStepper};
 
-/// Relative tolerance where none is asked for.
+/// Relative tolerance where none is requested.
 pub(crate) const TOLERANCE: f64 = 1e-4;
 /// The longest pair of steps, as a part of the run.
 const LONGEST: f64 = 0.02;
@@ -75,7 +75,7 @@ struct Inlets {
     scales: Vec<f64>,
     /// Values at the beginning and slope per step.
     line: [Vec<f64>; 2],
-    /// Nodes that wanted to end the run in the last step.
+    /// Nodes that requested to end the run in the last step.
     ended: Vec<usize>,
 }
 
@@ -241,7 +241,7 @@ impl Adaptive {
 
     /// A step predicted, gone back, and corrected; its error per s as estimated.
     ///
-    /// The outputs tell the local error of what they depend on. Behind a limit they tell nothing; what bounds the error of
+    /// The outputs show the local error of what they depend on. Behind a limit they show nothing; what bounds the error of
     /// the states there is by how much the inputs were missed.
     fn step(
         &mut self,
@@ -269,7 +269,7 @@ impl Adaptive {
             norm(moved, &self.inlets.scales)
         };
         let local = predictor.milne() * apart(&self.predicted);
-        // Of steps as short as those at a jump, values differ by what rounding makes of them, which no shorter step mends.
+        // Of steps as short as those at a jump, values differ by rounding, which no shorter step corrects.
         let local = if local > NOISE * self.control.tolerance { local / h } else { 0.0 };
         self.history[track].extrapolate(&predictor, &mut self.extrapolated);
         for i in 0..self.extrapolated.len() {
@@ -359,7 +359,7 @@ impl Inlets {
         values.iter_mut().zip(&self.slots).for_each(|(u, slot)| *u = reals[*slot]);
     }
 
-    /// Whether nothing else tells what comes of missing input `i`: its course is not known, and its FMU has an output that
+    /// Whether nothing else shows the effect of missing input `i`: its course is not known, and its FMU has an output that
     /// the correction left where it was predicted, or none that goes anywhere.
     fn is_judged(&self, i: usize, predicted: &[f64], ends: &[f64]) -> bool {
         let mut out = self.driven_by[self.nodes[i]].iter().peekable();
@@ -453,7 +453,7 @@ fn each(
     parts.steppers.iter_mut().try_for_each(|stepper| f(stepper.as_mut(), parts.nodes))
 }
 
-/// Says which components the algorithm cannot run.
+/// Names the components the algorithm cannot run.
 fn refuse(parts: &SteppingParts) -> Result<(), CosimError> {
     let mut wrong = Vec::new();
     for stepper in parts.steppers.iter() {

@@ -61,7 +61,7 @@ macro_rules! buffers {
                     $((Self::$kind(v), Self::$kind(w)) => { v.extend(w.iter()); v.len() - w.len() })*
                     (Self::Boolean(v), Self::Boolean(w)) => { v.extend(w.iter()); v.len() - w.len() }
                     (Self::String(v), Self::String(w)) => { let at = v.len(); v.extend(w); at }
-                    _ => 0, // never asked for: blocks are of one type
+                    _ => 0, // never requested: blocks are of one type
                 }
             }
 

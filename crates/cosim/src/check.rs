@@ -26,7 +26,7 @@ use report::Report;
 /// Loads the FMUs of a system (each file once) and checks all of it before anything runs.
 ///
 /// # Errors
-/// [`CosimError::System`] with every mistake: what it is, where it was written, and the mend.
+/// [`CosimError::System`] with every mistake: description, place and remedy.
 pub fn check(system: &CosimSystem) -> Result<MasterPlan, CosimError> {
     check_with(system, &mut Files::default())
 }

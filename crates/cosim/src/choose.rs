@@ -44,7 +44,7 @@ pub(crate) fn order(plan: &MasterPlan, units: &[Vec<usize>]) -> (Vec<usize>, boo
 /// The algorithm and the reason in words. `rules`: of each component, `None` of those in Model Exchange.
 ///
 /// # Errors
-/// [`CosimError::Setting`]: one was asked for that the FMUs cannot follow.
+/// [`CosimError::Setting`]: one was requested that the FMUs cannot follow.
 pub(crate) fn choose(
     plan: &MasterPlan,
     rules: &[Option<StepRule>],

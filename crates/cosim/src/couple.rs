@@ -19,24 +19,24 @@ use shared_events::{EventTreatment, SharedEvents};
 /// Repetitions of a step before it is given up as not settling.
 const ITERATIONS: u32 = 25;
 
-/// A step below this part of the longest one, up to an event or on from it, tells no slopes: they stay what they were.
+/// A step below this part of the longest one, up to an event or on from it, defines no slopes: the previous ones are kept.
 const SHORT: f64 = 1e-6;
 
 /// When a stepper steps.
 pub(crate) struct StepperTurn {
     /// Steps of the grid that it takes at once.
     every: u64,
-    /// Where it stands, in s.
+    /// Its time, in s.
     pub(crate) time: f64,
     /// Length of its last step in s; 0: none yet.
     pub(crate) last: f64,
     /// It is to step, or has just stepped.
     due: bool,
-    /// One of its FMUs wants to end the run.
+    /// One of its FMUs requests to end the run.
     pub(crate) terminated: bool,
 }
 
-/// All components, their connections, and the time at which they stand. Initialized; between two communication points.
+/// All components, their connections, and their time. Initialized; between two communication points.
 ///
 /// A step that may be repeated or rejected:
 ///
@@ -45,14 +45,14 @@ pub(crate) struct StepperTurn {
 /// loop {
 ///     let attempt = coupling.iterate(t, t + h, tolerance)?;
 ///     if attempt.settled && good_enough(&coupling) {
-///         break;                                 // stands at t + h, exchanged; accept by going on
+///         break;                                 // is at t + h, exchanged; accept by going on
 ///     }
-///     coupling.restore(t)?;                      // stands at t again
+///     coupling.restore(t)?;                      // is at t again
 ///     h *= 0.5;
 /// }
 /// ```
 ///
-/// [`iterate`](Coupling::iterate) calls `restore` itself between its repetitions. [`lines`](Coupling::lines) then tells,
+/// [`iterate`](Coupling::iterate) calls `restore` itself between its repetitions. [`lines`](Coupling::lines) then returns,
 /// for error estimates, what inputs were assumed to be at the end of the step and what the outputs made of them.
 pub struct Coupling {
     pub(crate) nodes: Vec<InstanceNode>,
@@ -174,7 +174,7 @@ impl Coupling {
         }
     }
 
-    /// Reads all outputs and sets all inputs as of `time` of those that stand there, solves the loops.
+    /// Reads all outputs and sets all inputs as of `time` of those that are there, solves the loops.
     ///
     /// # Errors
     /// Whatever an FMU returns; a loop without solution; a value that is not finite.
@@ -398,7 +398,7 @@ impl Coupling {
         names.collect::<Vec<_>>().join(", ")
     }
 
-    /// Some FMU takes no shorter step than was asked for.
+    /// Some FMU takes no shorter step than was requested.
     pub(crate) fn takes_whole_steps(&self) -> bool {
         !self.nodes.iter().all(InstanceNode::allows_any_step)
     }

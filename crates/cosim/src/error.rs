@@ -64,7 +64,7 @@ pub enum CosimError {
         /// Those that still change.
         variables: Vec<ConnectionResidual>,
     },
-    /// What was asked for does not fit the FMU; one line per mistake.
+    /// A request that does not fit the FMU; one line per mistake.
     #[error("{}", .0.join("\n  "))]
     Setting(Vec<String>),
     /// What is wrong in a description of a system; one line per mistake.
@@ -78,7 +78,7 @@ pub enum CosimError {
         /// What is wrong, with line or column; `:4: ...` of line 4.
         reason: String,
     },
-    /// An FMU led the process into another folder, which gives names of files another meaning.
+    /// An FMU changed the working folder of the process, which gives names of files another meaning.
     #[error(
         "at t = {} s: the FMU of {who} changed the working directory to {to}; it is changed back, and the run ends: let the FMU \
          have a process of its own", ShortNumber(*.time)

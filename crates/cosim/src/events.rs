@@ -25,7 +25,7 @@ pub(crate) struct EventCuts {
 
 impl EventCuts {
     /// Of all jumps; of bends of linear inputs only where the master integrates. None at all if an FMU may not be given
-    /// parts of a step: a note says what is then late. Samples at communication points but for rounding are moved there.
+    /// parts of a step: a note reports what is then late. Samples at communication points but for rounding are moved there.
     pub(crate) fn new(
         nodes: &[InstanceNode],
         driven: &[DrivenInput],

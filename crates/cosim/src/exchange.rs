@@ -85,7 +85,7 @@ impl Exchange {
 
     /// Writes the exchange into a program; `false` if it holds more than doubles that are handed on. Inputs that are one
     /// after the other what outputs are one after the other are set from there, without being copied, unless the values of
-    /// inputs are wanted (`copied`).
+    /// inputs are required (`copied`).
     pub(crate) fn program(&self, program: &mut Program, owners: &mut impl Instances, copied: bool) -> bool {
         let bank = &self.bank;
         // What each input is made of.
@@ -154,7 +154,7 @@ impl Exchange {
         Ok(())
     }
 
-    /// Names what lies in a slot.
+    /// Names the value in a slot.
     pub(crate) fn element(&self, slot: usize) -> ElementIndex {
         self.bank.elements[slot]
     }

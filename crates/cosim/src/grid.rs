@@ -24,7 +24,7 @@ impl CommunicationGrid {
         fits.then_some(Self { start, stop, step, steps: steps as u64 })
     }
 
-    /// Why there is no such grid, with the mend.
+    /// Why there is no such grid, with the remedy.
     pub(crate) fn refusal(start: f64, stop: f64, step: f64) -> String {
         if start == stop {
             return format!("a run from {start:?} s to {stop:?} s has no length; choose a later stop");

@@ -19,7 +19,7 @@ pub struct InputFileTable {
     pub columns: Vec<InputSignal>,
     /// Last time in s.
     pub end: f64,
-    /// What was chosen while reading, to be told to the user.
+    /// What was chosen while reading, to be reported to the user.
     pub notes: Vec<String>,
 }
 
@@ -47,7 +47,7 @@ fn without_file(file: &Path, text: &str) -> String {
     rest.strip_prefix(": ").unwrap_or(rest).to_owned()
 }
 
-/// Unix times begin with the one of September 2001: whoever runs from a later one means the calendar.
+/// Unix times begin with the one of September 2001: a run that begins later uses calendar time.
 const CALENDAR: f64 = 1e9;
 
 impl InputFileTable {
@@ -147,7 +147,7 @@ impl InputFileTable {
         }
     }
 
-    /// The cell that a column holds at `time` as it is written, with items by their numbers; none where its value says all.
+    /// The cell that a column holds at `time` as it is written, with items by their numbers; none where its value is sufficient.
     pub fn text(&self, column: usize, time: f64) -> Option<&str> {
         let signal = &self.columns[column];
         let row = signal.times.partition_point(|t| *t <= time).saturating_sub(1);
@@ -229,7 +229,7 @@ impl InputSignal {
         (1..self.times.len()).filter(jumps).map(|i| self.times[i])
     }
 
-    /// Where sample `i` stands, and what it is.
+    /// Time and value of sample `i`.
     fn sample(&self, i: usize) -> String {
         let text =
             self.texts.get(i).map_or_else(|| format!("{:?}", self.values[i]), |text| format!("{text:?}"));
@@ -239,7 +239,7 @@ impl InputSignal {
         }
     }
 
-    /// What it is to a variable: converted to its unit (`notes` says so), items by their numbers, whole numbers to the digit; and whether
+    /// The value of a variable: converted to its unit (reported in `notes`), items by their numbers, whole numbers to the digit; and whether
     /// it goes on lines between samples, where the variable may.
     pub(crate) fn drives(
         &self,

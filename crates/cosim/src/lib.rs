@@ -1,4 +1,4 @@
-//! The master: runs an FMU of FMI 2.0 or 3.0 in Co-Simulation, whoever built it.
+//! The master: runs an FMU of FMI 2.0 or 3.0 of any origin in Co-Simulation.
 //!
 //! ```no_run
 //! use trueup_cosim::{Options, Results, simulate};

@@ -39,9 +39,9 @@ use crate::stepper::{
 };
 use crate::system::{Algorithm, ComponentInterface};
 
-/// Relative tolerance of the coupling where nothing is said.
+/// Relative tolerance of the coupling where none is given.
 const TOLERANCE: f64 = 1e-6;
-/// Part of it below which repeated steps count as settled.
+/// Part of it below which repeated steps count as converged.
 const SETTLED: f64 = 0.01;
 /// Halvings of a step whose repetition does not settle.
 const HALVINGS: u32 = 10;
@@ -106,7 +106,7 @@ impl Master {
     /// Chooses the algorithm, instantiates the FMUs and sets their start values.
     ///
     /// # Errors
-    /// [`CosimError::Setting`] if the FMUs cannot follow the algorithm that was asked for; whatever an FMU returns.
+    /// [`CosimError::Setting`] if the FMUs cannot follow the algorithm that was requested; whatever an FMU returns.
     pub fn new(mut plan: MasterPlan) -> Result<Self, CosimError> {
         let rules: Vec<_> = plan.components.iter().map(|c| StepRule::of(c, &plan)).collect();
         let (algorithm, reason) = choose(&plan, &rules)?;
@@ -165,7 +165,7 @@ impl Master {
     /// Initializes, then goes from start to stop and gives the sink a row per communication point. A master runs once.
     ///
     /// # Errors
-    /// Whatever an FMU returns and cannot be mended, with its time; loops without solution; values that are not finite;
+    /// An error of an FMU that cannot be recovered, with its time; loops without solution; values that are not finite;
     /// the sink's own. The sink then holds what was computed before.
     pub fn run(&mut self, sink: &mut dyn ResultSink) -> Result<RunLog, CosimError> {
         let Some(ready) = self.ready.take() else {
@@ -283,7 +283,7 @@ impl Master {
         }
         let follows = algorithm != Algorithm::Jacobi;
         let cuts = &std::mem::take(&mut self.cuts);
-        // The end of a step from `time`, which lies at or behind `point`.
+        // The end of a step from `time`, which is at or behind `point`.
         let next = |time: f64, point: u64| {
             move |every: u64| {
                 let to = grid.time((point + every).min(grid.steps));

@@ -9,7 +9,7 @@ use crate::place::SourceSpan;
 pub struct InputMistake {
     /// Where.
     pub place: SourceSpan,
-    /// What is wrong, and the mend.
+    /// The error and the remedy.
     pub message: String,
 }
 

@@ -94,7 +94,7 @@ pub(crate) fn variable(d: &Description, variable: usize, element: usize) -> Stri
 pub struct InputLine {
     /// The inputs; `None`: there are none.
     pub references: Option<PreparedReferences>,
-    /// Where the values of the inputs lie among the exchange's reals.
+    /// Where the values of the inputs are among the exchange's reals.
     pub slots: Vec<usize>,
     /// Start of the step in s.
     pub from: f64,

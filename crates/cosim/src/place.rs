@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Where something was said.
+/// Where something was written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SourceSpan {
     /// The file (an archive's entry as `system.ssp/SystemStructure.ssd`).

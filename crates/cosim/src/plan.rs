@@ -32,7 +32,7 @@ pub struct MasterPlan {
     pub event_rows: Option<bool>,
     /// Tables of [`LinearLink::map`]: value of the output, value of the input; what is not listed stays as it is.
     pub maps: Vec<Vec<(i64, i64)>>,
-    /// What was chosen or converted on the way, to be told to the user.
+    /// What was chosen or converted on the way, to be reported to the user.
     pub notes: Vec<String>,
 }
 

@@ -57,7 +57,7 @@ impl Recorder {
             slots: Vec::new(),
             elements: Vec::new(),
         };
-        // Where the first element of each variable lies: block of others (or none), place.
+        // Where the first element of each variable is stored: block of others (or none), place.
         let mut places = std::collections::HashMap::new();
         for (n, node) in nodes.iter_mut().enumerate() {
             let (first, mut references) = (this.reals.len(), Vec::new());

@@ -1,8 +1,8 @@
 //! Where results go: a [`ResultSink`] takes them row by row; [`Results`] is one that writes a file, [`SeriesMemory`] one that keeps
 //! them.
 //!
-//! The master tells the sink the columns once ([`ResultSink::begin`]) and then hands over one [`ResultRow`] per communication
-//! point or event: a time and a flat [`RowValues`] that it fills anew each time. Nothing is allocated per row, texts that
+//! The master passes the columns to the sink once ([`ResultSink::begin`]) and then hands over one [`ResultRow`] per communication
+//! point or event: a time and a flat [`RowValues`] that it fills again each time. Nothing is allocated per row, texts that
 //! grow excepted.
 //!
 //! ```
@@ -36,7 +36,7 @@ use crate::error::CosimError;
 pub use memory::SeriesMemory;
 use place::ResultPlace;
 
-/// What the values of a column are, which also says where they lie in [`RowValues`].
+/// What the values of a column are, which also defines where they are in [`RowValues`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColumnKind {
     /// `Float64`, `Real`: in [`RowValues::reals`].
@@ -74,7 +74,7 @@ impl ColumnKind {
     }
 }
 
-/// A column of the results; the column `time` (s) stands before all and is not among them.
+/// A column of the results; the column `time` (s) is before all and not among them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ResultColumn {
     /// Its name, `component.variable[1]`.
@@ -138,7 +138,7 @@ impl RowValues {
         values
     }
 
-    /// Forgets all values and keeps the memory, to be filled anew.
+    /// Forgets all values and keeps the memory, to be filled again.
     pub fn clear(&mut self) {
         self.reals.clear();
         self.integers.clear();
@@ -158,7 +158,7 @@ impl RowValues {
     }
 }
 
-/// Per column where its value lies in `reals`, `integers` or `texts` of [`RowValues`].
+/// Per column where its value is in `reals`, `integers` or `texts` of [`RowValues`].
 pub fn slots(columns: &[ResultColumn]) -> Vec<usize> {
     let mut next = [0; 3];
     let class = |kind| match kind {
@@ -237,7 +237,7 @@ impl<A: ResultSink, B: ResultSink> ResultSink for (A, B) {
 /// same bits, Booleans as 0 or 1, an empty cell where a column is not due. Parquet: the same columns in their own types,
 /// nulls where a column is not due, units in the file's metadata under `unit.<column>`.
 ///
-/// Until then, a file that had the name is kept as `<name>.previous.csv` or `.previous.parquet`, so that nobody takes it for the new
+/// Until then, a file that had the name is kept as `<name>.previous.csv` or `.previous.parquet`, so that it is not mistaken for the new
 /// one, whatever becomes of the run.
 pub struct Results {
     place: ResultPlace,
@@ -251,7 +251,7 @@ enum ParquetOrCsv {
 }
 
 impl Results {
-    /// Opens a temporary file beside `file`, and keeps what has its name as previous.
+    /// Opens a temporary file next to `file`, and keeps what has its name as previous.
     ///
     /// # Errors
     /// [`CosimError::Results`]: the name ends with neither `.csv` nor `.parquet`; the folder cannot be written.

@@ -18,7 +18,7 @@ use crate::step_rule::{internal_step, refusal};
 use crate::system::ComponentInterface;
 use crate::value;
 
-/// What the user wants; what is left open comes from the FMU's default experiment.
+/// What the user requests; what is left open comes from the FMU's default experiment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimulateOptions {
     /// How the FMU is run; `None`: Co-Simulation where it offers that, else Model Exchange.
@@ -171,7 +171,7 @@ fn driven(d: &Description, inputs: Option<&mut InputFileTable>, wrong: &mut Vec<
     for column in &inputs.columns {
         let name = &column.name;
         let (v, element) = match value::find(d, name) {
-            Ok((v, _)) if v.causality != DescriptionCausality::Input => continue, // recordings hold outputs besides the inputs
+            Ok((v, _)) if v.causality != DescriptionCausality::Input => continue, // recordings hold outputs in addition to the inputs
             Ok((v, element)) if element.is_some() || v.dimensions.is_empty() => (v, element.unwrap_or(0)),
             Ok(_) => {
                 wrong.push(format!(
@@ -202,7 +202,7 @@ fn element_of(d: &Description, v: &DescriptionVariable, element: usize) -> Eleme
     ElementIndex { component: 0, variable, element }
 }
 
-/// What is recorded, in the order that was asked for, else that of the variables.
+/// What is recorded, in the order that was requested, else that of the variables.
 fn recorded(d: &Description, options: &SimulateOptions, wrong: &mut Vec<String>) -> Vec<RecordedElement> {
     let mut variables: Vec<&DescriptionVariable> = Vec::new();
     for name in &options.outputs {

@@ -33,7 +33,7 @@ pub(crate) fn read(file: &Path) -> Result<CosimSystem, CosimError> {
     }
     system.file = file.into();
     system.notes.append(&mut reader.notes);
-    // A system that is used several times says its mistakes several times.
+    // A system that is used several times reports its mistakes several times.
     mistakes.sort_by(|a, b| (&a.place.file, a.place.line).cmp(&(&b.place.file, b.place.line)));
     mistakes.dedup();
     if mistakes.is_empty() { Ok(system) } else { Err(CosimError::System(mistakes)) }

@@ -27,7 +27,7 @@ const ROUNDING: f64 = 1e-6;
 pub(crate) enum InputFollowing {
     /// FMI 2.0, `canInterpolateInputs`: `fmi2SetRealInputDerivatives`.
     Derivatives,
-    /// FMI 3.0, `providesIntermediateUpdate`: it asks within its steps.
+    /// FMI 3.0, `providesIntermediateUpdate`: it requests inputs within its steps.
     Intermediate,
     /// The step in as many parts as there are places of the step (0 to 1); at each the inputs are held over its part.
     Held(&'static [f64]),
@@ -50,7 +50,7 @@ impl StepRule {
         let offered = component.description().co_simulation.as_ref();
         let offered = offered.filter(|_| component.interface == ComponentInterface::CoSimulation)?;
         let step = plan.grid.step * f64::from(component.every);
-        // Who asks for lines asks for the parts that make them.
+        // A request for lines includes the parts that they require.
         let asked = plan.algorithm.is_some_and(|a| a != Algorithm::Jacobi);
         Some(Self::new(component.description(), offered, step, asked))
     }
@@ -79,7 +79,7 @@ impl StepRule {
         let inputs = || d.variables.iter().filter(|v| is_continuous_input(v));
         rule.way = match d.version {
             FmiVersion::V2 if offered.can_interpolate_inputs => InputFollowing::Derivatives,
-            // Asked for its inputs, an FMU holds them over its next internal step, of unknown length: first order. So parts
+            // An FMU that requests its inputs holds them over its next internal step, of unknown length: first order. So parts
             // come before intermediate updates.
             _ if rule.allows(step / PARTS.len() as f64) => InputFollowing::Held(&PARTS),
             FmiVersion::V3 if updates && inputs().all(|v| v.intermediate_update) => {
@@ -92,7 +92,7 @@ impl StepRule {
         rule
     }
 
-    /// It may be given a step of this length (s) where a longer one was asked for.
+    /// It may be given a step of this length (s) where a longer one was requested.
     pub(crate) fn allows(&self, part: f64) -> bool {
         part >= self.shortest * (1.0 - ROUNDING) && self.internal.is_none_or(|h| is_multiple(part, h))
     }
@@ -102,7 +102,7 @@ impl StepRule {
         self.shortest == 0.0 && self.internal.is_none()
     }
 
-    /// What it is given are samples: its inputs are held as they are, its outputs too.
+    /// Its inputs are samples: its inputs are held as they are, its outputs too.
     pub(crate) fn samples(&self) -> bool {
         self.way == InputFollowing::Held(&START)
     }
@@ -156,7 +156,7 @@ pub(crate) fn is_multiple(step: f64, internal: f64) -> bool {
 }
 
 /// Why communication steps of `step` s over `span` s, the last one shorter where it has to be, are none for this FMU, and the
-/// mend; `None`: they are.
+/// remedy; `None`: they are.
 pub(crate) fn refusal(offered: &Offered, step: f64, span: f64) -> Option<String> {
     let rest = span - (span / step + grid::ROUNDING).floor() * step;
     let even = rest.abs() <= grid::ROUNDING * step;

@@ -28,7 +28,7 @@ pub enum StepLimit {
 pub struct Advance {
     /// Time reached in s: the end of the step, or less if `terminate` or `event`.
     pub time: f64,
-    /// The FMU wants to end the run.
+    /// The FMU requests to end the run.
     pub terminate: bool,
     /// It stopped at an event before the end of the step, see [`SystemStepper::stop_at_events`].
     pub event: bool,
@@ -50,15 +50,15 @@ pub const SLOTS: usize = 4;
 ///
 /// 1. [`save`](SystemStepper::save), if the algorithm may roll back;
 /// 2. [`step`](SystemStepper::step). All inputs have been set to their values at `from` (not so if `nodes[i].line.dirty`). With [`StepLimit::Line`] the
-///    continuous inputs that come from outside lie in `nodes[i].line` of each of its nodes (`line.at(t)`,
+///    continuous inputs that come from outside are in `nodes[i].line` of each of its nodes (`line.at(t)`,
 ///    [`InstanceNode::set_on_line`]); what is connected inside the stepper is on the line too and is overwritten by a stepper
-///    that knows better;
+///    that contains a better estimate;
 /// 3. [`stay`](SystemStepper::stay) and the exchange: outputs of all nodes are read, inputs set, loops solved, as of `to`;
 /// 4. [`settle`](SystemStepper::settle) and the exchange again, until nothing changes any more: events at `to`;
 /// 5. [`restore`](SystemStepper::restore), if the step is to be repeated or was rejected; then from 2.
 ///
 /// A step goes to `to` exactly: events on the way, and steps that an FMU discards, are the stepper's own affair. It ends earlier
-/// only if an FMU wants to end the run. What cannot be mended is an [`CosimError`] with FMU, call and time.
+/// only if an FMU requests to end the run. What cannot be recovered is an [`CosimError`] with FMU, call and time.
 pub trait SystemStepper: Send {
     /// Indices of its nodes.
     fn nodes(&self) -> &[usize];
@@ -76,7 +76,7 @@ pub trait SystemStepper: Send {
     /// Goes from `from` to `to` (s).
     ///
     /// # Errors
-    /// Whatever an FMU returns and cannot be mended by shorter steps.
+    /// An error of an FMU that shorter steps do not avoid.
     fn step(
         &mut self,
         nodes: &mut [InstanceNode],
@@ -85,7 +85,7 @@ pub trait SystemStepper: Send {
         within: StepLimit,
     ) -> Result<Advance, CosimError>;
 
-    /// As [`step`](SystemStepper::step); `None`: `to` was reached and nothing is to be told.
+    /// As [`step`](SystemStepper::step); `None`: `to` was reached and nothing is to be reported.
     ///
     /// # Errors
     /// As [`step`](SystemStepper::step).
@@ -114,7 +114,7 @@ pub trait SystemStepper: Send {
     }
 
     /// Of one that [is plain](SystemStepper::is_plain): so many regular steps have been made for it, `in_parts` of them in the parts
-    /// that [`following`](SystemStepper::following) says.
+    /// that [`following`](SystemStepper::following) returns.
     fn made(&mut self, steps: u64, in_parts: u64) {
         let _ = (steps, in_parts);
     }
@@ -149,7 +149,7 @@ pub trait SystemStepper: Send {
     /// From now on a step ends at an event, before it is handled; [`settle`](SystemStepper::settle) then does.
     fn stop_at_events(&mut self) {}
 
-    /// A step may stop at an event whose time nobody knows beforehand.
+    /// A step may stop at an event whose time is not known beforehand.
     fn may_stop(&self, nodes: &[InstanceNode]) -> bool {
         let _ = nodes;
         false
@@ -161,7 +161,7 @@ pub trait SystemStepper: Send {
         None
     }
 
-    /// An event that came whatever the inputs did lies in its last step, or at its end, where outputs may show what comes of it before it is handled, as
+    /// An event that came whatever the inputs did is in its last step, or at its end, where outputs may show what comes of it before it is handled, as
     /// those of a sampled controller do: by how much they changed is no slope.
     fn jumps(&self) -> bool {
         false
@@ -187,7 +187,7 @@ pub trait SystemStepper: Send {
         Ok(EventSettled::default())
     }
 
-    /// What it chose and did, to be told to the user.
+    /// What it chose and did, to be reported to the user.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }

@@ -1,5 +1,5 @@
 //! Files, also those inside archives: `system.ssp/resources/plant.fmu`. What must be a file on disk is unpacked into a
-//! temporary folder of its own under its own name; no entry is ever written where its archive says.
+//! temporary folder of its own under its own name; no entry is ever written where its archive directs.
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
@@ -32,7 +32,7 @@ impl Store {
         }
     }
 
-    /// Where it lies on disk; unpacked if need be, and there as long as the store.
+    /// Its place on disk; unpacked if need be, and there as long as the store.
     pub(crate) fn on_disk(&mut self, path: &Path) -> Result<PathBuf, String> {
         self.disk(path, 0)
     }

@@ -24,7 +24,7 @@ pub(crate) struct StraightSegment {
     program: Program,
     /// Inputs on lines; `None`: held.
     lines: Option<InputLines>,
-    /// Where the inputs on lines lie among the exchange's reals, and of which node they are.
+    /// Where the inputs on lines are among the exchange's reals, and of which node they are.
     slots: Vec<usize>,
     spans: Vec<(usize, Range<usize>)>,
 }

@@ -22,9 +22,9 @@ pub struct CosimSystem {
     pub record: Vec<RecordedVariable>,
     /// Inputs over time from a file.
     pub inputs: Option<InputFile>,
-    /// Names of the system's own connectors, and the inputs or outputs of components that they stand for.
+    /// Names of the system's own connectors, and the inputs or outputs of components that they refer to.
     pub connectors: Vec<(String, Vec<VariablePort>)>,
-    /// What was left out or chosen while reading, to be told to the user.
+    /// What was left out or chosen while reading, to be reported to the user.
     pub notes: Vec<String>,
     /// Each component will have a process of its own, so that of an FMU that may be had once per process there may be many.
     pub own_processes: bool,
@@ -37,7 +37,7 @@ pub struct InputFile {
     pub file: PathBuf,
     /// Column and the input that it drives; empty: columns bear the inputs' names, `component.variable`.
     pub columns: Vec<(String, VariablePort)>,
-    /// Where it was said.
+    /// Where it was written.
     pub place: SourceSpan,
 }
 
@@ -55,7 +55,7 @@ pub struct SystemComponent {
     pub start: Vec<StartValue>,
     /// Own communication step in s, a whole multiple of the master's; `None`: the master's.
     pub step: Option<f64>,
-    /// Where it was said.
+    /// Where it was written.
     pub place: SourceSpan,
 }
 
@@ -110,13 +110,13 @@ pub struct StartValue {
     pub variable: String,
     /// Its values as text, of an array row by row; of numbers one text may hold several, separated by commas.
     pub values: Vec<String>,
-    /// Unit of the value where it was said, to be converted; `None`: that of the variable.
+    /// Unit of the value where it was written, to be converted; `None`: that of the variable.
     pub unit: Option<DescriptionUnit>,
     /// Factor and offset, after the conversion of units.
     pub linear: Option<(f64, f64)>,
     /// It comes from a set of values that may hold more than the FMU has: skipped if there is no such variable.
     pub optional: bool,
-    /// Where it was said.
+    /// Where it was written.
     pub place: SourceSpan,
 }
 
@@ -137,7 +137,7 @@ pub struct Connection {
     pub map: Vec<(String, String)>,
     /// Convert units where they differ but measure the same.
     pub convert_units: bool,
-    /// Where it was said.
+    /// Where it was written.
     pub place: SourceSpan,
 }
 
@@ -150,7 +150,7 @@ pub struct VariablePort {
     pub variable: String,
 }
 
-/// How to run; what is `None` comes from the FMUs' default experiments or is chosen by the master, which says why.
+/// How to run; what is `None` comes from the FMUs' default experiments or is chosen by the master, which reports why.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunSettings {
     /// Start in s.
@@ -166,7 +166,7 @@ pub struct RunSettings {
     /// Rows at both sides of events between communication points; `None`: of a single unit (one FMU, or several in Model
     /// Exchange).
     pub event_rows: Option<bool>,
-    /// Where it was said.
+    /// Where it was written.
     pub place: SourceSpan,
 }
 
@@ -194,7 +194,7 @@ pub struct RecordedVariable {
     pub column: Option<String>,
     /// Every this many communication points; 0 and 1: all.
     pub every: u32,
-    /// Where it was said.
+    /// Where it was written.
     pub place: SourceSpan,
 }
 
@@ -234,7 +234,7 @@ words! { Algorithm, "algorithm":
 }
 
 impl CosimSystem {
-    /// What a name stands for, `component.variable`: where the component ends is looked up, both may contain dots.
+    /// What a name denotes, `component.variable`: where the component ends is looked up, both may contain dots.
     /// `None` if it names no variable.
     pub fn port(&self, name: &str) -> Option<VariablePort> {
         ComponentNames::of(&self.components).port(name)
@@ -283,7 +283,7 @@ impl<'a> ComponentNames<'a> {
         Self(components.iter().map(|c| c.name.as_str()).collect())
     }
 
-    /// The component with the longest name that fits; of an unknown one what stands before the first dot.
+    /// The component with the longest name that fits; of an unknown one the part before the first dot.
     pub(crate) fn port(&self, text: &str) -> Option<VariablePort> {
         let of = |component: &str, variable: &str| VariablePort {
             component: component.into(),

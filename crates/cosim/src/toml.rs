@@ -30,7 +30,7 @@ pub(crate) fn read(file: &Path) -> Result<CosimSystem, CosimError> {
     parse(&text, file)
 }
 
-/// Reads a text that stands in this file.
+/// Reads a text of this file.
 pub(crate) fn parse(text: &str, file: &Path) -> Result<CosimSystem, CosimError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
@@ -57,7 +57,7 @@ struct SystemTomlReader<'a> {
     mistakes: Vec<InputMistake>,
 }
 
-/// Keys that belong above the first table; below it they are taken for keys of that table.
+/// Keys that belong above the first table; below it they are interpreted as keys of that table.
 const TOP: [&str; 3] = ["connections", "record", "inputs"];
 
 impl SystemTomlReader<'_> {

@@ -313,7 +313,7 @@ fn faults_in_a_coupled_run_name_fmu_and_time() {
             let error = error(&problem, &memory, &MASSES);
             println!("fault {fault}: {error:e}, {} discarded", log.discarded);
             assert!(error <= 1.05 * exact, "{fault}: {error:e}");
-            // An FMU of FMI 3.0 may return early instead, or be asked for short steps from the beginning.
+            // An FMU of FMI 3.0 may return early instead, or be called with short steps from the beginning.
             if fault != "9" || version == BlockVersion::Two {
                 assert_eq!(log.discarded > 0, fault != "1", "{fault}");
             }
@@ -323,7 +323,7 @@ fn faults_in_a_coupled_run_name_fmu_and_time() {
 
 /// The shortest way (straight.rs) is taken by systems of FMUs that step at all points and hand doubles on without loops. One
 /// more FMU, coupled to nothing, that steps at every second point sends the others the general way; where that would make
-/// other slopes of lines, a loop of two FMUs beside them does.
+/// other slopes of lines, a loop of two FMUs next to them does.
 #[test]
 fn the_short_way_gives_the_same_bits_as_the_general_one() {
     if skip() {

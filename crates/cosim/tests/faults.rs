@@ -22,7 +22,7 @@ const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
   <ModelStructure><Outputs><Unknown index="3"/></Outputs></ModelStructure>
 </fmiModelDescription>"#;
 
-/// The unpacked FMU, or `None`, said aloud.
+/// The unpacked FMU, or `None` with a message.
 fn fmu() -> Option<(tempfile::TempDir, Arc<UnpackedFmu>)> {
     equal_steps(false)
 }

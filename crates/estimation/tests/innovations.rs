@@ -254,7 +254,7 @@ fn gains_of_several_intensities_are_those_of_each() {
         let d = Drawn::new(seed, seed % 2 == 1);
         let counted = vec![true; NODES * CHANNELS];
         let one = d.gains(&counted).input;
-        // One more than pass beside each other, and the rest of them.
+        // One more than are filtered side by side, and the rest.
         let inputs: Vec<_> = (0..BANK + 3)
             .map(|k| {
                 let mut input = one.clone();

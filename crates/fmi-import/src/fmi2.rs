@@ -36,7 +36,7 @@ pub struct Fmi2Instance {
     callbacks: Option<Box<fmi2CallbackFunctions>>,
 }
 
-// SAFETY: FMI asks that one thread at a time calls an instance, not that it is always the same.
+// SAFETY: FMI requires that one thread at a time calls an instance, not that it is always the same.
 unsafe impl Send for Fmi2Instance {}
 
 impl Fmi2Instance {
@@ -108,7 +108,7 @@ impl Fmi2Instance {
         self.core.live.messages()
     }
 
-    /// Which debug messages are wanted; no category: all.
+    /// Which debug messages are requested; no category: all.
     ///
     /// # Errors
     /// Whatever `fmi2SetDebugLogging` returns.
@@ -255,7 +255,7 @@ impl Fmi2Instance {
     /// A block to be read or written again and again.
     ///
     /// # Errors
-    /// None; as in [FMI 3.0](crate::fmi3::Fmi3Instance::prepare), where sizes of arrays are asked for.
+    /// None; as in [FMI 3.0](crate::fmi3::Fmi3Instance::prepare), where sizes of arrays are queried.
     pub fn prepare(&mut self, references: &[u32]) -> Result<PreparedReferences, ImportError> {
         Ok(PreparedReferences { references: references.into(), count: references.len(), epoch: 0 })
     }

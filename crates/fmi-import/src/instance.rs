@@ -39,7 +39,7 @@ const MESSAGES: usize = 10;
 const REASONS: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"];
 
 /// Either interface.
-#[allow(clippy::missing_errors_doc, reason = "one sentence at the type says it")]
+#[allow(clippy::missing_errors_doc, reason = "one sentence at the type states it")]
 impl AnyInstance {
     /// Instantiates for Co-Simulation; `how` is for FMI 3.0.
     pub fn co_simulation(
@@ -198,7 +198,7 @@ impl AnyInstance {
 }
 
 /// Co-Simulation.
-#[allow(clippy::missing_errors_doc, reason = "one sentence at the type says it")]
+#[allow(clippy::missing_errors_doc, reason = "one sentence at the type states it")]
 impl AnyInstance {
     /// Steps from `time` by `step` s; `None`: the whole step was made and there is nothing to report. A Discard is no error.
     #[inline]
@@ -228,7 +228,7 @@ impl AnyInstance {
 }
 
 /// Model Exchange.
-#[allow(clippy::missing_errors_doc, reason = "one sentence at the type says it")]
+#[allow(clippy::missing_errors_doc, reason = "one sentence at the type states it")]
 impl AnyInstance {
     /// Numbers of states and event indicators.
     pub fn counts(&mut self) -> Result<(usize, usize), ImportError> {

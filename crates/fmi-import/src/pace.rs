@@ -1,13 +1,13 @@
-//! Whether a run comes forward: how far steps and events lead.
+//! Whether a run advances: progress in time per number of steps and events.
 
 use trueup_numerics::ShortNumber;
 
-/// Steps after which it is looked how far they led.
+/// Steps after which their progress is checked.
 const STEPS: usize = 100_000;
-/// The part of the whole run that so many steps have to lead on average each: below it the rest would take more than ten
+/// The part of the whole run that each step has to advance on average: below it the rest would take more than ten
 /// thousand times what the steps took that were looked at (decision 0035).
 const LEAST: f64 = 1e-9;
-/// Events after which it is looked how far they led, and the part of the run below which that is worth a word.
+/// Events after which their progress is checked, and the part of the run below which it is reported.
 const EVENTS: usize = 10_000;
 const STORM: f64 = 1e-2;
 
@@ -25,7 +25,7 @@ impl Pace {
         Self { steps: (0, time), events: (0, time), told: false }
     }
 
-    /// More steps have led to `time`, in a run of `span` s: what is wrong if that is next to nowhere.
+    /// More steps have reached `time` in a run of `span` s: a message if that is almost no progress.
     pub fn steps(&mut self, more: usize, time: f64, span: f64) -> Option<String> {
         let (steps, since) = self.steps;
         let steps = steps + more;
@@ -71,7 +71,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Steps of these parts of a run of `span` s, one by one: after how many it is said that they lead nowhere.
+    /// Steps of these parts of a run of `span` s, one by one: after how many the lack of progress is reported.
     fn stops(span: f64, parts: impl IntoIterator<Item = f64>) -> Option<usize> {
         let (mut pace, mut time) = (Pace::at(0.0), 0.0);
         parts.into_iter().position(|part| {

@@ -1,4 +1,4 @@
-//! Joints whose recordings the adaptive driver makes, as they are and as their owner has them.
+//! Joints whose recordings the adaptive driver makes, as they are and as they are assumed to be.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -48,7 +48,7 @@ pub(crate) enum Sampling {
     Coarse,
 }
 
-/// A joint as it is, and what its owner has otherwise.
+/// A joint as it is, and the assumed values that differ.
 pub(crate) struct MadeJoint<'a> {
     /// Of the drive and of the noise.
     pub(crate) seed: u64,
@@ -62,13 +62,13 @@ pub(crate) struct MadeJoint<'a> {
     pub(crate) flexible: bool,
     /// Viscous friction of its motor, N.m.s/rad.
     pub(crate) viscous: f64,
-    /// Effects with their parameters; the owner knows nothing of them.
+    /// Effects with their parameters; the nominal model has none of them.
     pub(crate) effects: &'a [(&'a str, &'a [f64])],
     /// Size of a torque on the load that is recorded, N.m.
     pub(crate) external: f64,
     /// Channels that are recorded.
     pub(crate) channels: &'a [&'a str],
-    /// What the owner has of parameters, where it is not as it is.
+    /// Assumed values of parameters, where they differ from the true ones.
     pub(crate) believed: &'a [(&'a str, ParameterValue)],
 }
 
@@ -155,7 +155,7 @@ impl MadeJoint<'_> {
         }
     }
 
-    /// The case that its owner has.
+    /// The case with the assumed values.
     pub(crate) fn case(&self) -> Loaded {
         let ids: Vec<&str> = self.effects.iter().map(|e| e.0).collect();
         let joint = TwoMassJoint::new(self.flexible, &ids).unwrap();

@@ -40,7 +40,7 @@ impl StepControl {
         room / (APPROACH * self.span) * if points < NODES { CAUTION } else { 1.0 }
     }
 
-    /// The error per s that inputs amount to that miss what they stand for by `missed` all the time: where what is left of the
+    /// The error per s caused by inputs that miss their sources by `missed` all the time: where what is left of the
     /// tolerance is missed, this is what is allowed.
     pub(super) fn pace(&self, missed: f64) -> f64 {
         missed / (APPROACH * self.span)
@@ -53,7 +53,7 @@ impl StepControl {
         self.step *= if factor.is_finite() { factor.clamp(SHRINK, SAFETY) } else { SHRINK };
     }
 
-    /// A jump was stepped over, whose error says nothing about the next step.
+    /// A jump was stepped over, whose error gives no information about the next step.
     pub(super) fn jumped(&mut self, error: f64) {
         (self.error, self.largest) = (error, self.largest.max(error));
         (self.before, self.rejected) = (1.0, 0);

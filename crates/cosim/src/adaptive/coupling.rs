@@ -21,7 +21,7 @@ impl History {
         self.values.push(row);
     }
 
-    /// Only the newest point is left: what was before tells nothing about what comes.
+    /// Only the newest point is left: earlier points do not predict later ones.
     pub(super) fn restart(&mut self) {
         let keep = self.times.len().saturating_sub(1);
         self.times.drain(..keep);
@@ -46,7 +46,7 @@ impl History {
         nodes
     }
 
-    /// What the polynomial through the nodes of the predictor says that the inputs are at the step's end.
+    /// The inputs at the step's end by the polynomial through the nodes of the predictor.
     pub(super) fn extrapolate(&self, nodes: &Nodes, values: &mut [f64]) {
         values.fill(0.0);
         let rows = self.values.iter().skip(self.len() - nodes.len());
@@ -95,7 +95,7 @@ impl Nodes {
         &self.at[..self.count]
     }
 
-    /// Those of the corrector: the step's end instead of the oldest one (of a single node: beside it).
+    /// Those of the corrector: the step's end instead of the oldest one (of a single node: in addition to it).
     pub(super) fn corrector(&self) -> Self {
         let mut nodes = Self::default();
         self.slice().iter().skip(usize::from(self.count > 1)).for_each(|s| nodes.push(*s));
@@ -138,7 +138,7 @@ impl Nodes {
     }
 
     /// The mean over the step by which the corrector's polynomial misses the inputs, as a part of what the predictor's
-    /// misses them by at the step's end; 0 of a single node, which tells nothing about a line.
+    /// misses them by at the step's end; 0 of a single node, which defines no line.
     pub(super) fn missed(&self) -> f64 {
         if self.count < 2 {
             return 0.0;

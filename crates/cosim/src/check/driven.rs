@@ -35,7 +35,7 @@ fn refusal(v: &DescriptionVariable) -> Option<&'static str> {
     }
 }
 
-/// The elements that columns drive; the columns become what they are to them. Recordings hold outputs besides inputs: without a list
+/// The elements that columns drive; the columns become what they are to them. Recordings hold outputs in addition to inputs: without a list
 /// of columns those are named and left alone.
 pub(super) fn driven<'a>(
     system: &'a CosimSystem,
@@ -154,7 +154,7 @@ impl Driving<'_, '_, '_> {
     }
 }
 
-/// What of the file lies beside the run.
+/// What of the file is outside the run's time.
 pub(super) fn span(inputs: &InputFileTable, grid: &CommunicationGrid, report: &mut Report) {
     let times = || inputs.columns.iter().flat_map(|c| c.times.iter().copied());
     let Some(first) = times().min_by(f64::total_cmp) else { return };

@@ -19,12 +19,12 @@ pub struct Files {
 }
 
 impl Files {
-    /// An FMU that is open already stands for this file.
+    /// An FMU that is open is already used for this file.
     pub fn hold(&mut self, file: &Path, fmu: &Arc<UnpackedFmu>) {
         self.fmus.insert(file.to_owned(), Ok(Arc::clone(fmu)));
     }
 
-    /// Inputs from memory stand for the file that they name; a column that drives nothing is a mistake, as in a file.
+    /// Inputs from memory replace the file that they name; a column that drives nothing is a mistake, as in a file.
     pub fn hold_inputs(&mut self, inputs: InputFileTable) {
         self.inputs.insert(inputs.file.clone(), Ok(inputs));
     }
@@ -36,7 +36,7 @@ impl Files {
         let missing = || format!("there is no file {}{}", file.display(), beside(file));
         let opened = match self.store.on_disk(file) {
             Ok(disk) => UnpackedFmu::open_as(&disk, file).map_err(|e| {
-                // In an archive: as the user knows it.
+                // In an archive: under the name that the user gave.
                 e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
             }),
             Err(_) if folder(file).is_dir() => Err(missing()),
@@ -67,7 +67,7 @@ impl Files {
     }
 }
 
-/// Where a file lies.
+/// Where a file is.
 fn folder(file: &Path) -> &Path {
     file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -17,7 +17,7 @@ use crate::system::{Connection, ConnectionHop, CosimSystem, SourceSpan, Variable
 pub(super) struct Drivers<'a>(HashMap<ElementIndex, &'a SourceSpan>);
 
 impl<'a> Drivers<'a> {
-    /// Claims an input; says where it was claimed before.
+    /// Claims an input; returns where it was claimed before.
     pub(super) fn claim(&mut self, to: ElementIndex, place: &'a SourceSpan) -> Result<(), &'a SourceSpan> {
         match self.0.insert(to, place) {
             Some(before) => Err(before),

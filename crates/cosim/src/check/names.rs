@@ -4,7 +4,7 @@ use trueup_fmi_description::description::{ArrayDimension, Description, Descripti
 
 use crate::mistake::suggestion;
 
-/// What a name stands for: elements (variable, position in it), row by row, and their shape.
+/// What a name denotes: elements (variable, position in it), row by row, and their shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ResolvedName {
     /// Variable and position in it, row by row.
@@ -106,8 +106,8 @@ pub fn element(d: &Description, variable: usize, element: usize) -> String {
     }
 }
 
-/// As [`element`], of a variable that was asked for by its name, an alias of it, or an element of either: by the name
-/// that was asked for.
+/// As [`element`], of a variable that was requested by its name, an alias of it, or an element of either: by the name
+/// that was requested.
 pub(crate) fn asked(d: &Description, name: &str, variable: usize, at: usize) -> String {
     let own = element(d, variable, at);
     let Some(v) = d.variables.get(variable) else { return own };
@@ -127,7 +127,7 @@ pub(crate) fn size(shape: &[usize]) -> String {
     }
 }
 
-/// What a recorded element is called without its indices: all of it for an element that was asked for by name.
+/// What a recorded element is called without its indices: all of it for an element that was requested by name.
 pub(crate) fn stem<'a>(asked: &str, element: &'a str) -> &'a str {
     if asked.ends_with(']') { element } else { element.get(..asked.len()).unwrap_or(element) }
 }

@@ -26,7 +26,7 @@ impl CheckedPart {
     }
 }
 
-/// The components; what could not be loaded is said once and left out.
+/// The components; what could not be loaded is reported once and left out.
 pub(super) struct CheckedParts<'a> {
     pub(super) list: Vec<Option<CheckedPart>>,
     pub(super) by_name: HashMap<&'a str, usize>,
@@ -52,7 +52,7 @@ impl<'a> CheckedParts<'a> {
         Self { list, by_name }
     }
 
-    /// The component of a port; `None` if it is not known (which is said here) or not loaded (which was said before).
+    /// The component of a port; `None` if it is not known (which is reported here) or not loaded (which was reported before).
     pub(super) fn find(
         &self,
         port: &VariablePort,

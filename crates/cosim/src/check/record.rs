@@ -11,7 +11,7 @@ use crate::plan::{ElementIndex, RecordedElement};
 use crate::system::ComponentNames;
 use crate::system::{CosimSystem, SourceSpan, VariablePort};
 
-/// All outputs where nothing is asked for.
+/// All outputs where nothing is requested.
 pub(super) fn recorded(
     system: &CosimSystem,
     parts: &CheckedParts,
@@ -94,7 +94,7 @@ pub(super) fn recorded(
                 break;
             }
             let name = names::asked(d, &port.variable, variable, element);
-            // A new name stands for the whole; elements keep their indices.
+            // A new name denotes the whole; elements keep their indices.
             let column = match column {
                 Some(new) => format!(
                     "{new}{}",

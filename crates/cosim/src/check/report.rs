@@ -6,7 +6,7 @@ use crate::mistake::InputMistake;
 use crate::place::SourceSpan;
 use crate::system::SystemComponent;
 
-/// What is to be told.
+/// What is to be reported.
 #[derive(Default)]
 pub(super) struct Report {
     pub(super) mistakes: Vec<InputMistake>,

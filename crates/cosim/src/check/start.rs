@@ -26,7 +26,7 @@ pub(super) struct Starts {
 /// Values of one variable in the making.
 struct Making {
     values: ValueBuffer,
-    /// Elements that nobody has given a value yet.
+    /// Elements without a value yet.
     missing: Vec<bool>,
 }
 

@@ -25,7 +25,7 @@ impl<'a> Typed<'a> {
         }
     }
 
-    /// Number of what a map says: an integer, an item's name, a Boolean.
+    /// Number of an entry of a map: an integer, an item's name, a Boolean.
     pub(super) fn number(self, text: &str) -> Option<i64> {
         let text = text.trim();
         match self.v.kind {

@@ -2,7 +2,7 @@
 
 use trueup_fmi_description::description::{BaseUnit, Description, DescriptionUnit, DescriptionVariable};
 
-/// A unit that everybody knows by its name (mm, deg, rpm), as sidecars of recordings do.
+/// A unit in common use by its name (mm, deg, rpm), as sidecars of recordings do.
 pub(crate) fn of_everybody(name: &str) -> Option<DescriptionUnit> {
     // Some tools write `[rad]`.
     let bare = name.strip_prefix('[').and_then(|n| n.strip_suffix(']')).unwrap_or(name);
@@ -25,7 +25,7 @@ pub(crate) enum Conversion {
     Same,
     /// target = factor * source + offset
     By(f64, f64),
-    /// They differ, and nobody says what they are; values are handed on as they are.
+    /// They differ and are not defined; values are handed on as they are.
     Unknown,
     /// The quantities differ in angle alone, which SI counts as 1: converted, but worth a word.
     Angle(f64, f64),

@@ -15,7 +15,7 @@ pub(super) struct Saved {
     turns: Vec<(f64, f64)>,
 }
 
-/// Result of a step that was repeated until its inputs settled.
+/// Result of a step that was repeated until its inputs converged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attempt {
     /// What the steppers did, in the last repetition.
@@ -96,7 +96,7 @@ impl Coupling {
         })
     }
 
-    /// The nominal value of what lies in a slot.
+    /// The nominal value of a slot's value.
     pub fn nominal(&self, slot: usize) -> f64 {
         let e = self.exchange.element(slot);
         let d = self.nodes[e.component].description();

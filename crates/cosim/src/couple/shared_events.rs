@@ -19,7 +19,7 @@ pub(super) enum EventTreatment {
 
 /// Who may stop on the way, and who then goes back.
 pub(super) struct SharedEvents {
-    /// All units as they step. Where that is free, those that may stop come first, so that nobody has to go back if only one
+    /// All units as they step. Where that is free, those that may stop come first, so that no other has to go back if only one
     /// of them may.
     order: Vec<usize>,
     /// Per unit: it can go back, and another one behind it may stop.
@@ -28,7 +28,7 @@ pub(super) struct SharedEvents {
     begun: Vec<(f64, bool)>,
     /// Per unit: what it did in the step.
     did: Vec<Advance>,
-    /// Per unit that could not go back: how often it stood behind an event of another, and by how much at most, in s.
+    /// Per unit that could not go back: how often it was behind an event of another, and by how much at most, in s.
     behind: Vec<(u64, f64)>,
 }
 
@@ -63,7 +63,7 @@ impl SharedEvents {
         for ((begun, did), turn) in self.begun.iter_mut().zip(&mut self.did).zip(&all.turns) {
             (*begun, *did) = ((turn.time, false), Advance::default());
         }
-        // Events whose time is known beforehand need nobody to go back.
+        // Events whose time is known beforehand need no unit to go back.
         let known = all.steppers.iter().zip(&all.turns).filter_map(|(s, turn)| {
             s.next_event(turn.time).filter(|next| to - next > ROUNDING * (to - turn.time))
         });

@@ -7,7 +7,7 @@ use crate::error::CosimError;
 use crate::node::{self, InstanceNode};
 use crate::plan::ElementIndex;
 
-/// Where a value lies.
+/// Where a value is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ValueSlot {
     /// Among the reals.

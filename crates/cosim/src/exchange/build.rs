@@ -212,7 +212,7 @@ impl Ports {
     fn acts(&self, components: &[Vec<usize>]) -> Vec<Act> {
         let in_loop = |p: &usize| components[self.list[*p].component].len() > 1;
         let mut order: Vec<usize> = (0..self.list.len()).collect();
-        order.sort_by_key(|p| self.list[*p].node); // what belongs together lies together
+        order.sort_by_key(|p| self.list[*p].node); // what belongs together is stored together
         let mut at: BTreeMap<usize, [Vec<usize>; 2]> = BTreeMap::new();
         for p in &order {
             let ExchangePort { output, stage, needed, .. } = self.list[*p];
@@ -277,7 +277,7 @@ struct ExchangeBuilder<'a> {
     nodes: &'a mut [InstanceNode],
     ports: Ports,
     bank: ElementBank,
-    /// Where the first element of a port lies.
+    /// Where the first element of a port is stored.
     spots: Vec<Option<ValueSlot>>,
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Solved by Newton, r(u) = G(u) - u, (I - G') du = r, damped by halving until the residual shrinks. G' comes from
 //! directional derivatives where an FMU provides them, else from differences; it is kept from one time to the next and
-//! made anew when it no longer serves. The first try is du = r: a loop that is only apparent (an FMU that does not declare
+//! computed again when it no longer serves. The first try is du = r: a loop that is only apparent (an FMU that does not declare
 //! its dependencies) is then done without a derivative.
 
 use trueup_numerics::linear::{lu_factor, lu_solve};
@@ -295,7 +295,7 @@ impl Loop {
         CosimError::Loop { time, reason: reason.into(), variables }
     }
 
-    /// I - G' at u, factored; `false` if it is singular. `r` and the FMUs stand at u before and after.
+    /// I - G' at u, factored; `false` if it is singular. `r` and the FMUs are at u before and after.
     fn derive(
         &mut self,
         bank: &mut ElementBank,

@@ -13,7 +13,7 @@ use crate::plan::MasterPlan;
 use crate::system::ComponentInterface;
 use crate::value;
 
-/// Passes of one event iteration after which it is held to be without end.
+/// Passes of one event iteration after which it is assumed to be endless.
 const PASSES: u32 = 100;
 
 /// Names of variables' elements, and their values.
@@ -86,7 +86,7 @@ fn settle(slave: &mut AnyInstance, time: f64) -> Result<(), CosimError> {
 
 impl Linear {
     /// Of the plan's one FMU, for Model Exchange, where a run would begin with its start values: of parameters, of inputs. `states`
-    /// are put in the place of those that it begins with; an event that is due then is handled first, which may change them.
+    /// replace those that it begins with; an event that is due then is handled first, which may change them.
     ///
     /// # Errors
     /// [`CosimError::Setting`]: several FMUs, Co-Simulation, no directional derivatives, a state that there is not. Whatever the FMU

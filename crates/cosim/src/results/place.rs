@@ -1,4 +1,4 @@
-//! Where results go: the name that was asked for, and what lies beside it until they have it.
+//! Where results go: the name that was requested, and the files next to it until they have it.
 
 use std::io::Result;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use trueup_fmi_description::whole;
 /// A name for results.
 #[derive(Clone, Debug)]
 pub(super) struct ResultPlace {
-    /// As it was said.
+    /// As it was given.
     name: PathBuf,
     /// Wherever an FMU leads the process meanwhile.
     target: PathBuf,
-    /// As it would be said.
+    /// As it would be given.
     previous: Option<PathBuf>,
 }
 
@@ -30,7 +30,7 @@ impl ResultPlace {
         &self.target
     }
 
-    /// `<name>.<what>.csv`: as it is said, and where it is.
+    /// `<name>.<what>.csv`: as it is reported, and where it is.
     pub(super) fn beside(&self, what: &str) -> (PathBuf, PathBuf) {
         let extension = self.name.extension().unwrap_or_default().to_string_lossy();
         let extension = format!("{what}.{extension}");

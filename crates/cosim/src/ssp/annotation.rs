@@ -11,7 +11,7 @@ pub(super) const TYPE: &str = "trueup";
 /// Their namespace.
 pub(super) const NAMESPACE: &str = "urn:trueup:system:1";
 
-/// What the description as a whole says.
+/// Annotations of the description as a whole.
 #[derive(Default)]
 pub(super) struct OwnAnnotation {
     pub(super) step: Option<f64>,

@@ -63,7 +63,7 @@ impl SspReader {
         done.map_err(|mistake| self.mistakes.push(mistake)).ok()
     }
 
-    /// The file that a URI means, seen from a file. What lies in an archive stays in it.
+    /// The file that a URI means, seen from a file. What is in an archive stays in it.
     pub(super) fn locate(&mut self, uri: &str, from: &Path) -> Result<PathBuf, String> {
         let text = match uri.split_once(':') {
             Some(("file", rest)) => rest.trim_start_matches("//"),
@@ -87,7 +87,7 @@ impl SspReader {
     }
 }
 
-/// The description that a component stands for, `None` for an FMU.
+/// The description that a component refers to, `None` for an FMU.
 ///
 /// # Errors
 /// Its type, which can be neither.
@@ -116,7 +116,7 @@ pub(super) fn system_by_id<'d>(document: &'d Document<'d>, id: &str) -> Option<r
     document.descendants().find(is).filter(|n| n.tag_name().name() == "System")
 }
 
-/// Prefixes that a file uses without saying what they stand for, which other tools do not notice, are declared in its
+/// Prefixes that a file uses without a declaration, which other tools do not notice, are declared in its
 /// root element.
 fn declared(mut text: Cow<str>) -> Cow<str> {
     for _ in 0..8 {

@@ -47,7 +47,7 @@ struct Flat<'a> {
     inputs: Vec<ConnectorNode<'a>>,
     /// What a system's connector hands on to, for parameters.
     outgoing: HashMap<ConnectorNode<'a>, Vec<(ConnectorNode<'a>, &'a Transformation)>>,
-    /// Elements by the owner of their system and their name.
+    /// Elements by the parent of their system and their name.
     children: HashMap<ConnectorNode<'a>, (usize, &'a SsdElement)>,
     /// Parameters that nothing here is named after.
     unmatched: Vec<String>,
@@ -89,7 +89,7 @@ pub(super) fn flatten(root: Root, mistakes: &mut Vec<InputMistake>) -> CosimSyst
 }
 
 impl<'a> Flat<'a> {
-    /// Takes an element and all in it; returns its owner. `scope`: dictionaries that can be seen from here.
+    /// Takes an element and all in it; returns its parent. `scope`: dictionaries that can be seen from here.
     fn element(&mut self, element: &'a SsdElement, name: Option<&str>, scope: &[(&'a str, usize)]) -> usize {
         let owner = self.owners.len();
         self.owners.push(Owner { component: None, connectors: &element.connectors });
@@ -120,7 +120,7 @@ impl<'a> Flat<'a> {
     ) {
         let mut scope = scope.to_vec();
         for dictionary in &inner.dictionaries {
-            // Shared by all references: one owner of all its signals.
+            // Shared by all references: one parent of all its signals.
             scope.push((dictionary, self.owners.len()));
             self.owners.push(Owner { component: None, connectors: self.owners[owner].connectors });
         }
@@ -286,12 +286,12 @@ impl<'a> Flat<'a> {
     }
 
     fn unit(&self, node: ConnectorNode) -> Option<DescriptionUnit> {
-        // A unit that the file does not define says nothing: that of the FMU holds.
+        // A unit that the file does not define has no meaning: that of the FMU holds.
         let unit = find(self.owners[node.0].connectors, node.1)?.unit.clone()?;
         unit.base.is_some().then_some(unit)
     }
 
-    /// Variables of components that a system's connector stands for, as they are: those that it drives, or the one
+    /// Variables of components that a system's connector refers to, as they are: those that it drives, or the one
     /// that drives it.
     fn behind(&self, node: ConnectorNode<'a>) -> Vec<VariablePort> {
         let (mut ports, mut left, mut seen) = (Vec::new(), vec![node], 0);

@@ -38,7 +38,7 @@ pub(super) struct SystemContent {
     pub(super) elements: Vec<SsdElement>,
     pub(super) connections: Vec<SsdConnection>,
     pub(super) dictionaries: HashSet<String>,
-    /// Names of elements that could not be read, which has been said.
+    /// Names of elements that could not be read, which has been reported.
     pub(super) failed: HashSet<String>,
 }
 
@@ -217,7 +217,7 @@ impl SspReader {
         }
     }
 
-    /// A component that stands for a system: its own name and connectors, its parameters after those of the system.
+    /// A component that refers to a system: its own name and connectors, its parameters after those of the system.
     fn replaced(
         &mut self,
         node: SspNode,
@@ -286,7 +286,7 @@ impl SspReader {
         Some(mapped)
     }
 
-    /// The file that `source` names, beside the description or inside the component.
+    /// The file that `source` names, next to the description or inside the component.
     fn reference(&mut self, node: SspNode, owner: SspNode, context: &FileContext) -> Option<PathBuf> {
         let source = node.attribute("source").unwrap_or_default();
         let base = match node.attribute("sourceBase") {

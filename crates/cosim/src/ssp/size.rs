@@ -23,7 +23,7 @@ pub(super) struct ArraySizes {
 }
 
 impl SspReader {
-    /// Whether what this system comes to can be built; if not, why stands among the mistakes.
+    /// Whether what this system comes to can be built; if not, the reason is among the mistakes.
     pub(super) fn is_buildable<'d>(
         &mut self,
         system: SspNode<'d>,
@@ -75,7 +75,7 @@ impl SspReader {
         Ok(all)
     }
 
-    /// Of the system that a component stands for; what cannot be read counts nothing here and is told by the reader.
+    /// Of the system that a component refers to; what cannot be read counts nothing here and is reported by the reader.
     fn component_size<'d>(
         &mut self,
         component: SspNode<'d>,

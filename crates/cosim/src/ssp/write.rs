@@ -55,7 +55,7 @@ pub fn write(system: &CosimSystem, plan: &MasterPlan, file: &Path) -> Result<(),
         Ok(())
     };
     pack(&mut part).map_err(fail)?;
-    #[cfg(unix)] // a temporary file is for its owner only, a result is for all
+    #[cfg(unix)] // only its creator can read a temporary file, all can read a result
     {
         use std::os::unix::fs::PermissionsExt;
         part.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;

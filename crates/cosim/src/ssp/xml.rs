@@ -23,7 +23,7 @@ impl<'a> SspText<'a> {
     }
 }
 
-/// An element. Prefixes do not matter, whatever namespace they stand for: the names of SSP are unique by themselves.
+/// An element. Prefixes do not matter, whatever namespace they denote: the names of SSP are unique by themselves.
 #[derive(Clone, Copy)]
 pub(super) struct SspNode<'d> {
     pub(super) node: roxmltree::Node<'d, 'd>,

@@ -12,17 +12,17 @@ use crate::node::InstanceNode;
 use crate::plan::PlannedComponent;
 use crate::system::ComponentInterface;
 
-/// Passes of one event iteration after which it is held to be without end.
+/// Passes of one event iteration after which it is assumed to be endless.
 const PASSES: u32 = 100;
 /// An event is located within this part of the step, and no closer than this part of the time.
 const LOCATED: f64 = 1e-9;
 const ROUNDING: f64 = 1e-12;
-/// Place for the state at the beginning of a step, beside that of who goes back as a whole.
+/// Place for the state at the beginning of a step, in addition to that of units that go back as a whole.
 const START: usize = 1;
-/// Events in a row at which time does not go on, after which they are held to be without end.
+/// Events in a row at which time does not go on, after which they are assumed to be endless.
 const CHATTER: u32 = 100;
 
-/// A [`SlaveStepper`] that is told of events.
+/// A [`SlaveStepper`] to which events are reported.
 pub(crate) struct EventStepper {
     pace: Pace,
     /// Length of the run in s.

@@ -17,7 +17,7 @@ use crate::step_rule::{InputFollowing, StepRule, is_continuous_input};
 
 /// Halvings of a discarded step before the run is given up.
 const HALVINGS: u32 = 20;
-/// Steps that end early on the way to one communication point, after which they are held to be without end.
+/// Steps that end early on the way to one communication point, after which they are assumed to be endless.
 const EARLY: u32 = 100_000;
 /// Where inputs are held that do not move.
 static ANYWHERE: [f64; 1] = [0.5];
@@ -30,7 +30,7 @@ pub(crate) struct SharedInstance {
     lines: Vec<[AtomicU64; 2]>,
 }
 
-/// The settings of Co-Simulation that let an FMU ask for its inputs, and what it is told then.
+/// The settings of Co-Simulation that let an FMU request its inputs, and the answers.
 pub(crate) fn intermediate(
     planned: &PlannedComponent,
 ) -> (fmi3::CoSimulationOptions, Option<Arc<SharedInstance>>) {
@@ -149,7 +149,7 @@ impl SlaveStepper {
     }
 
     /// Steps up to `to`, at first one of this length (`to - from` but for rounding); a discarded one goes on from where the FMU came, or is halved. With `lines` the
-    /// FMU is told before each how its inputs go on. `first`: what the first step has come to, if it was made already.
+    /// FMU receives before each the derivatives of its inputs. `first`: what the first step has come to, if it was made already.
     fn advance(
         &mut self,
         node: &mut InstanceNode,
@@ -258,7 +258,7 @@ impl SlaveStepper {
             && node.line.slope.iter().any(|slope| *slope != 0.0)
     }
 
-    /// Whether the inputs on their lines at `time` are an event at once, of an FMU that stands there; it tries a step of `h` s.
+    /// Whether the inputs on their lines at `time` are an event at once, of an FMU that is there; it tries a step of `h` s.
     pub(crate) fn is_event(
         &mut self,
         node: &mut InstanceNode,
@@ -284,7 +284,7 @@ impl SlaveStepper {
         self.rule.allows(length)
     }
 
-    /// Tells the FMU how its inputs go on from `time`.
+    /// Passes the derivatives of its inputs to the FMU from `time`.
     fn tell(&mut self, node: &mut InstanceNode, time: f64) -> Result<(), CosimError> {
         if node.line.dirty || time != node.line.from {
             node.set_on_line(time)?;

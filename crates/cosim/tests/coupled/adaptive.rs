@@ -42,7 +42,7 @@ fn tolerances_are_met_within_a_factor_of_3() {
             adapted.rejected
         );
         assert!((tolerance / 3.0..=3.0 * tolerance).contains(&error), "{tolerance:e}: {error:e}");
-        // What the log says is the error, to a factor of 3 (a root mean square against a maximum).
+        // The error in the log is the true one, to a factor of 3 (a root mean square against a maximum).
         assert!((error / 3.0..=3.0 * error).contains(&adapted.error), "{tolerance:e}: {error:e} {adapted:?}");
         errors.push((adapted.accepted as f64, error));
     }
@@ -90,12 +90,12 @@ fn stiff_and_looped_problems() {
     let Some(bench) = Bench::new(problems::lotka_volterra(), BlockVersion::Three) else { return };
     let it = bench.well(&run(1e-6, 100.0, 0.1));
     let expected = [("prey.x", 25.6817462942265), ("predator.y", 15.3126238285098)];
-    // Errors grow by themselves along these orbits, beyond what was asked for. The log says so, and how far.
+    // Errors grow by themselves along these orbits, beyond the requested tolerance. The log reports it, and how far.
     let largest = |name: &str| it.column(name).iter().fold(1.0_f64, |m, x| m.max(x.abs()));
     let relative = |(name, x): &(&str, f64)| (it.last(name) - x).abs() / largest(name);
     let error = expected.iter().map(relative).fold(0.0, f64::max);
     let told = it.log.adapted.unwrap().error;
-    assert!((told / 3.0..=1.5 * told).contains(&error) && error < 1e-5, "{error:e}, told {told:e}");
+    assert!((told / 3.0..=1.5 * told).contains(&error) && error < 1e-5, "{error:e}, reported {told:e}");
     assert!(it.log.notes.iter().any(|n| n.contains("tolerance")), "{:?}", it.log.notes);
 }
 

@@ -1,4 +1,4 @@
-//! Every fault of an FMU within the process, in a coupled run, by version of FMI and algorithm: what the user is told, and
+//! Every fault of an FMU within the process, in a coupled run, by version of FMI and algorithm: the message to the user, and
 //! what is kept. What breaks the process itself (a crash, `exit`, a hang) is not caught: docs/faults.md.
 
 use trueup_cosim::{CosimError, Master, Results, check, system::CosimSystem};
@@ -39,7 +39,7 @@ fn failed(it: &Run, what: &str, call: &str, time: f64) -> String {
     let words = ["right", call, "fault "];
     assert!(words.iter().all(|w| said.contains(w)), "{what}: {said}");
     let at: f64 = said.split("t = ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    // Going back is told with the time that is gone back to.
+    // A return to an earlier time is reported with that time.
     let earliest = if call.contains("SetFMU") { time - 0.1 } else { time - 1e-9 };
     assert!((earliest..time + 0.05).contains(&at), "{what}: {said}");
     // Rows up to the fault are kept, and none after it.
@@ -183,7 +183,7 @@ fn initialization_may_fail() {
     }
 }
 
-/// The results are whole; that the end went wrong is said all the same.
+/// The results are whole; the error at the end is reported all the same.
 #[test]
 fn terminate_may_fail() {
     for version in BlockVersion::ALL {
@@ -212,7 +212,7 @@ fn an_fmu_may_refuse_to_be_instantiated() {
     }
 }
 
-/// What was computed stands in a file that says that it is not whole.
+/// What was computed is in a file whose name shows that it is not whole.
 #[test]
 fn results_are_kept_and_marked() {
     let Some(bench) = Bench::new(problems::two_mass(), BlockVersion::Two) else { return };

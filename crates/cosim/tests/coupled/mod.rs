@@ -30,7 +30,7 @@ pub(crate) struct Run {
 }
 
 impl Bench {
-    /// All FMUs of one version of FMI; `None`, said aloud, without a C compiler.
+    /// All FMUs of one version of FMI; `None`, with a message, without a C compiler.
     pub(crate) fn new(problem: ShotProblem, version: BlockVersion) -> Option<Self> {
         let versions = vec![version; problem.blocks.len()];
         Self::mixed(problem, versions)

@@ -9,7 +9,7 @@ use trueup_cosim::system::CosimSystem;
 use trueup_cosim::{Master, RunLog, SeriesMemory, check};
 use trueup_fmi_description::FmiVersion;
 
-/// What an FMU offers beside event mode.
+/// What an FMU offers in addition to event mode.
 #[derive(Clone, Copy)]
 struct Offers {
     states: bool,
@@ -45,7 +45,7 @@ fn description(name: &str, offers: Offers) -> String {
     )
 }
 
-/// Unpacked FMUs in a folder, by name; `None`, said aloud, without a C compiler.
+/// Unpacked FMUs in a folder, by name; `None`, with a message, without a C compiler.
 fn fmus(all: &[(&str, Offers)]) -> Option<tempfile::TempDir> {
     let folder = tempfile::tempdir().unwrap();
     for (name, offers) in all {
@@ -133,7 +133,7 @@ fn the_other_sees_the_event_when_it_happens() {
     }
 }
 
-/// Unless they are asked for there are no rows between the communication points.
+/// Unless they are requested there are no rows between the communication points.
 #[test]
 fn rows_stay_at_the_points() {
     let Some(folder) = fmus(&[("stops", ALL), ("follows", Offers { stops: false, ..ALL })]) else { return };
@@ -173,7 +173,7 @@ fn who_is_ahead_goes_back() {
     }
 }
 
-/// Who cannot go back goes first; if another stops behind it, that is said, and by how much.
+/// Units that cannot go back go first; if another stops behind one, that is reported, and by how much.
 #[test]
 fn who_cannot_go_back_is_named() {
     let all = [("rigid", Offers { states: false, ..ALL }), ("stops", ALL)];
@@ -186,7 +186,7 @@ fn who_cannot_go_back_is_named() {
         note.contains("canGetAndSetFMUState") && note.contains("0.07 s") && note.contains("1 times"),
         "{note}"
     );
-    // It learns of the event where it stands already.
+    // It learns of the event where it is already.
     assert!((last(&results, "rigid.x") - (0.3 + 2.0 * 0.7)).abs() < SMALL);
     assert!(jumps(&results, "stops.count").iter().all(|(time, ..)| (time - 0.23).abs() < SMALL));
 }

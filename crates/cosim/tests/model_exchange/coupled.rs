@@ -1,4 +1,4 @@
-//! A bouncing ball and a sensor that follows its height and starts anew at every impact, against the exact solution.
+//! A bouncing ball and a sensor that follows its height and starts again at every impact, against the exact solution.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What a run says when an FMU does not play along. `fault` of `hybrid.c` says how.
+//! Messages of a run when an FMU fails. `fault` of `hybrid.c` defines how.
 
 use super::*;
 

@@ -124,7 +124,7 @@ const TROUBLE: &str = r#"<?xml version="1.0"?>
   </ModelStructure>
 </fmiModelDescription>"#;
 
-/// Unpacked FMUs made of `hybrid.c` here, `ball.fmu`, `sensor.fmu` and `trouble.fmu`; `None`, said aloud, without a
+/// Unpacked FMUs made of `hybrid.c` here, `ball.fmu`, `sensor.fmu` and `trouble.fmu`; `None`, with a message, without a
 /// C compiler.
 fn made() -> Option<tempfile::TempDir> {
     let desk = tempfile::tempdir().unwrap();
@@ -148,7 +148,7 @@ fn made() -> Option<tempfile::TempDir> {
     Some(desk)
 }
 
-/// Runs a system in TOML beside the FMUs.
+/// Runs a system in TOML next to the FMUs.
 fn run(desk: &Path, toml: &str) -> (Result<RunLog, CosimError>, SeriesMemory) {
     let file = desk.join("system.toml");
     std::fs::write(&file, toml).unwrap();

@@ -1,4 +1,4 @@
-//! Systems that a seed draws, against what was asked for.
+//! Systems that a seed draws, compared with what was requested.
 
 use std::fmt::Write as _;
 
@@ -194,10 +194,10 @@ impl Case {
     }
 }
 
-/// FMUs that declare nothing are called as often and by as much as was asked for, and hold what they are given.
+/// FMUs that declare nothing are called as often and by as much as was requested, and hold what they are given.
 #[test]
 fn number_and_size_of_calls_are_as_asked_for() {
-    let mut draw = Draw::new("steps as asked for");
+    let mut draw = Draw::new("steps as requested");
     let mut called = 0;
     for _ in 0..60 {
         let mut case = Case::draw(&mut draw);

@@ -1,4 +1,4 @@
-//! The master takes the steps that were asked for: FMUs that count their calls, make one sample per call or whole internal steps and drop
+//! The master takes the steps that were requested: FMUs that count their calls, make one sample per call or whole internal steps and drop
 //! the rest, compiled here from `counts.c`; over steps, stop times, rates, versions, circles and inputs that a seed draws.
 #![cfg(target_os = "linux")]
 
@@ -14,7 +14,7 @@ use trueup_cosim::{CosimError, Master, RunLog, SeriesMemory, check};
 use trueup_fmi_description::FmiVersion;
 use trueup_testkit::{BlockFmu, problems};
 
-/// What an FMU says of itself.
+/// What an FMU declares.
 #[derive(Clone, Copy, Debug)]
 struct Offers {
     version: FmiVersion,
@@ -28,7 +28,7 @@ struct Offers {
     internal: Option<f64>,
 }
 
-/// As small exporters have it: any step, and nothing that says that parts of one are meant.
+/// As small exporters have it: any step, and no declaration of parts of one.
 const PLAIN: Offers = Offers {
     version: FmiVersion::V2,
     any_step: true,
@@ -98,7 +98,7 @@ fn description(offers: Offers) -> String {
     }
 }
 
-/// The compiled library of a version; `None`, said aloud, without a C compiler.
+/// The compiled library of a version; `None`, with a message, without a C compiler.
 fn library(version: FmiVersion) -> Option<&'static [u8]> {
     static BUILT: [OnceLock<Option<Vec<u8>>>; 2] = [const { OnceLock::new() }; 2];
     let (at, define) = if version == FmiVersion::V2 { (0, "-DFMI=2") } else { (1, "-DFMI=3") };
@@ -130,7 +130,7 @@ fn unpacked(folder: &Path, name: &str, offers: Offers) -> Option<()> {
     Some(())
 }
 
-/// Runs what a TOML text says.
+/// Runs a TOML text.
 fn run(folder: &Path, text: &str) -> Result<(SeriesMemory, RunLog), CosimError> {
     let file = folder.join("system.toml");
     std::fs::write(&file, text).unwrap();
@@ -163,7 +163,7 @@ fn circle(names: &[&str], run: &str, each: &str) -> String {
     text
 }
 
-/// A controller at 10 Hz beside a plant at 100 Hz, whichever of them may be given parts of a step.
+/// A controller at 10 Hz next to a plant at 100 Hz, whichever of them may be given parts of a step.
 #[test]
 fn two_rates_are_exact_counts_and_are_told() {
     let declared = Offers { version: FmiVersion::V3, early: true, ..PLAIN };
@@ -185,7 +185,7 @@ fn two_rates_are_exact_counts_and_are_told() {
     }
 }
 
-/// Parts of a step belong to FMUs that declare them, and to who asks for an algorithm of lines.
+/// Parts of a step belong to FMUs that declare them, and to a requested algorithm of lines.
 #[test]
 fn parts_are_for_those_that_declare_them_or_ask() {
     let v3 = Offers { version: FmiVersion::V3, ..PLAIN };
@@ -234,7 +234,7 @@ fn parts_are_for_those_that_declare_them_or_ask() {
     }
 }
 
-/// An internal step is obeyed by every call, whoever chooses the algorithm; what cannot be obeyed is refused with the mend.
+/// An internal step is obeyed by every call, whether user or master chooses the algorithm; what cannot be obeyed is refused with the remedy.
 #[test]
 fn internal_steps_are_obeyed_or_the_run_is_refused() {
     let mut draw = draw::Draw::new("internal steps");
@@ -294,7 +294,7 @@ fn internal_steps_are_obeyed_or_the_run_is_refused() {
     }
 }
 
-/// A jump of an input between communication points cuts no step of an FMU that has not said that it may be cut, and this is told.
+/// A jump of an input between communication points cuts no step of an FMU that does not declare that it may be cut, and this is reported.
 #[test]
 fn jumps_cut_no_step_of_a_sampler() {
     let early = Offers { version: FmiVersion::V3, early: true, ..PLAIN };

@@ -1,4 +1,4 @@
-//! The examples of docs/systems.md are understood as they stand.
+//! The examples of docs/systems.md are understood as they are.
 
 use std::path::Path;
 

@@ -7,7 +7,7 @@ use trueup_cosim::system::CosimSystem;
 use crate::system::ssp::{archive, ssd};
 use crate::system::{Desk, said};
 
-/// What reading and checking says about these bytes under this name.
+/// The result of reading and checking these bytes under this name.
 fn says(desk: &Desk, name: &str, bytes: &[u8]) -> Vec<String> {
     said(CosimSystem::read(&desk.write(name, bytes)).and_then(|s| check(&s)), desk.path())
 }

@@ -1,4 +1,4 @@
-//! Inputs from files: each cell arrives as it stands, and what of a file nothing uses is named.
+//! Inputs from files: each cell arrives unchanged, and what of a file nothing uses is named.
 
 use std::fmt::Write;
 
@@ -62,7 +62,7 @@ proptest! {
         prop_assert_eq!(start(&check(&system).unwrap(), "huge"), ValueBuffer::UInt64(vec![huge[1]]));
     }
 
-    /// An array in one cell is an array, whatever stands in it.
+    /// An array in one cell is an array, whatever it contains.
     #[test]
     fn arrays_in_a_cell_are_taken_element_by_element(x in prop::array::uniform4(-1e3..1e3)) {
         let desk = Desk::new();
@@ -120,7 +120,7 @@ fn a_tunable_parameter_changes_and_its_unit_counts() {
     );
 }
 
-/// Every variable that is no input, in a column: named with what it is.
+/// Every variable that is no input, in a column: named with its causality.
 #[test]
 fn what_drives_nothing_is_named() {
     let desk = Desk::new();
@@ -138,7 +138,7 @@ fn what_drives_nothing_is_named() {
     }
 }
 
-/// Files whose times lie beside the run, at drawn places.
+/// Files whose times are outside the run, at drawn places.
 #[test]
 fn times_beside_the_run_are_named() {
     let desk = Desk::new();
@@ -172,7 +172,7 @@ fn times_beside_the_run_are_named() {
     assert!(plan.notes.iter().any(|n| n.contains("Unix time in s")), "{:?}", plan.notes);
 }
 
-/// A sidecar beside inputs counts; the system's own file, of the same name, is none.
+/// A sidecar next to inputs counts; the system's own file, of the same name, is none.
 #[test]
 fn a_sidecar_counts_and_the_system_is_none() {
     let desk = Desk::new();

@@ -1,4 +1,4 @@
-//! Every mistake is found, all of them at once, each with its line and the mend.
+//! Every mistake is found, all of them at once, each with its line and the remedy.
 
 use crate::system::Desk;
 

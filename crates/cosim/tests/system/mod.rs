@@ -1,4 +1,4 @@
-//! Systems from files to plans: what is read, what is chosen, and what every mistake says. The FMUs have no libraries.
+//! Systems from files to plans: what is read, what is chosen, and the message of every mistake. The FMUs have no libraries.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 mod document;

@@ -12,7 +12,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The examples with our models beside them (descriptions only).
+/// The examples with our models next to them (descriptions only).
 fn examples() -> Desk {
     let desk = Desk::new();
     std::fs::create_dir(desk.path().join("examples")).unwrap();

@@ -1,4 +1,4 @@
-//! SSP: what is read, and what every mistake says.
+//! SSP: what is read, and the message of every mistake.
 
 use std::io::Write;
 
@@ -160,7 +160,7 @@ fn connections_are_converted_and_transformed() {
 fn units_of_connectors_on_the_way_count() {
     let desk = Desk::new();
     let units = r#"<a:Units><b:Unit name="deg"><b:BaseUnit rad="1" factor="0.017453292519943295"/></b:Unit><b:Unit name="rad"><b:BaseUnit rad="1"/></b:Unit></a:Units>"#;
-    // x has no unit in the FMU: the connector says that it is in rad. Then deg, doubled, plus 1; `u` is in rad again.
+    // x has no unit in the FMU: the connector declares it in rad. Then deg, doubled, plus 1; `u` is in rad again.
     let inner = format!(
         "<a:System name=\"in\"><a:Connectors>{}</a:Connectors><a:Elements>{}</a:Elements><a:Connections>{}</a:Connections></a:System>",
         con("out", "output", "deg"),
@@ -244,7 +244,7 @@ fn parameters_have_prefixes_mappings_units_and_an_order() {
         r#"<m:ParameterMapping version="1.0" xmlns:m="x"><m:MappingEntry source="p.gain" target="p.gain"><m:LinearTransformation factor="2"/></m:MappingEntry>
             <m:MappingEntry source="p.count" target="q.small"/><m:MappingEntry source="p.matrix" target="q.matrix"/></m:ParameterMapping>"#,
     );
-    // The component's own value gives way to that of the system; of two bindings the later one counts.
+    // The component's own value yields to that of the system; of two bindings the later one counts.
     let p = all(
         "p",
         &values(
@@ -453,8 +453,8 @@ fn mistakes_have_their_line() {
             "5: http://x/all.fmu: only files can be read",
         ),
         (
-            ssd(&system("<a:Component name=\"p\" source=\"#nobody\"/>", ""), ""),
-            "5: there is no system with the id \"nobody\"",
+            ssd(&system("<a:Component name=\"p\" source=\"#absent\"/>", ""), ""),
+            "5: there is no system with the id \"absent\"",
         ),
         (
             ssd(&system(&all("p", &values(&[("gain", "<c:Real/>")], "", "")), ""), ""),

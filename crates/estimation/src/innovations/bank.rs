@@ -7,7 +7,7 @@ use pulp::Simd;
 use super::filter::{FilterGains, FilterInput, Square, arrays, row};
 use super::kernel::{SizeError, SizedKernel, run};
 
-/// Intensities that pass beside each other.
+/// Intensities that are filtered side by side.
 pub const BANK: usize = 8;
 
 type WideSquare<S, const N: usize> = [[<S as Simd>::f64s; N]; N];

@@ -338,7 +338,7 @@ pub struct LaneStream<'a> {
     pub out: &'a mut Vec<FilterLane>,
 }
 
-/// Passes streams of one recording, two beside each other: one alone would wait for its own results. They differ in their
+/// Passes streams of one recording, two side by side: one alone would wait for its own results. They differ in their
 /// gains or in their columns.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Gram matrices of whitened innovations.
 //!
-//! The base (data, nuisances, causes that stand) has a full matrix; a group beside it only its products with the base and with
-//! itself, which is all that the evidence of base and group needs. Sums are in double precision: beside a strong effect the
+//! The base (data, nuisances, causes that are chosen) has a full matrix; a group next to it only its products with the base and with
+//! itself, which is all that the evidence of base and group needs. Sums are in double precision: compared with a strong effect the
 //! evidence is a small difference of large sums.
 
 use std::cell::RefCell;
@@ -15,7 +15,7 @@ use super::filter::{
 };
 use super::kernel::SizeError;
 
-/// Numbers that are summed beside each other.
+/// Numbers that are summed side by side.
 const STRIDE: usize = 8;
 /// Rows after which sums of a block go back to memory.
 const ROWS: usize = 32;
@@ -180,10 +180,10 @@ impl PackedColumns {
     }
 }
 
-/// Sums of groups beside a base while recordings pass.
+/// Sums of groups next to a base while recordings pass.
 pub struct GroupSums<'a> {
     packed: &'a PackedColumns,
-    /// Groups of at most [`GROUP`] columns, as many as fit beside each other.
+    /// Groups of at most [`GROUP`] columns, as many as fit side by side.
     blocks: Vec<Vec<&'a [FilterColumn]>>,
     /// By block: products with each column of the base, and with the lane that is 0, 1, .. further.
     with_base: Vec<Vec<WideProduct>>,

@@ -50,7 +50,7 @@ impl InnovationsFrame {
     ) -> Result<BestIntensities, SizeError> {
         let (mut best, mut factor) = (from, 4.0f64);
         for _ in 0..rounds {
-            // Mostly no neighbour is better; they pass beside each other.
+            // Mostly no neighbour is better; they are filtered side by side.
             let mut around: Vec<Vec<f64>> = (0..best.q.len())
                 .flat_map(|k| [1.0 / factor, factor].map(|by| moved(&best.q, k, by)))
                 .collect();

@@ -31,7 +31,7 @@ impl Fmi2Instance {
         }
     }
 
-    /// As [`Fmi2Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
+    /// As [`Fmi2Instance::do_step`]; `None`: the whole step was made and nothing is to be reported.
     ///
     /// # Errors
     /// As [`Fmi2Instance::do_step`].

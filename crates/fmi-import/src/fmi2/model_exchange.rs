@@ -44,7 +44,7 @@ impl Fmi2Instance {
         call!(self.core, fmi2EnterContinuousTimeMode)
     }
 
-    /// Tells that an integrator step is accepted. `no_rollback`: no state before now will be restored.
+    /// Reports that an integrator step is accepted. `no_rollback`: no state before now will be restored.
     ///
     /// # Errors
     /// Whatever `fmi2CompletedIntegratorStep` returns.

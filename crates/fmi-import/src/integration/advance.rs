@@ -10,7 +10,7 @@ use super::field::{IntegrationRates, RateEvaluation, place};
 use super::{Failure, Fmus, IntegratedGroup, IntegrationEvent, IntegrationReached, Integrator};
 use crate::interrupt;
 
-/// Events in a row within a nanosecond (at times around 1 s) after which they are held to be without end.
+/// Events in a row within a nanosecond (at times around 1 s) after which they are assumed to be endless.
 const CHATTER: u32 = 100;
 /// h |lambda| at the border of stability of the explicit method, steps beyond it in a row that make a system
 /// stiff, steps below it that make it look harmless again (Hairer, Wanner II, IV.2).

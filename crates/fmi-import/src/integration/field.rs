@@ -74,7 +74,7 @@ impl<F: Fmus + ?Sized> IntegrationRates<'_, F> {
         self.along.map_or(Ok(()), |along| along.rates(self.fmus.instance(0), time, x, dx)).map_err(call)
     }
 
-    /// Keeps a failure; NaN tells the integrator.
+    /// Keeps a failure; NaN reports it to the integrator.
     fn kept(&mut self, result: Result<(), Failure<F::Error>>, values: &mut [f64]) {
         let Err(error) = result else { return };
         values.fill(f64::NAN);
@@ -83,7 +83,7 @@ impl<F: Fmus + ?Sized> IntegrationRates<'_, F> {
         *(if discard { &mut self.refused } else { &mut self.failure }) = Some(error);
     }
 
-    /// Estimate of h |lambda| from the last two stages of an explicit step of size `h`, which lie at the same time
+    /// Estimate of h |lambda| from the last two stages of an explicit step of size `h`, which are at the same time
     /// (Hairer, Wanner, Solving Ordinary Differential Equations II, IV.2).
     pub(super) fn stiffness(&self, h: f64) -> Option<f64> {
         let [a, b] = self.trace.as_ref()?;

@@ -2,7 +2,7 @@
 
 use super::{EventSettled, Failure, Fmus, IntegratedGroup};
 
-/// Passes of one event iteration after which it is held to be without end.
+/// Passes of one event iteration after which it is assumed to be endless.
 const PASSES: u32 = 100;
 
 impl IntegratedGroup {
@@ -64,7 +64,7 @@ impl IntegratedGroup {
         fmus.inputs_changed().map_err(self.call())
     }
 
-    /// Enters continuous-time mode; the standard wants one update of discrete states before. Returns whether an FMU
+    /// Enters continuous-time mode; the standard requires one update of discrete states before. Returns whether an FMU
     /// ended the run.
     fn close<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
         if !self.mode.open {
@@ -90,7 +90,7 @@ impl IntegratedGroup {
             if self.mode.nominals && !states.is_empty() {
                 let nominal = &mut self.stepper.nominal_mut()[states];
                 instance.nominals(nominal).map_err(&call)?;
-                // One that is not known counts as 1; 0 would ask for exact zeros.
+                // One that is not known counts as 1; 0 would require exact zeros.
                 nominal.iter_mut().for_each(|x| *x = if x.is_finite() && *x != 0.0 { x.abs() } else { 1.0 });
             }
         }
@@ -101,7 +101,7 @@ impl IntegratedGroup {
         }
     }
 
-    /// In event mode: updates the discrete states of every FMU, and hands values on, until all have settled. Returns
+    /// In event mode: updates the discrete states of every FMU, and hands values on, until none of them changes. Returns
     /// whether an FMU ended the run.
     pub(super) fn iterate<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
         let (call, mut terminate) = (self.call(), false);
@@ -137,7 +137,7 @@ impl IntegratedGroup {
             if pass >= PASSES {
                 let reason = match again {
                     Some(at) => format!(
-                        "event iteration of instance \"{}\" does not end: it asked for another pass {PASSES} times",
+                        "event iteration of instance \"{}\" does not end: it requested another pass {PASSES} times",
                         fmus.instance(at).name()
                     ),
                     None => format!(

@@ -14,13 +14,13 @@ use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes, StiffPart};
 /// Inputs of the bodies at most: torques of the joints, wrenches at the tips.
 const MAX_INPUTS: usize = MAX_JOINTS + 6 * MAX_TIPS;
 
-/// An arm with flexible joints and links on the ground (S3): its structure and where its values lie.
+/// An arm with flexible joints and links on the ground (S3): its structure and the positions of its values.
 ///
 /// Continuous states: q_i of the joints, q_mi of the motors \[rad, joint side\], xi of the links \[m; rad\], and their rates. Each
-/// motor of a flexible joint has a mode of friction, as [`crate::friction`] tells.
+/// motor of a flexible joint has a mode of friction, as [`crate::friction`] describes.
 ///
 /// What it gets wrong: links bend as beams of Euler and Bernoulli; without axial stiffening neither a load along a link nor its
-/// spin stiffens it; the joint's spring is linear; friction knows no temperature, no load, no pre-sliding.
+/// spin stiffens it; the joint's spring is linear; friction does not depend on temperature or load and has no pre-sliding.
 #[derive(Clone, Debug)]
 pub struct FlexibleArm {
     structure: FlexibleArmStructure,
@@ -41,7 +41,7 @@ impl FlexibleArm {
     /// A model of that structure.
     ///
     /// # Errors
-    /// What of it cannot be, with the mend.
+    /// What of it is not possible, with the remedy.
     pub fn new(structure: FlexibleArmStructure) -> Result<Self, String> {
         let s = &structure.robot;
         let n = s.bodies();
@@ -50,7 +50,7 @@ impl FlexibleArm {
         }
         if !s.held {
             return Err(
-                "FlexibleArm stands on a base that is held; a free one is SpatialFreeFlyer's".to_owned()
+                "FlexibleArm has a fixed base; a free one is SpatialFreeFlyer's".to_owned()
             );
         }
         if s.panels() > 0 || s.thrusters > 0 {
@@ -105,7 +105,7 @@ impl FlexibleArm {
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors
-    /// The index of the parameter that is at fault, and what is wrong with the mend.
+    /// The index of the parameter that is at fault, the error and the remedy.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         self.bodies.check(p)?;
         for j in (0..self.joints()).filter(|j| self.bodies.motor_row(*j).is_none()) {
@@ -194,7 +194,7 @@ impl FlexibleArm {
         needed
     }
 
-    /// Of the torques that motors which stick need beside their springs': what friction balances at them; 0 of the others.
+    /// The friction torques that balance sticking motors, in addition to the torques of their springs; 0 for the others.
     fn balance<T: Scalar>(&self, at: &At<T>, u: &[T], needed: &mut [T]) {
         for j in 0..self.joints() {
             needed[j] = if at.modes[j] == STUCK {
@@ -206,7 +206,7 @@ impl FlexibleArm {
     }
 }
 
-/// Of a motor that nobody has described, N.m/A.
+/// Of a motor without a description, N.m/A.
 const TORQUE_CONSTANT: f64 = 0.02;
 
 impl Hybrid for FlexibleArm {
@@ -293,7 +293,7 @@ impl StiffPart for FlexibleArm {
 pub(super) const MAX_STATES: usize = 2 * (2 * MAX_JOINTS + crate::space::MAX_MODES_OF_ALL);
 
 impl FlexibleArm {
-    /// Where the first tip would be if joints stood where their motors do and links were straight, inertial axes (LNK-7).
+    /// Where the first tip would be if joint angles equalled their motors' angles and links were straight, inertial axes (LNK-7).
     fn rigid_tip<T: Scalar>(&self, at: &At<T>) -> [T; 3] {
         let own = |j: usize| self.bodies.motor_row(j).unwrap_or(self.state.joint_angle + j);
         let q: PerJoint<T> = (0..self.joints()).map(|j| at.x[own(j)]).collect();
