@@ -76,13 +76,13 @@ pub struct DiagnoseOptions {
     /// For everything that is drawn.
     pub seed: u64,
     /// What weighs the causes; `None`: [`JOINT_ENGINE`] of a joint, balances of an arm. Where the innovations engine cannot take a
-    /// case balances weigh them, and the record says why.
+    /// case balances weigh them, and the record gives the reason.
     pub engine: Option<DiagnosisEngine>,
     /// How far to search.
     pub effort: SearchEffort,
     /// Where the lines between verdicts are.
     pub limits: Thresholds,
-    /// A grave finding of the intake caps the verdict at `unknown`: figures are told, nothing is claimed.
+    /// A grave finding of the intake caps the verdict at `unknown`: figures are reported, nothing is claimed.
     pub capped: bool,
     /// Nothing that is found on the way caps it either.
     pub force: bool,
@@ -90,7 +90,7 @@ pub struct DiagnoseOptions {
     pub watch: bool,
     /// Large recordings are not thinned.
     pub all_readings: bool,
-    /// Neither where the gap lies nor what to record next: verdict, claims and gaps alone.
+    /// Neither where the gap is nor what to record next: verdict, claims and gaps alone.
     pub verdict_only: bool,
 }
 
@@ -162,7 +162,7 @@ pub struct ChannelTrace {
 pub struct Diagnosed {
     /// What `diagnosis.json` holds.
     pub diagnosis: Diagnosis,
-    /// What the case shows before any effect is named; none where the verdict alone was asked for.
+    /// What the case shows before any effect is named; none where the verdict alone was requested.
     pub picture: Option<Picture>,
     /// What to record next.
     pub next: Option<ProposedExperiment>,
@@ -270,12 +270,12 @@ fn diagnose_all(
     let (models, mut ground) =
         ground(&search, &found, [Some(nearest), given, back].into_iter().flatten(), options)?;
     ground.stretches = short.as_ref().zip(in_short);
-    // What the balances leave open the free-running simulation has to tell.
+    // What the balances leave open the free-running simulation has to decide.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &FreeRun| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
     let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > near(&f));
     let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
-    // The contest may have found a model that tells the floor better.
+    // The contest may have found a model that determines the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = FreeRunComparison { ground: &ground, contenders: &contenders, effort };
     // What happens in the recordings for fitting alone is a gap as well.
@@ -343,7 +343,7 @@ fn by_innovations(
     Ok(diagnosed)
 }
 
-/// After a grave finding nothing is looked for: how far the model as it was given is off, and where, as far as that can be told.
+/// After a grave finding no cause is searched for: how far the model as it was given is off, and where, as far as that can be determined.
 fn nothing_concluded(
     loaded: &Loaded,
     search: &CaseSearch<'_>,

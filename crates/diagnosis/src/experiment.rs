@@ -1,4 +1,4 @@
-//! The next experiment: of a small menu of inputs the one that tells causes apart which the recordings do not.
+//! The next experiment: of a small menu of inputs the one that distinguishes causes which the recordings do not.
 //!
 //! Every input is played to the most likely model, which is read with the sensors' noise; then the model and its rivals are
 //! fitted to that recording as they would be to a real one, within what the recordings at hand leave open. The input that is
@@ -29,7 +29,7 @@ use menu::InputCourse;
 
 /// The file that its inputs are written to.
 pub const FILE: &str = "next-experiment.csv";
-/// Where nothing on the menu would tell.
+/// Where nothing on the menu would distinguish them.
 pub const NOTHING: &str = "no input of the menu, within what was recorded, is expected to distinguish the causes: record larger motions, \
                            or another quantity";
 /// Longest experiment in s.
@@ -54,10 +54,10 @@ pub struct SimulatedExperiment {
     pub value: Vec<f64>,
 }
 
-/// An experiment with what it promises.
+/// An experiment with its predicted result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProposedExperiment {
-    /// What `diagnosis.json` says.
+    /// The entry of `diagnosis.json`.
     pub said: NextExperiment,
     /// Its inputs, on the same times.
     pub inputs: Vec<SimulatedExperiment>,
@@ -76,7 +76,7 @@ pub fn csv(inputs: &[SimulatedExperiment]) -> Result<Vec<u8>, std::io::Error> {
     Ok(out)
 }
 
-/// What is to be told apart, and on what ground.
+/// What is to be distinguished, and on what ground.
 struct Setting<'a> {
     search: &'a CaseSearch<'a>,
     /// Inputs that drove the plant: index, largest value, how it goes between samples.
@@ -89,7 +89,7 @@ struct Setting<'a> {
     trust: f64,
 }
 
-/// Proposes an experiment where causes were not told apart; `None` where there is nothing to tell apart, or nothing on the
+/// Proposes an experiment where causes were not distinguished; `None` where there is nothing to distinguish, or nothing on the
 /// menu that would.
 pub fn propose(
     search: &CaseSearch<'_>,
@@ -102,7 +102,7 @@ pub fn propose(
     }
     let (at, rivals) = decision.rivals.iter().enumerate().find_map(|(i, list)| {
         let near = list.iter().filter(|r| -r.1 < limits.odds.apart).map(|r| &found.sets[r.0]);
-        // What only the form of a law tells apart no recording settles.
+        // Causes that differ only in the form of a law are distinguished by no recording.
         let own = &found.best.stated.set[i];
         let apart = |f: &&FittedSet| other(found, f).is_some_and(|o| !o.same_friction(own));
         let near: Vec<&FittedSet> = near.filter(apart).take(RIVALS).collect();
@@ -150,12 +150,12 @@ fn tidy(t: f64) -> f64 {
     (t * 1e9).round() / 1e9
 }
 
-/// What a rival set has in the place of one of the chosen causes.
+/// What a rival set has instead of one of the chosen causes.
 fn other<'a>(found: &SearchResult, f: &'a FittedSet) -> Option<&'a Hypothesis> {
     f.stated.set.iter().find(|o| !found.best.stated.set.contains(o) && o.is_effect())
 }
 
-/// What an input promises.
+/// The predicted result of an input.
 #[derive(Clone, Copy, Debug)]
 struct InputPromise {
     /// Odds (natural logarithm) of the truth over the rival.
@@ -283,7 +283,7 @@ impl<'a> Setting<'a> {
         Some(((fitted.chi2 + fitted.prior2) / fitted.count(), fitted.count()))
     }
 
-    /// What the course promises against the rival that comes nearest, over several draws of the noise.
+    /// The predicted odds of the course against the nearest rival, over several draws of the noise.
     fn least(&self, truth: &FittedSet, rivals: &[&FittedSet], course: &InputCourse) -> Option<InputPromise> {
         let draws = SEEDS.map(|seed| {
             let train = vec![self.made(truth, course, seed)?];
@@ -292,7 +292,7 @@ impl<'a> Setting<'a> {
             let (own, count) = Self::left(&new, truth)?;
             let all: Option<Vec<f64>> = rivals.iter().map(|r| Some(Self::left(&new, r)?.0 / own)).collect();
             let ratio = all?.into_iter().fold(f64::INFINITY, f64::min);
-            // A plant that only rests tells nothing.
+            // A plant at rest gives no information.
             let odds = 0.5 * self.trust * count * ratio.ln();
             (odds.is_finite() && count >= LEAST).then_some((odds, ratio.sqrt()))
         });

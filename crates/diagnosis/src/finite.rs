@@ -8,9 +8,9 @@ use serde::ser::{self, Serialize};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path} is {value}, not finite")]
 pub struct NotFinite {
-    /// Where it stands.
+    /// Where it is.
     pub path: String,
-    /// `NaN`, `inf` or `-inf`; or why it cannot be told.
+    /// `NaN`, `inf` or `-inf`; or why it is not known.
     pub value: String,
 }
 

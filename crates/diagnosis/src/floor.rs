@@ -1,6 +1,6 @@
 //! The noise floor of compared channels and measured inputs, and the gap against it.
 //!
-//! A gap says nothing until it is known what noise alone leaves: that of the compared channels ([`output`]) *and* that of
+//! A gap is meaningless until it is known what noise alone leaves: that of the compared channels ([`output`]) *and* that of
 //! the measured inputs ([`input`]), carried through the free-running simulation ([`carried`]).
 
 mod carried;

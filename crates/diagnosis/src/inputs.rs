@@ -19,7 +19,7 @@ pub struct UnreadRecording {
     pub source: std::io::Error,
 }
 
-/// Hashes of `case.toml`, of all recordings that it names and of what stands beside these.
+/// Hashes of `case.toml`, of all recordings that it names and of the files next to these.
 ///
 /// # Errors
 /// [`UnreadRecording`]

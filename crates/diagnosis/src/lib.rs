@@ -1,7 +1,7 @@
-//! Where the gap between a simulation and recordings lies, which effect causes it, and how far it shrinks.
+//! Where the gap between a simulation and recordings is, which effect causes it, and how far it shrinks.
 //!
 //! - [`engine`]: which effect;
-//! - [`experiment`]: what to record next where causes were not told apart;
+//! - [`experiment`]: what to record next where causes were not distinguished;
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
 //! - [`inputs`]: what a case was read from;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances;

@@ -52,14 +52,14 @@ pub struct EquationBalance {
     pub floor: f64,
 }
 
-/// On which side of a free-floating system's boundary the cause of a gap lies.
+/// On which side of a free-floating system's boundary the cause of a gap is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoundarySide {
     /// Nothing is missing beyond noise.
     None,
     /// Momentum stays, a joint's balance does not: friction, transmission, actuator.
     Internal,
-    /// Momentum does not stay: a force from outside. Something inside may be missing besides.
+    /// Momentum does not stay: a force from outside. Something inside may be missing, too.
     External,
 }
 

@@ -1,4 +1,4 @@
-//! What a diagnosis says: `diagnosis.json`, schema `trueup.diagnosis/1`.
+//! The result of a diagnosis: `diagnosis.json`, schema `trueup.diagnosis/1`.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub enum Verdict {
     Parameters,
     /// The listed effects.
     Effects,
-    /// The data cannot tell the members of a set apart.
+    /// The data do not distinguish the members of a set.
     Ambiguous,
     /// A real effect is there that no candidate explains.
     Unknown,
@@ -130,7 +130,7 @@ pub struct BandShare {
     pub share: f64,
 }
 
-/// Where the gap lies.
+/// Where the gap is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GapLocation {
     /// By component.
@@ -148,10 +148,10 @@ pub struct GapLocation {
     pub cause: Option<String>,
 }
 
-/// What the sensors tell apart by the structure of the equations alone.
+/// What the sensors distinguish by the structure of the equations alone.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorFindings {
-    /// Components that show; those of one set only the form of an effect tells apart.
+    /// Components that show; those of one set are distinguished only by the form of an effect.
     pub classes: Vec<Vec<String>>,
     /// Components whose faults no balance of measured quantities shows.
     pub hidden: Vec<String>,
@@ -171,14 +171,14 @@ pub struct ClaimedAmount {
     pub reason: Option<String>,
 }
 
-/// An estimate that stands where the search ends.
+/// An estimate at a limit of the search.
 pub const AT_BOUND: &str = "at the bound of the search";
 /// An estimate that the recordings say nothing of.
 pub const NOT_DETERMINED: &str = "not determined by these recordings";
 
 impl ClaimedAmount {
     /// A value with the interval `ci95` that an estimate has within the bounds of its search. An end on a bound is open, for
-    /// there the search ends, not the doubt; an interval without width is none.
+    /// there the search ends, not the uncertainty; an interval without width is none.
     pub fn within([lower, upper]: [f64; 2], value: f64, unit: String, ci95: [f64; 2]) -> Self {
         let on = |x: f64, bound: f64| {
             bound.is_finite() && (x - bound).abs() <= 1e-6 * bound.abs().max(f64::MIN_POSITIVE)
@@ -238,17 +238,17 @@ pub struct UnknownShare {
     pub present: bool,
     /// How surely.
     pub probability: f64,
-    /// The component in which most of it shows, where one stands out.
+    /// The component in which most of it shows, where one dominates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<String>,
 }
 
-/// The experiment that would tell.
+/// The experiment that would distinguish them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NextExperiment {
     /// In words.
     pub why: String,
-    /// What it tells apart.
+    /// What it distinguishes.
     pub separates: Vec<String>,
     /// Recording of its inputs.
     pub input: String,
@@ -338,7 +338,7 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// How large.
     pub gap: GapReport,
-    /// What these sensors can tell at all.
+    /// What these sensors can distinguish at all.
     #[serde(default)]
     pub sensors: SensorFindings,
     /// Where.
@@ -350,11 +350,11 @@ pub struct Diagnosis {
     pub candidates: Vec<CandidateCause>,
     /// The plant's own, refitted.
     pub parameters: BTreeMap<String, ClaimedAmount>,
-    /// Sets that these recordings cannot tell apart.
+    /// Sets that these recordings do not distinguish.
     pub indistinguishable: Vec<Vec<String>>,
     /// None of these.
     pub unknown: UnknownShare,
-    /// When recordings held out part from the model; asked for by `--watch`.
+    /// When recordings held out part from the model; requested by `--watch`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watch: Option<Vec<Departure>>,
     /// What to do next.
@@ -370,7 +370,7 @@ pub struct Diagnosis {
     /// What was read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inputs: Option<DiagnosisInputs>,
-    /// What should be said beside it.
+    /// Additional remarks.
     #[serde(default)]
     pub notes: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! What a case shows before any effect is named: noise floors, what the sensors can tell apart, where the model's balances
+//! What a case shows before any effect is named: noise floors, what the sensors can distinguish, where the model's balances
 //! fail, when, and what is missing there, as pictures.
 //!
 //! Made of measured channels and the model's equations; nothing is simulated and nothing fitted.
@@ -38,7 +38,7 @@ pub struct PictureComponent {
 /// A quantity over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityCourse {
-    /// What it is.
+    /// Its title.
     pub title: String,
     /// The recording.
     pub recording: String,
@@ -53,7 +53,7 @@ pub struct QuantityCourse {
 /// A map with its title and axes (quantity and unit).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TitledMap<T> {
-    /// What it is.
+    /// Its title.
     pub title: String,
     /// Along x.
     pub x: [String; 2],
@@ -68,7 +68,7 @@ pub struct TitledMap<T> {
 /// All of it; what the channels do not allow is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
-    /// What these sensors tell apart by structure alone.
+    /// What these sensors distinguish by structure alone.
     pub isolability: Isolability,
     /// Noise floors of all channels, inputs that are commands left out.
     pub floors: Vec<ChannelFloor>,
@@ -90,7 +90,7 @@ pub struct Picture {
     pub bands: Vec<TitledMap<Bands>>,
 }
 
-/// What the sensors of a case tell apart by the structure of the equations alone, before anything is compared.
+/// What the sensors of a case distinguish by the structure of the equations alone, before anything is compared.
 pub fn isolability(loaded: &Loaded, subject: &DiagnosisSubject) -> Isolability {
     let channels = channels(loaded);
     match subject.plant {
@@ -113,8 +113,8 @@ fn channels(loaded: &Loaded) -> Vec<&str> {
     all.collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// The picture of a case; `p` are the parameters of the plant as its owner declares it (refitted, so that a wrong parameter is not
-/// taken for something missing).
+/// The picture of a case; `p` are the parameters of the plant as the user declares it (refitted, so that a wrong parameter is not
+/// interpreted as something missing).
 pub fn picture(loaded: &Loaded, subject: &DiagnosisSubject, p: &[f64]) -> Picture {
     let channels = channels(loaded);
     let inputs = subject.inputs();

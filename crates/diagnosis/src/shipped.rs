@@ -22,7 +22,7 @@ pub enum Contradiction {
         /// In `diagnosis.json`.
         reported: f64,
     },
-    /// It lies outside the interval that is reported with it.
+    /// It is outside the interval that is reported with it.
     #[error("{name} is {shipped} in the augmented model, outside the interval reported, {low} to {high}")]
     Outside {
         /// FMU variable.

@@ -21,7 +21,7 @@ pub struct Thinning {
 }
 
 impl Thinning {
-    /// A finding that says so.
+    /// The finding on it.
     #[must_use]
     pub fn told(self) -> NoticedMistake {
         let Self { every, rate } = self;
@@ -111,7 +111,7 @@ fn held(c: &Channel, kept: &[usize]) -> Vec<f64> {
 fn lines(c: &Channel, kept: &[usize]) -> Vec<f64> {
     let (t, x) = (&c.time, &c.values);
     let n = kept.len();
-    // Normal equations: diagonal, beside it, right-hand side.
+    // Normal equations: diagonal, off-diagonal, right-hand side.
     let (mut own, mut next, mut right) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let mut i = 0;
     for k in 0..c.len() {

@@ -244,8 +244,8 @@ fn a_satellite_that_nobody_sees_turns_the_way_it_does() {
     }
 }
 
-/// The motor of a joint that was held to be rigid: integrated beside the recording it would run away, or take up the noise of
-/// the satellite's attitude. Where its angle is plainly another than the link's it is led.
+/// The motor of a joint that was assumed to be rigid: integrated with the recording it would run away, or take up the noise of
+/// the satellite's attitude. Where its angle is plainly another than the link's it is prescribed.
 #[test]
 #[ignore = "whole diagnosis: ./test --full"]
 fn a_joint_held_to_be_rigid_gives_way() {
@@ -274,7 +274,7 @@ fn friction_of_a_rigid_joint_has_no_side() {
     ids.sort_unstable();
     assert_eq!(said.verdict, Verdict::Ambiguous, "{ids:?}");
     assert_eq!(ids, [("load-friction", Some(2)), ("motor-friction", Some(2))]);
-    // The form of a law tells nothing of its place: no experiment settles it.
+    // The form of a law gives no information on its place: no experiment determines it.
     assert!(said.next_experiment.is_none() && said.indistinguishable.len() == 1);
 }
 
@@ -294,7 +294,7 @@ fn motor_friction_of_an_arm_has_bristles_along() {
     let names = case.subject.parameters(&stated.model);
     let value = |name: &str| stated.nominal[names.iter().position(|n| n.name == name).unwrap()];
     assert_eq!([1, 2, 3].map(|j| value(&format!("preslidingShare[{j}]"))), [1.0, 0.0, 0.0]);
-    // How far they bend is asked, and what is claimed goes into the FMU.
+    // How far they bend is estimated, and what is claimed goes into the FMU.
     let asked: Vec<&str> = stated.unknowns[stated.begin[0]..].iter().map(|u| &*u.name).collect();
     assert!(
         asked.contains(&"preslidingDisplacement[1]") && asked.contains(&"coulombFriction[1]"),

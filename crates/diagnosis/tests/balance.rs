@@ -9,7 +9,7 @@ use trueup_identification::sensors::SensorSet;
 use trueup_models::effect::PlantKind;
 use trueup_models::joint::{input, output, parameter};
 
-/// A rigid joint without friction, inertia `J` on the motor's side, led through A sin(w t) by the current that it
+/// A rigid joint without friction, inertia `J` on the motor's side, driven through A sin(w t) by the current that it
 /// takes, and a push of `push` N.m on the motor from t = 4 s to 6 s that the current does not make.
 fn recording(p: &[f64], push: f64) -> IdentificationRun {
     let inertia = p[parameter::MOTOR_INERTIA] + p[parameter::LOAD_INERTIA] / p[parameter::GEAR_RATIO].powi(2);
@@ -158,7 +158,7 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
     assert!(with < 0.04 * lacking, "{with} of {lacking}");
 }
 
-/// A test-bed's motor that nobody measures: beside accelerations that the model makes up for what is led it runs away, beside
+/// A test-bed's motor that no sensor measures: with accelerations that the model computes for what is prescribed it runs away, with
 /// those that were measured it stays where it was.
 #[test]
 fn what_nothing_leads_moves_beside_what_was_measured() {
@@ -167,7 +167,7 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     let subject = DiagnosisSubject::new(PlantKind::Arm, vec![true, false, false]);
     let model = subject.model(&[] as &[&str]).unwrap();
     let (n, p) = (3, subject.defaults(&model));
-    // At rest in the beginning: a kernel knows nothing of what was before.
+    // At rest in the beginning: a kernel has no earlier values.
     let torque = |t: f64| {
         let size = 1.0 - (-(t / 4.0).powi(4)).exp();
         [0.1 * (0.7 * t).sin(), 0.02 * (1.1 * t).sin(), 0.01 * (1.3 * t).cos()].map(|u| size * u)

@@ -1,4 +1,4 @@
-//! What owners doubt holds where much is missed: one sensor's parameters are not dragged to make up for a cause that is lacking.
+//! Priors hold where much is missed: with one sensor, parameters are not biased to make up for a cause that is lacking.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use trueup_diagnosis::engine::select::SearchEffort;
 /// Gravity on the load, N.m on its side.
 const GRAVITY: f64 = 0.12;
 
-/// A link hangs in a field that the simulation lacks; the motor alone is seen, and the owner is off by 4 % here and there.
+/// A link hangs in a field that the simulation lacks; the motor alone is measured, and some nominal parameters are off by 4 %.
 #[test]
 fn what_one_sensor_misses_does_not_drag_what_is_believed() {
     let owner = Joint {

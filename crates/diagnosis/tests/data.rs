@@ -87,7 +87,7 @@ fn the_example_cases_are_missing_something_where_their_keys_say() {
     }
 }
 
-/// What `key.toml` of an example case says of a list or a text.
+/// What `key.toml` of an example case contains as a list or a text.
 fn told(key: &str, name: &str) -> Vec<String> {
     let line = key.lines().find_map(|l| l.strip_prefix(name)?.trim_start().strip_prefix('=')).unwrap();
     line.split('"').skip(1).step_by(2).map(str::to_owned).collect()
@@ -118,7 +118,7 @@ fn the_example_cases_are_diagnosed_as_their_keys_say() {
 
 /// Columns of a recording of EMPS, the first being the time in s.
 fn emps<const N: usize>(folder: &Path, file: &str, names: [&str; N]) -> (Vec<f64>, [Vec<f64>; N]) {
-    // With names of its own beside it.
+    // With names of its own next to it.
     let own = tempfile::tempdir().unwrap();
     let copy = own.path().join("emps.mat");
     std::fs::copy(folder.join("real/emps").join(file), &copy).unwrap();
@@ -191,7 +191,7 @@ fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
     let errors: Vec<f64> = edges.iter().map(near).collect();
     let hits = errors.iter().filter(|e| **e <= 5e-3).count();
     println!(
-        "{} edges, {} told, {hits} within 5 ms, median {:.4} s",
+        "{} edges, {} reported, {hits} within 5 ms, median {:.4} s",
         edges.len(),
         told.len(),
         middle(errors.clone())
@@ -222,7 +222,7 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     let edges: Vec<f64> = (1..half).filter(|k| pulses[*k] != pulses[k - 1]).map(|k| time[k]).collect();
     let near = |e: &f64| told.iter().map(|t| (t - e).abs()).fold(f64::INFINITY, f64::min);
     let hits = edges.iter().filter(|e| near(e) <= 5e-3).count();
-    println!("{} edges, {} told, {hits} within 5 ms", edges.len(), told.len());
+    println!("{} edges, {} reported, {hits} within 5 ms", edges.len(), told.len());
     // A push at the actuator, or something there that has no name.
     let named = d.effects.first().is_some_and(|e| e.id == "external-force" && e.component == "actuator");
     let there = d.location.components.first().is_some_and(|c| c.id == "actuator");

@@ -18,7 +18,7 @@ fn by_innovations(loaded: &Loaded) -> Diagnosed {
 /// N.m at the motor, twice a turn.
 const RIPPLE: f64 = 1.5e-3;
 
-/// A joint whose motor's torque has a ripple, of which its owner knows nothing.
+/// A joint whose motor's torque has a ripple, which the nominal model lacks.
 fn rippled(joint: &Joint) -> Loaded {
     joint.recorded(|current, [q, w, l, v]| {
         let drive = joint.torque_constant * current + RIPPLE * (2.0 * q).sin()

@@ -12,7 +12,7 @@ use trueup_diagnosis::engine::search::CaseSearch;
 use trueup_diagnosis::outcome::{NoticedMistake, OutcomeSeverity};
 use trueup_signals::Loaded;
 
-/// Of a joint whose spring gives way by `slack` to both sides, N.m/rad by that deflection; 0: nothing is missing.
+/// Findings for a joint whose spring has a play of `slack`, in rad, to both sides; 0: nothing is missing.
 fn found(current_gain: f64, slack: f64) -> Vec<NoticedMistake> {
     told(&recorded(current_gain, slack))
 }
@@ -55,7 +55,7 @@ fn one_file(seed: u64, count: usize) {
             (degrees, "radians were interpreted as degrees in this recording alone"),
             (1.0 / degrees, "degrees were interpreted as radians in this recording alone"),
         ][k % 6];
-        // A dead drive is told where the model misses three times what it misses elsewhere: beside a gap it may not be.
+        // A dead drive is reported where the model misses three times what it misses elsewhere: next to a gap it may not be.
         let slack = if factor == 0.0 { 0.0 } else { slack };
         let mut loaded = recorded(1.0, slack);
         times(&mut loaded, file, factor);
@@ -110,6 +110,6 @@ fn what_is_missing_is_no_unit() {
     for slack in [0.0, 0.3, 2.0] {
         assert_eq!(found(1.0, slack), [], "slack {slack}");
     }
-    // A motor that is a third weaker than its owner believes has no other unit.
+    // A motor that is a third weaker than assumed has no other unit.
     assert_eq!(found(1.5, 0.3), []);
 }

@@ -65,6 +65,6 @@ fn a_manipulator_tells_inside_from_outside_if_its_base_is_watched() {
     assert!(class(&full, "actuator[1]").unwrap().contains(&"motor-friction[1]".to_owned()));
     // Without its motor's encoder the spring of joint 1 and the motor behind it are one.
     assert!(!arm(true, false).isolable("transmission[1]"));
-    // Without the base nothing says whether momentum stays.
+    // Without the base nothing shows whether momentum stays.
     assert!(arm(false, true).redundancy < full.redundancy);
 }

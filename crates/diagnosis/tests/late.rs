@@ -1,4 +1,4 @@
-//! Noise promises no delay: half of a shift is the mean of two readings, which has less noise than either.
+//! Noise predicts no delay: half of a shift is the mean of two readings, which has less noise than either.
 
 #![allow(clippy::unwrap_used)]
 
@@ -7,7 +7,7 @@ use trueup_diagnosis::engine::recordings::PreparedCase;
 use trueup_diagnosis::engine::search::CaseSearch;
 use trueup_diagnosis::engine::select::SearchEffort;
 
-/// A joint that its owner knows, behind a coarse load encoder. What promises less than 2 is not fitted; as a share of the change
+/// A joint with known parameters, behind a coarse load encoder. What predicts less than 2 is not fitted; as a share of the change
 /// that a look brings the delay of that encoder promised 4.5, as it was looked at it does 0.4.
 #[test]
 fn a_noisy_reading_promises_no_delay() {

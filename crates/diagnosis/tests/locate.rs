@@ -109,7 +109,7 @@ fn bands_of_an_excess_are_found() {
     let mut worst: f64 = 1.0;
     for (seed, (low, high)) in [(8.0, 14.0), (30.0, 60.0), (0.0, 2.0), (100.0, 103.0)].into_iter().enumerate()
     {
-        // Many sines side by side, beside noise of a density of its own.
+        // Many sines side by side, in addition to noise of a density of its own.
         let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
         let lines: Vec<(f64, f64)> =
             (0..200).map(|k| (low + (high - low) * k as f64 / 199.0, TAU * rng.random::<f64>())).collect();

@@ -74,7 +74,7 @@ fn two_pushes_in_every_recording_are_one_cause() {
     assert_eq!((found.verdict, &named[..]), (Verdict::Effects, &[("external-force", "load")][..]));
     let gap = found.gap.overall.unwrap();
     assert!(gap.after < 0.1 * gap.tuned, "{gap:?}");
-    // Impulses: size times duration, whatever the edge. Which push is told first is open.
+    // Impulses: size times duration, whatever the edge. Which impulse is reported first is open.
     let value = |name: &str| found.effects[0].parameters[name].value;
     let of = |which: &str| {
         let [torque, start, duration] =

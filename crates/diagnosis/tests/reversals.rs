@@ -1,4 +1,4 @@
-//! What acts in reversals alone, which balances bridge: free runs have to tell. The truth has Dahl's friction.
+//! What acts in reversals alone, which balances bridge: free runs have to decide. The truth has Dahl's friction.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! A joint that gives way, in a simulation that holds it to be rigid: its spring stiffens with its deflection.
+//! A compliant joint, in a simulation that assumes it to be rigid: its spring stiffens with its deflection.
 
 #![allow(clippy::unwrap_used)]
 

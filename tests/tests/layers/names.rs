@@ -1,11 +1,11 @@
-//! A type's name stands once in the sources of the workspace, so that it can be searched for and means one thing (decision 60).
+//! A type's name is defined once in the sources of the workspace, so that it can be searched for and means one thing (decision 60).
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::rust::code_of;
 use super::{Complaints, File, files, none};
 
-/// Files whose types stand in the place of those of another file. This list only shrinks.
+/// Files whose types replace those of another file. This list only shrinks.
 const INSTEAD: &[(&str, &str)] = &[(
     "crates/fmi-import/src/isolation/elsewhere.rs",
     "of isolation/link and isolation/open, on systems other than Linux",
@@ -49,7 +49,7 @@ fn complaints(all: &[File]) -> Complaints {
         types(code).into_iter().for_each(|name| places.entry(name).or_default().push(path));
     }
     let twice = places.iter().filter(|(_, at)| at.len() > 1).map(|(name, at)| {
-        format!("{name} stands in {}; give each a longer name that says which it is", at.join(", "))
+        format!("{name} is defined in {}; give each a longer name that distinguishes it", at.join(", "))
     });
     let images = places
         .iter()
@@ -76,8 +76,8 @@ fn names_that_stand_twice_are_found() {
         "pub enum Gear { Link }\n// struct Link;\nimpl X for Gear {\n    type Item = u8;\n}\n#[cfg(test)]\nmod tests {\n    struct Link<T>(T);\n}\n",
     );
     super::found(&complaints(&[one, two]), &["Link", "one.rs, crates/b/src/two.rs", "longer name"]);
-    let image = file("crates/a/src/one.rs", "pub(crate) trait Told {}\n");
-    super::found(&complaints(&[image]), &["one.rs", "Told", "term"]);
+    let image = file("crates/a/src/one.rs", "pub(crate) trait Along {}\n");
+    super::found(&complaints(&[image]), &["one.rs", "Along", "term"]);
     let alone = [
         file("crates/a/src/one.rs", "type Torque = f64;\n"),
         file("crates/a/tests/two.rs", "struct Torque;\n"),

@@ -1,4 +1,4 @@
-//! Where the last model's free runs began: whoever replays it has this to go by, and some of it no sensor shows.
+//! Where the last model's free runs began: a replay requires these states, some of which no sensor shows.
 
 use crate::engine::coordinate::CoordinateReadings;
 use crate::engine::problem::Compared;
@@ -35,7 +35,7 @@ impl FreeRunStart {
         let coordinates = subject.coordinates(&model.stated.model, &model.stated.nominal);
         let shown = |output: usize| run.run.channels.iter().find(|c| c.output == output);
         let hidden = hidden(&coordinates, |output| shown(output).is_some());
-        // No channel shows where an effect stands.
+        // No channel shows the state of an effect.
         let effects =
             model.stated.posed.iter().flat_map(|p| p.initial.iter().map(|k| p.unknowns[*k].name.clone()));
         let mut hidden: Vec<String> =

@@ -3,7 +3,7 @@
 use crate::engine::search::CaseSearch;
 use crate::outcome::Verdict;
 
-/// Says of which recordings for fitting balances say nothing, where no cause is found.
+/// Reports for which recordings for fitting balances give no information, where no cause is found.
 pub(super) fn told(search: &CaseSearch<'_>, verdict: Verdict) -> Option<String> {
     let all = &search.led[..search.case.train.len()];
     let blind: Vec<&str> = all.iter().filter(|l| l.is_bridged()).map(|l| l.name.as_str()).collect();

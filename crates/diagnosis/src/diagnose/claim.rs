@@ -1,4 +1,4 @@
-//! What is claimed: effects with their amplitudes, candidates, parameters, what could not be told apart.
+//! What is claimed: effects with their amplitudes, candidates, parameters, what could not be distinguished.
 
 use std::collections::BTreeMap;
 
@@ -17,8 +17,8 @@ use crate::engine::subject::EngineModel;
 use crate::outcome::{CandidateCause, Claimed, ClaimedAmount, Verdict};
 use trueup_numerics::order::descending;
 
-/// Probabilities of the `i`-th cause that is claimed and of what may stand in its place: one of them it is, or none, so that
-/// together they are no more than what is left beside `unknown`.
+/// Probabilities of the `i`-th cause that is claimed and of its alternatives: at most one of them is true, so that
+/// together they are no more than what `unknown` leaves.
 fn probabilities(found: &SearchResult, decision: &Decision, i: usize) -> impl Fn(f64) -> f64 {
     let own = decision.probability[i];
     let mut seen: Vec<&Hypothesis> = found.best.stated.set.iter().collect();
@@ -34,7 +34,7 @@ fn probabilities(found: &SearchResult, decision: &Decision, i: usize) -> impl Fn
     move |odds| own * odds.exp() * share
 }
 
-/// Rivals of a claimed effect that are told beside it.
+/// Rivals of a claimed effect that are reported with it.
 const RIVALS: usize = 2;
 
 /// What is claimed. `best` is the estimate of the chosen set, `of` makes that of a rival's.
@@ -126,7 +126,7 @@ pub(super) fn parameters(best: &SetEstimate) -> BTreeMap<String, ClaimedAmount> 
     all
 }
 
-/// What is estimated in every recording anew as one figure: the mean, with all that any of them allows.
+/// What is estimated for each recording separately as one figure: the mean, with all that any of them allows.
 fn of_all(amounts: Vec<ClaimedAmount>) -> Option<ClaimedAmount> {
     let value = amounts.iter().map(|a| a.value).sum::<f64>() / amounts.len() as f64;
     let end = |i: usize, worse: fn(f64, f64) -> f64| {
@@ -234,7 +234,7 @@ mod tests {
     use crate::engine::hypothesis::Times;
     use crate::engine::made::{fitted, found};
 
-    /// The first of these sets claimed, the others not told from it, likeliest first.
+    /// The first of these sets claimed, the others not distinguished from it, likeliest first.
     fn ambiguous(sets: &[&str]) -> (SearchResult, Decision) {
         let rivals = (1..sets.len()).map(|at| (at, -0.1 * at as f64)).collect();
         let decision = Decision {

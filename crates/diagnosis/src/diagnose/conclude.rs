@@ -1,4 +1,4 @@
-//! From a decision to a diagnosis: which estimate is reported, how far it shrinks the gap, and where that lies.
+//! From a decision to a diagnosis: which estimate is reported, how far it shrinks the gap, and where that is.
 
 use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
@@ -23,14 +23,14 @@ use crate::experiment;
 use crate::outcome::*;
 use crate::picture::isolability;
 
-/// A component with this share of an excess that nothing explains stands out.
+/// A component with this share of an excess that nothing explains is reported as prominent.
 const STANDS_OUT: f64 = 0.5;
 /// Iterations of a last fit, free-running, of a claim that did not run freely.
 const LAST: usize = 16;
 /// Place of the tuned model among the free-running fits without a claim, behind the one that standard deviations hold.
 const TUNED: usize = 1;
 
-/// What a verdict is told from.
+/// The figures from which a verdict is derived.
 pub(super) struct DecidedCase {
     pub found: SearchResult,
     pub decision: Decision,
@@ -49,7 +49,7 @@ struct SimulatedRuns {
     shown: ReplayedReadings,
 }
 
-/// Runs freely what was decided, and tells where the gap lies and how far it closes.
+/// Runs freely what was decided, and reports where the gap is and how far it closes.
 pub(super) fn conclude(
     search: &CaseSearch<'_>,
     options: &DiagnoseOptions,
@@ -123,7 +123,7 @@ pub(super) fn conclude(
     let own = match (&claim, &ground.fitted) {
         (None, Some(fitted)) if !no_gap => {
             let led = if bare { &found.best } else { &found.plain };
-            // The tuned model has all parameters free: where the owner's standard deviations let a fit predict as well, it is none.
+            // The tuned model has all parameters free: where the user's standard deviations let a fit predict as well, it is none.
             let held = search.polish(led, POLISH);
             let free = FreeRunFit {
                 complete: tuned.complete.clone(),

@@ -1,4 +1,4 @@
-//! Free-running simulations of the sets that lead: what the balances leave open, the hold-out has to tell.
+//! Free-running simulations of the sets that lead: what the balances leave open, the hold-out has to decide.
 
 use trueup_identification::parallel;
 
@@ -13,7 +13,7 @@ use trueup_numerics::order::descending;
 
 /// Iterations of a last fit, free-running.
 pub(super) const POLISH: usize = 20;
-/// Evidence that a cause more has to bring, lest it be tried at all,
+/// Evidence that a further cause requires to be tried at all,
 pub(super) const MORE: f64 = 10.0;
 /// and the share that it would explain of what a free run misses without it.
 const MISSED: f64 = 0.3;
@@ -183,7 +183,7 @@ impl ComparisonBasis<'_> {
         }
     }
 
-    /// Sets with a cause more than the plain model, beside the free run of its parameters.
+    /// Sets with a cause more than the plain model, next to the free run of its parameters.
     fn more_than_plain(
         &self,
         found: &mut SearchResult,

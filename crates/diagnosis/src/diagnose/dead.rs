@@ -26,7 +26,7 @@ const ACTIVE: f64 = 0.3;
 const DEAD: f64 = 3.0;
 /// Share of the measured acceleration that is left.
 const MOVED: f64 = 0.5;
-/// A reading stands still that usually goes by so many of its standard deviations meanwhile.
+/// A reading is constant that usually changes by so many of its standard deviations meanwhile.
 const COUNTS: f64 = 10.0;
 /// Of several drives of a recording that seem dead those are whose effect is missing by this share of the most.
 const RIVAL: f64 = 0.5;
@@ -208,7 +208,7 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
     found
 }
 
-/// Readings that stand still although what is recorded of the drives accelerates them.
+/// Readings that are constant although what is recorded of the drives accelerates them.
 fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) -> Vec<Dead> {
     let mut found = Vec::new();
     for (output, name) in outputs.iter().enumerate().filter(|(o, _)| driven.contains(&Some(*o))) {

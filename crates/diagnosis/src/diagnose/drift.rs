@@ -5,7 +5,7 @@ use crate::outcome::{Diagnosis, HeldOutGap, NoticedMistake, OutcomeSeverity};
 /// A gap beyond this is larger than the motion itself.
 const AWAY: f64 = 1.0;
 
-/// Takes the share that is closed away where the nominal run drifts away, and says so.
+/// Removes the closed share where the nominal run drifts away, and reports it.
 pub(super) fn told(d: &mut Diagnosis) {
     let clear = |g: &mut HeldOutGap| {
         let away = g.before > AWAY;
@@ -24,7 +24,7 @@ pub(super) fn told(d: &mut Diagnosis) {
     let finding = |channel: Option<&String>, text| NoticedMistake {
         severity: OutcomeSeverity::Warning,
         kind: "drifts-away".into(),
-        // There the nominal parameters stand.
+        // There the nominal parameters are kept.
         file: "case.toml".into(),
         line: None,
         channel: channel.cloned(),

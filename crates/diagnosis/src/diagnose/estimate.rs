@@ -34,7 +34,7 @@ impl FittedSet {
     }
 }
 
-/// Standard errors beyond which two predictions differ: 95 % of chance lie within.
+/// Standard errors beyond which two predictions differ: 95 % of chance are within.
 const SURE: f64 = 1.96;
 
 /// Powers that differ by less are alike, as everywhere in this engine.
@@ -57,7 +57,7 @@ impl One {
         let own = u.scale.value(self.fitted.theta[k] + deviations * self.sd[k]).0;
         own + self.base(k)
     }
-    /// What an excess is told above: it is named, and the FMU has it, as the whole.
+    /// The value above which an excess is estimated: the report and the FMU give the sum.
     fn base(&self, k: usize) -> f64 {
         let stated = &self.fitted.stated;
         let BalanceTarget::Above { base, .. } = stated.unknowns[k].target else { return 0.0 };
@@ -88,7 +88,7 @@ pub(super) struct ReportedEstimate {
 
 impl ReportedEstimate {
     /// Of a set that was fitted without free runs (`led`, one or several fits), and of its free-running fits, those first that are
-    /// held most by what its owner believes. Each takes the place of those before it if it predicts better over windows of that
+    /// closest to the prior. Each takes the place of those before it if it predicts better over windows of that
     /// length; where recordings hold none, if it misses less of them whole. `None`: there is no fit.
     pub(super) fn of(
         search: &CaseSearch<'_>,
@@ -134,8 +134,8 @@ pub(super) fn log_ratios(one: &[Window], other: &[Window]) -> Vec<(usize, f64)> 
 
 /// Whether the first predicts as well over windows as the second, or better: by the logarithms of what they miss, as where the size
 /// of a misfit is not known; a window in which a motion bifurcates counts for no more than another one. Where the mean of these
-/// is within [`SURE`] standard errors of 0, or below [`ALIKE`], the two are alike; then it is the first, whose fit has the owner's
-/// standard deviations in it. `None`: it cannot be simulated.
+/// is within [`SURE`] standard errors of 0, or below [`ALIKE`], the two are alike; then it is the first, whose fit includes the prior
+/// standard deviations. `None`: it cannot be simulated.
 pub(super) fn predicts_as_well(one: Option<&[Window]>, other: Option<&[Window]>) -> bool {
     let Some(one) = one else { return false };
     let Some(other) = other else { return true };
@@ -158,7 +158,7 @@ impl SetEstimate {
     pub(super) fn fitted(&self) -> &FittedSet {
         &self.told.fitted
     }
-    /// An unknown of the set; its interval has in it what the other estimate says, as far as that is sure, and `form` times
+    /// An unknown of the set; its interval includes the other estimate, as far as that is certain, and `form` times
     /// the value.
     pub(super) fn amount(&self, k: usize, form: f64) -> ClaimedAmount {
         let u = &self.stated().unknowns[k];
@@ -176,7 +176,7 @@ impl SetEstimate {
         let bounds = [u.lower + base, u.upper + base];
         ClaimedAmount::within(bounds, value, u.unit.clone(), [end(-1.0), end(1.0)])
     }
-    /// One of its causes, as it is told.
+    /// One of its causes, as it is reported.
     pub(super) fn claimed(
         &self,
         h: &Hypothesis,
@@ -188,7 +188,7 @@ impl SetEstimate {
         let at = stated.set.iter().position(|o| o == h).unwrap_or(0);
         let end = stated.begin.get(at + 1).copied().unwrap_or(stated.unknowns.len());
         let free = (stated.begin[at]..end).filter(|&k| stated.unknowns[k].lower < stated.unknowns[k].upper);
-        // Where it stood when a recording began is a first state. What comes in each recording anew is told of the first one,
+        // Its state when a recording began is a first state. What recurs in each recording is reported for the first one,
         // as the FMU has it.
         let free = free.filter(|k| !stated.posed[at].initial.contains(&(k - stated.begin[at])));
         let free = free.filter(|k| stated.unknowns[*k].run.is_none_or(|run| run == 0));

@@ -18,11 +18,11 @@ pub(super) enum RivalKind {
     Best,
     /// The chosen one without one of its causes.
     Fewer,
-    /// Another cause in the place of one; where no effect was chosen, a single effect.
+    /// Another cause instead of one; where no effect was chosen, a single effect.
     Rival,
 }
 
-/// Who may run beside the set that the balances chose.
+/// Sets that may run next to the set that the balances chose.
 #[derive(Clone)]
 pub(super) struct RivalField {
     chosen: FittedSet,

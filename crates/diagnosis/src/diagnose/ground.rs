@@ -12,7 +12,7 @@ use crate::engine::replay::{CompleteModel, DRAWS, ReplayedReadings, joined};
 use crate::engine::search::{CaseSearch, FittedSet};
 use crate::floor::{self, GapShares, Pooled};
 
-/// How far a channel stands out from what chance leaves, where all together do not: then channels count by their floors.
+/// How far a channel exceeds what chance leaves, where all together do not: then channels count by their floors.
 const STANDS: f64 = 1.5;
 
 /// The model as it is and with its own parameters fitted, on the held-out recordings.
@@ -77,13 +77,13 @@ impl<'a> ComparisonBasis<'a> {
         self.weights.get(channel).copied().unwrap_or(alike)
     }
 
-    /// Held-out recordings with `after` in the place of the model with causes.
+    /// Held-out recordings with `after` instead of the model with causes.
     fn pooled<'b>(&'b self, after: &'b ReplayedReadings) -> Pooled<'b> {
         let measured = |run: usize, channel: usize| &self.runs[run].run.channels[channel].y[..];
         self.beside(measured, [&self.before, &self.tuned, after])
     }
 
-    /// Simulations beside what was `measured`, by recording and channel.
+    /// Simulations compared with what was `measured`, by recording and channel.
     pub(super) fn beside<'b>(
         &'b self,
         measured: impl Fn(usize, usize) -> &'b [f64],
@@ -118,7 +118,7 @@ impl<'a> ComparisonBasis<'a> {
         free.does_worse().then_some([free.after, free.tuned])
     }
 
-    /// Gaps with `after` in the place of the model with causes.
+    /// Gaps with `after` instead of the model with causes.
     pub(super) fn free(&self, after: &ReplayedReadings) -> Option<FreeRun> {
         let pooled = self.pooled(after);
         let own = pooled.each();

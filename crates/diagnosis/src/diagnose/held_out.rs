@@ -29,14 +29,14 @@ pub(super) fn held_out(
 }
 
 impl Hypothesis {
-    /// What is told under this id is this cause; without a joint it stands at none.
+    /// Whether this cause is the one that is reported under this id; without a joint, at any place.
     fn is_named(&self, id: &str, component: &str, joint: Option<usize>) -> bool {
         self.id == id && self.component == component && joint.is_none_or(|joint| joint == self.site + 1)
     }
 }
 
-/// Says of each effect how much of the held-out gap it closes alone, where it ran freely alone; elsewhere what its balances
-/// said stays.
+/// Reports for each effect how much of the held-out gap it closes alone, where it ran freely alone; elsewhere what its balances
+/// gave stays.
 pub(super) fn closed_alone(
     found: &SearchResult,
     overall: &HeldOutGap,
@@ -50,7 +50,7 @@ pub(super) fn closed_alone(
     for e in effects {
         let alone = |set: &[Hypothesis]| matches!(set, [h] if h.is_named(&e.id, &e.component, e.joint));
         let ran = gaps.iter().filter(|(at, _)| alone(&found.sets[*at].stated.set)).map(|g| g.1);
-        // The claim itself is what the whole gap is told of.
+        // The whole gap is reported for the claim itself.
         let claim = alone(&found.best.stated.set).then_some(overall.after);
         let Some(after) = claim.or_else(|| ran.min_by(f64::total_cmp)) else { continue };
         e.closed_alone = Some(((overall.before - after) / over).clamp(0.0, 1.0));
@@ -90,6 +90,6 @@ mod tests {
         };
         assert_eq!(told(2, &[(0, 6.0), (2, 2.0)]), [0.5, 0.3], "one ran alone, the other did not");
         assert_eq!(told(2, &[(0, 12.0), (1, 0.5)]), [0.0, 1.0], "worse than nothing, better than noise");
-        assert_eq!(told(0, &[(0, 6.0)]), [0.9, 0.3], "the claim closes what the gap says");
+        assert_eq!(told(0, &[(0, 6.0)]), [0.9, 0.3], "the claim closes what the gap gives");
     }
 }

@@ -11,7 +11,7 @@ use crate::engine::search::{CaseSearch, FittedSet, PosedSet};
 use crate::engine::select::{SearchEffort, SearchResult, put, same};
 use trueup_numerics::order::ascending;
 
-/// Share of what a free run misses that a cause would explain: one look from afar says little of a fit.
+/// Share of what a free run misses that a cause would explain: one coarse look predicts a fit poorly.
 const HINT: f64 = 0.1;
 /// As many of them are fitted so briefly, and of these the nearest in full.
 const HINTS: usize = 8;
@@ -20,7 +20,7 @@ const BRIEF: usize = 6;
 impl ComparisonBasis<'_> {
     /// Single effects that explain much of what `self.fitted`, running freely, misses, whatever the balances say of them:
     /// these do not see what happens in reversals, nor much behind coarse encoders. Where none of them comes near, parameters
-    /// were dragged too far to look from: others are looked at from where the best of them ended.
+    /// are too biased to look from: others are looked at from where the best of them ended.
     pub(super) fn lacking(&self, found: &mut SearchResult, effort: SearchEffort) -> Vec<ContendingSet> {
         let Some(base) = &self.fitted else { return Vec::new() };
         let mut all = self.lacked(found, base, effort, None, &[]);
@@ -51,7 +51,7 @@ impl ComparisonBasis<'_> {
     }
 
     /// The same of stretches of the recordings, which lack nothing that comes before them. What comes nearest has put the
-    /// parameters right; what would do the same as it does is told from there. All are then fitted to whole recordings.
+    /// parameters right; alternatives to it are compared from there. All are then fitted to whole recordings.
     pub(super) fn lacking_in_stretches(
         &self,
         found: &mut SearchResult,
@@ -145,7 +145,7 @@ impl ComparisonBasis<'_> {
         }
     }
 
-    /// A second cause beside the single one that helps most, where that falls short even once it is fitted further.
+    /// A second cause in addition to the single one that helps most, where that falls short even once it is fitted further.
     pub(super) fn beside_best(
         &self,
         found: &mut SearchResult,
@@ -165,7 +165,7 @@ impl ComparisonBasis<'_> {
         }
     }
 
-    /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for,
+    /// A second cause in addition to the claim, the only one in `all`, whose free run falls short: of those that the balances require,
     /// and of those that they do not see, for these they have nothing against.
     pub(super) fn second(
         &self,
@@ -177,7 +177,7 @@ impl ComparisonBasis<'_> {
         let led = found.sets[at].clone();
         all.extend(self.more(found, &led, base.as_ref(), effort, all));
         let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
-        // The causes of the claim may have stood in for the one that was missing.
+        // The causes of the claim may have taken the effect of the one that was missing.
         if let Some(best) = self.grown(found, &base, Some(&led), effort, all) {
             let ran: Vec<&[Hypothesis]> = all.iter().map(|c| &found.sets[c.at].stated.set[..]).collect();
             let others = without_each(&best.stated.set, &led.stated.set, &ran);
@@ -185,7 +185,7 @@ impl ComparisonBasis<'_> {
         }
     }
 
-    /// Adds to `all` what `base`, which runs freely, lacks, unless the balances are against it beside `led`; the best of these,
+    /// Adds to `all` what `base`, which runs freely, lacks, unless the balances are against it compared with `led`; the best of these,
     /// if it does far better than all others.
     fn grown(
         &self,
@@ -225,7 +225,7 @@ impl ComparisonBasis<'_> {
 }
 
 impl CaseSearch<'_> {
-    /// Those of the sets that are asked for which come nearest after some steps of a fit: a look from afar says little of one.
+    /// Those of the sets that are requested which are nearest after some steps of a fit: a coarse look predicts one poorly.
     fn nearest(&self, asked: Vec<RequestedCause>) -> Vec<FittedSet> {
         let mut all: Vec<RequestedCause> = Vec::new();
         for asked in asked {

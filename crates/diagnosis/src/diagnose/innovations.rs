@@ -230,7 +230,7 @@ impl<'a> DecisionBuilder<'a> {
         for (x, u) in start.iter_mut().zip(&stated.unknowns).filter(|(_, u)| u.run.is_none()) {
             // An effect's word on the plant comes last.
             let Some((_, value)) = values.iter().rev().find(|(name, _)| name == u.stem()) else { continue };
-            // What exceeds another is told from it by the engine, too.
+            // What exceeds another is distinguished from it by the engine, too.
             let set = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.shifts();
             if set || matches!(u.target, BalanceTarget::Above { .. }) {
                 *x = u.scale.coordinate(value.clamp(u.lower, u.upper));
@@ -241,7 +241,7 @@ impl<'a> DecisionBuilder<'a> {
             .ok_or_else(|| "the model with what was found cannot be simulated".into())
     }
 
-    /// Fitted from there, where that says more.
+    /// Fitted from there, where that gives more information.
     fn fitted(&self, own: &FittedSet) -> FittedSet {
         let fit = self.search.fit(own.stated.clone(), &own.theta, self.effort.options());
         fit.ok().filter(|f| f.evidence(1.0) >= own.evidence(1.0)).unwrap_or_else(|| own.clone())

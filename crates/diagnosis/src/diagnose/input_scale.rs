@@ -14,13 +14,13 @@ const CAUSES: [(f64, &str); 5] = [
     (180.0 / std::f64::consts::PI, "radians were interpreted as degrees"),
     (-1.0, "it had the opposite sign"),
 ];
-/// As near to it (logarithm of a factor of 3): what is missing besides moves the gain. Causes are a factor of 17 apart.
+/// As near to it (logarithm of a factor of 3): what else is missing moves the gain. Causes are a factor of 17 apart.
 const NEAR: f64 = 1.1;
-/// Parts of a recording whose gains tell how sure that of the whole is.
+/// Parts of a recording whose gains give the standard deviation of that of the whole.
 const PARTS: usize = 8;
 /// Deviations from which on a gain is one.
 const SURE: f64 = 4.0;
-/// A sign is told where the gain leaves less than this of what is missed with the gain as recorded (as powers).
+/// A sign is reported where the gain leaves less than this of what is missed with the gain as recorded (as powers).
 const LEFT: f64 = 0.5;
 
 /// The gain of an input in a recording, by least squares of the accelerations that the nominal model misses.
@@ -53,7 +53,7 @@ impl ScaleGain {
         (den > 0.0 && value.is_finite() && own.deviation.is_finite()).then_some(own)
     }
 
-    /// What it is near, beside `usual`; `None` where it is as usual, or near nothing.
+    /// The unit that it is near, other than `usual`; `None` where it is as usual, or near none.
     fn cause(&self, usual: f64) -> Option<&'static (f64, &'static str)> {
         let times = self.value / usual;
         let near = |c: f64| (times / c).ln().abs() < NEAR;
@@ -73,8 +73,8 @@ struct Seen<'a> {
     gain: Option<ScaleGain>,
 }
 
-/// Says which channels are dead and which inputs are in another unit or have the opposite sign: recording by recording where the
-/// others tell otherwise, else of the case. Those held out are looked at as well, for nothing is fitted here.
+/// Reports which channels are dead and which inputs are in another unit or have the opposite sign: recording by recording where
+/// recordings differ, else for the case. Those held out are looked at as well, for nothing is fitted here.
 pub fn mistaken(search: &CaseSearch<'_>) -> Vec<NoticedMistake> {
     let subject = &search.case.subject;
     let names = subject.inputs();
@@ -138,7 +138,7 @@ fn seen<'a>(run: &Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
 /// Files with what is wrong in them.
 fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
     let gains: Vec<(&str, ScaleGain)> = seen.iter().filter_map(|s| Some((s.name, s.gain?))).collect();
-    // Beside what others tell a gap in the model, which all have, drops out.
+    // Compared with the other recordings a gap in the model, which all have, drops out.
     let usual = |own: usize| {
         let sure = |g: &ScaleGain| g.value.abs() > SURE * g.deviation;
         let others = gains.iter().enumerate().filter(|(k, g)| *k != own && sure(&g.1)).map(|g| g.1.1.value);

@@ -1,4 +1,4 @@
-//! Leave-one-out: what a set misses of each recording for fitting that it was not fitted to, beside the model without effects.
+//! Leave-one-out: what a set misses of each recording for fitting that it was not fitted to, compared with the model without effects.
 
 use super::contest::POLISH;
 use super::ground::ComparisonBasis;

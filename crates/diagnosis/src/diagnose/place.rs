@@ -17,10 +17,10 @@ use crate::outcome::*;
 use crate::picture::{Picture, picture};
 use trueup_numerics::order::descending;
 
-/// As many stretches of time are told, those with most first.
+/// As many stretches of time are reported, those with most first.
 const INTERVALS: usize = 60;
 
-/// What the case shows with the plant's own parameters as they were fitted, whatever effect they were fitted beside.
+/// What the case shows with the plant's own parameters as they were fitted, whatever effect was fitted with them.
 pub(super) fn look(
     loaded: &Loaded,
     search: &CaseSearch<'_>,
@@ -28,7 +28,7 @@ pub(super) fn look(
     decision: &Decision,
 ) -> Picture {
     let case = search.case;
-    // Beside a wrong cause they would be bent.
+    // With a wrong cause they would be biased.
     let fitted = if decision.verdict == Verdict::Unknown { &found.plain } else { &found.best };
     let stated = &fitted.stated;
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
@@ -38,7 +38,7 @@ pub(super) fn look(
         if let Some(k) = at.filter(|_| decision.verdict != Verdict::NoGap) {
             let u = &stated.unknowns[k];
             let mut x = fitted.theta[k];
-            // What is missing bends them, too: no further than their owner would believe.
+            // What is missing biases them, too: no further than the prior allows.
             if let (Verdict::Unknown, Some(UnknownPrior { mean, deviation: sd, .. })) =
                 (decision.verdict, u.prior)
             {
@@ -57,7 +57,7 @@ pub(super) fn look(
     picture(loaded, &case.subject, &p)
 }
 
-/// By component: as much of the excess as goes with a cause alone, or comes back without it; of what nobody knows the form of
+/// By component: as much of the excess as goes with a cause alone, or comes back without it; of what has no known form
 /// what the balances saw there.
 fn components(
     plant: effect::PlantKind,
@@ -289,7 +289,7 @@ fn regimes(
         .collect()
 }
 
-/// The unit of a variable that regimes are told of, by those of the channels.
+/// The unit of a variable by which regimes are reported, by those of the channels.
 fn unit(loaded: &Loaded, variable: &str) -> String {
     let of = |name: &str| {
         let mut all = loaded.recordings.values().flat_map(|r| &r.channels);
@@ -357,12 +357,12 @@ mod tests {
         };
         // The plain model leaves 100 floors, an excess of 99.
         let pair = [("backlash", 50.5), ("backlash cable-stiffness", 1.0)];
-        assert_eq!(shares(&pair, 1, 1.0, false), [50.0, 50.0], "the second stands behind the first");
+        assert_eq!(shares(&pair, 1, 1.0, false), [50.0, 50.0], "the second is behind the first");
         let pair = [("cable-stiffness", 90.1), ("backlash", 10.9), ("backlash cable-stiffness", 1.0)];
         assert_eq!(shares(&pair, 2, 1.0, false), [90.0, 10.0]);
         assert_eq!(shares(&[("backlash", 1.0)], 0, 0.8, false), [80.0]);
         let beside = [("backlash", 1.0), ("backlash motorInertia", 1.0)];
-        assert_eq!(shares(&beside, 1, 0.8, false), [100.0], "what is refitted beside it is no cause");
+        assert_eq!(shares(&beside, 1, 0.8, false), [100.0], "what is refitted with it is no cause");
         assert_eq!(shares(&pair, 2, 0.9, true), [45.0, 45.0], "balances see nothing");
     }
 }

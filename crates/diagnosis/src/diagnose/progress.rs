@@ -1,4 +1,4 @@
-//! What the search reports, in words for whoever waits.
+//! What the search reports, as text for the user.
 
 /// `said` is a line of the search, with labels and figures: `1: ["backlash[1]"]: excess 0.013`.
 pub(super) fn words(said: &str) -> String {

@@ -20,7 +20,7 @@ use crate::engine::subject::EngineModel;
 use crate::json::number;
 use crate::outcome::{CandidateCause, Claimed, UnknownShare, Verdict};
 
-/// Name of the file beside diagnosis.json.
+/// Name of the file next to diagnosis.json.
 pub const FILE: &str = "decision.json";
 /// Its schema.
 const SCHEMA: &str = "trueup.decision/1";
@@ -105,7 +105,7 @@ pub struct RecordedCause {
     pub times: Times,
     /// It acts at a joint without a spring.
     pub rigid: bool,
-    /// It makes a recorded signal late; where nothing is said, what the effect itself tells.
+    /// It makes a recorded signal late; where nothing is given, what the effect itself declares.
     #[serde(default)]
     pub shifted: Option<bool>,
 }
@@ -146,7 +146,7 @@ pub struct Redecided {
     pub effects: Vec<Claimed>,
     /// Ranked.
     pub candidates: Vec<CandidateCause>,
-    /// Sets that cannot be told apart.
+    /// Sets that cannot be distinguished.
     pub indistinguishable: Vec<Vec<String>>,
     /// None of these.
     pub unknown: UnknownShare,

@@ -1,4 +1,4 @@
-//! Parameters that recordings put far from where their owner believes them: either is wrong, and that is told.
+//! Parameters whose estimates are far from their priors: either is wrong, and that is reported.
 
 use crate::engine::problem::{BalanceTarget, BalanceUnknown};
 use crate::engine::recordings::PreparedCase;
@@ -7,10 +7,10 @@ use crate::engine::unknown::KNOWN;
 use crate::outcome::{NoticedMistake, OutcomeSeverity};
 use trueup_identification::unknown::Scale;
 
-/// Deviations of its owner's doubt from which a parameter is far.
+/// Prior standard deviations beyond which a parameter is far off.
 const FAR: f64 = 10.0;
 
-/// A finding for each of the plant's own parameters that is far from what the case says.
+/// A finding for each of the plant's own parameters that is far from what the case declares.
 pub(super) fn told(fitted: &FittedSet, case: &PreparedCase) -> Vec<NoticedMistake> {
     let stated = &fitted.stated;
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());

@@ -54,7 +54,7 @@ fn figures(traces: &[ChannelTrace], seed: u64) -> floor::Gaps {
     floor::gaps(&traces.iter().map(of).collect::<Vec<_>>(), seed)
 }
 
-/// Gaps of whole recordings, with those over windows beside them.
+/// Gaps of whole recordings, with those over windows.
 pub(super) fn gap_report(
     runs: &[Compared],
     traces: &[ChannelTrace],

@@ -9,7 +9,7 @@ use crate::finite;
 use crate::outcome::{Diagnosis, GapLocation, GapReport, NoticedMistake, SCHEMA, UnknownShare};
 use crate::picture::{isolability, picture};
 
-/// The verdict `unknown` without a gap in the place of an error of the simulation, or of figures that are not finite.
+/// The verdict `unknown` without a gap instead of an error of the simulation, or of figures that are not finite.
 ///
 /// # Errors
 /// What has another reason than that the model cannot be simulated.

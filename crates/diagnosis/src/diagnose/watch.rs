@@ -1,6 +1,6 @@
 //! When suspect recordings part from a model that was fitted to healthy ones.
 //!
-//! Both are led through the fitted model; what its accelerations miss in healthy recordings, over short windows, is what it
+//! Both drive the fitted model; what its accelerations miss in healthy recordings, over short windows, is what it
 //! may miss at any time. What a suspect one misses beyond that is a departure, from where it first rises to half of its
 //! height to where it last is as high.
 
@@ -85,7 +85,7 @@ pub(super) fn watch(search: &CaseSearch<'_>, fitted: &CompleteModel) -> Vec<Depa
                 own.push((height, departure));
             }
         }
-        // What shows in several channels at once is told where it is highest.
+        // What shows in several channels at once is reported where it is highest.
         own.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut kept: Vec<Departure> = Vec::new();
         for (_, d) in own {
@@ -172,7 +172,7 @@ fn beyond(missed: &[f64], window: usize, most: f64) -> Vec<(usize, usize)> {
     all
 }
 
-/// Where the departures of a channel act: what pushes both with and against the motion over all of them is no friction.
+/// Where the departures of a channel act: a force both with and against the motion over all of them is no friction.
 fn place(search: &CaseSearch<'_>, c: &ChannelWatch, stretches: &[(usize, usize)]) -> (String, Option<usize>) {
     let Some(i) = c.leads else { return (format!("sensor:{}", c.name), None) };
     let subject = &search.case.subject;

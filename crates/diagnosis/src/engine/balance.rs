@@ -1,9 +1,9 @@
-//! A recording led through a model: at every instant the measured coordinates are where the recording has them, and
+//! A model driven by the measured motion: at every instant the measured coordinates are where the recording has them, and
 //! what the model lacks shows as the acceleration that is missing there and then.
 //!
 //! Nothing drifts, nothing bifurcates, and a look costs one evaluation of the rates per instant. Readings enter as they
 //! are; what the model makes of them passes the Gaussian that their derivatives passed, so that both sides stay
-//! consistent, fast torques (ripple, gear errors, play) included; coordinates that nobody measures
+//! consistent, fast torques (ripple, gear errors, play) included; coordinates that no sensor measures
 //! and states of effects are integrated along. What is missing is split into octaves ([`super::octaves`]); each counts
 //! in units of what a perfect model leaves there (noise, quantisation, hold of inputs, dry friction at reversals), which
 //! a simulated recording of the nominal model shows, and of a tolerance for the forms of laws.
@@ -163,7 +163,7 @@ impl GriddedRecording {
         self.len() == 0
     }
 
-    /// What each channel shows beyond what the model says it would: second derivative (of a velocity channel beside an
+    /// What each channel shows beyond what the model predicts: second derivative (of a velocity channel next to an
     /// angle: the reading itself), simulated less measured, at every instant of the grid.
     ///
     /// # Errors
@@ -261,7 +261,7 @@ impl GriddedRecording {
                             if rate { x[links.velocity[i]] } else { links.position(i, &coordinate, &x) };
                         state * f + more
                     }
-                    // What leads its coordinate: its second derivative, or the slope of a velocity. Beside another one: the
+                    // What prescribes its coordinate: its second derivative, or the slope of a velocity. Next to another one: the
                     // reading.
                     Some((i, f, rate)) => {
                         let leads = self.as_lead(links, i, c);
@@ -330,7 +330,7 @@ impl GriddedRecording {
     }
 
     /// Second derivatives of what leads each coordinate, as the channel has them, with what the kernel takes off passed through it
-    /// once more (Tukey's twicing): beside them is integrated what nothing leads, which no other kernel makes up for. None where
+    /// once more (Tukey's twicing): with them is integrated what nothing prescribes, which no other kernel makes up for. None where
     /// no row is given.
     fn accelerations(&self, links: &Links) -> Vec<Vec<f64>> {
         let one = |lead: &Option<(usize, f64, bool)>| {

@@ -1,4 +1,4 @@
-//! How surely the plant's own parameters are believed while much is missed, for reasons other than these.
+//! Priors of the plant's own parameters while much is missed for other reasons.
 
 use nalgebra::{DMatrix, DVector};
 use trueup_identification::lsq::{Solution, SolverOptions, solve};
@@ -19,7 +19,7 @@ impl PosedSet {
             matches!(self.unknowns[*k].target, BalanceTarget::Parameter(_)) && self.unknowns[*k].run.is_none()
         })
     }
-    /// Scales the rows of what is believed of them.
+    /// Scales the rows of their prior.
     fn scale_owned(&self, residuals: &mut DVector<f64>, jacobian: &mut DMatrix<f64>, by: f64) {
         let believed = (0..self.unknowns.len()).filter(|k| self.unknowns[*k].prior.is_some());
         let first =
@@ -34,7 +34,7 @@ impl PosedSet {
 }
 
 impl FittedSet {
-    /// Residuals and their derivatives with the plant believed as it was in the fit.
+    /// Residuals and their derivatives with the plant's prior as in the fit.
     pub(super) fn as_believed(&self) -> (DVector<f64>, DMatrix<f64>) {
         let (mut r, mut j) = (self.residuals.clone(), self.jacobian.clone());
         self.stated.scale_owned(&mut r, &mut j, self.surer);
@@ -43,7 +43,7 @@ impl FittedSet {
 }
 
 impl CaseSearch<'_> {
-    /// Solves with the plant's own parameters believed as one believes them whose readings miss so much for another reason: the
+    /// Solves with a prior of the plant's own parameters for readings that miss so much for another reason: the
     /// size of a misfit is not known, so that readings count by what is left of it, and what is left falls as the fit goes on.
     /// Where they counted in full a cause that is lacking would drag parameters wherever they take up a little of it.
     pub(super) fn solve_believing(

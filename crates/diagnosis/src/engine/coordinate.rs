@@ -52,7 +52,7 @@ impl DiagnosisSubject {
     }
 }
 
-/// What a servo's reference does beside the torque of a motor of that inertia.
+/// The effect of a servo's reference relative to the torque of a motor of that inertia.
 fn by_servo(effects: &EffectSet, values: &[f64], site: usize, per_torque: f64) -> Option<(usize, f64)> {
     let servo = effects.servo()?;
     Some((servo.begin.inputs + site, values[servo.begin.parameters + site] * per_torque))

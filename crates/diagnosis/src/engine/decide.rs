@@ -35,7 +35,7 @@ pub struct Decision {
     pub closed: f64,
     /// Probability that none of the candidates is right.
     pub unknown: f64,
-    /// Odds below which two causes are not told apart.
+    /// Odds below which two causes are not distinguished.
     pub odds: f64,
     /// No fit of the model's own parameters runs nearer than those given: they explain nothing.
     pub unmoved: bool,
@@ -44,10 +44,10 @@ pub struct Decision {
     pub left_out: Option<(Option<usize>, LeftOut)>,
 }
 
-/// A cause that is not told from one of those chosen.
+/// A cause that is not distinguished from one of those chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Rival<'a> {
-    /// What stands in its place,
+    /// The alternative cause,
     pub cause: &'a Hypothesis,
     /// in this set.
     pub set: &'a FittedSet,
@@ -76,7 +76,7 @@ impl Decision {
         self.verdict = Verdict::Unknown;
         self.unknown = self.unknown.max(0.5);
     }
-    /// What is not told from the `i`-th cause of the chosen set, likeliest first.
+    /// What is not distinguished from the `i`-th cause of the chosen set, likeliest first.
     pub fn close<'a>(&'a self, found: &'a SearchResult, i: usize) -> impl Iterator<Item = Rival<'a>> {
         self.rivals[i].iter().filter(|r| -r.1 < self.odds).filter_map(|(at, odds)| {
             let set = &found.sets[*at];
@@ -96,7 +96,7 @@ impl SearchResult {
 }
 
 impl FittedSet {
-    /// The cause that another set has in the place of one of its own.
+    /// The cause that another set has instead of one of its own.
     pub(crate) fn replaced_in<'a>(&self, other: &'a Self) -> Option<&'a Hypothesis> {
         other.stated.set.iter().find(|o| !self.stated.set.contains(o))
     }
@@ -111,7 +111,7 @@ impl FittedSet {
     }
 }
 
-/// Share of the effects of a claim that are there, by how many it has: what a law's form leaves asks for others. Counted on
+/// Share of the effects of a claim that are there, by how many it has: what a law's form leaves requires others. Counted on
 /// trials whose seeds are not those reported.
 const MEMBERS: [f64; 3] = [1.0, 0.75, 0.4];
 
@@ -156,7 +156,7 @@ pub fn decide(
     let beyond = |gap: f64| free.before > gap;
     let gap = beyond(free.chance) || taken || shown && (plain || beyond(limits.free_runs.even * free.floor));
     let (known, explained) = (account.known(limits), account.explained(limits));
-    // Parameters that leave misses plain and mend hardly anything of a free run explain nothing.
+    // Parameters that leave plain misses and hardly correct a free run explain nothing.
     let mended = 1.0 - judge.tuned() / left(free.before, free.floor);
     let missed = free.bare() > limits.gap.missed * free.chance
         || account.left > limits.gap.bare && mended < limits.gap.neither;

@@ -170,7 +170,7 @@ fn weigh(led: &mut GriddedRecording, own: &Spectra, like: &[&Spectra], counts: &
             }
         }
         // No perfect model leaves more than the nominal one does: in most recordings, and in this one as far as its
-        // values tell.
+        // values show.
         let scale: Vec<f64> = (0..m)
             .map(|c| {
                 let less = |of: &Spectra| of.less(o, c * m + c, more[c]);
@@ -222,9 +222,9 @@ fn leading(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<bool> {
     lead
 }
 
-/// Outputs beside another one from which they are so far apart that noise of either hardly comes through a spring between
-/// them. Of an arm: its motor would else be integrated beside accelerations of a satellite that a camera sees; a joint's load has
-/// no one else to be integrated beside.
+/// Outputs next to another one from which they differ so much that noise of either hardly comes through a spring between
+/// them. Of an arm: its motor would else be integrated with accelerations of a satellite that a camera sees; a joint's load has
+/// nothing else to be integrated with.
 fn apart(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<usize> {
     // By output: power of how far the two are apart, and of the noise.
     let mut powers: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
     use trueup_identification::run::OutputChannel;
 
-    /// Floors are of the leading that stands: those of another one before leave nothing behind.
+    /// Floors depend on the current driving channels: those of earlier ones leave nothing behind.
     #[test]
     fn what_is_weighed_anew_is_weighed_alike() {
         let t: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.01).collect();

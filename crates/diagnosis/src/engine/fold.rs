@@ -14,7 +14,7 @@ impl PreparedCase {
     }
 }
 
-/// Iterations from where all recordings led a set that ran freely already.
+/// Iterations from the estimate from all recordings for a set that ran freely already.
 const AGAIN: usize = 6;
 
 /// One recording for fitting held out.
@@ -41,7 +41,7 @@ impl Fold {
         CaseSearch { case: &self.case, sizes, causes, led, expected, adrift }
     }
 
-    /// Fits a set to the others, free-running, from where all recordings led it: as it ran freely, or else as the balances have
+    /// Fits a set to the others, free-running, from the estimate from all recordings: as it ran freely, or else as the balances have
     /// it.
     pub fn fit(
         &self,

@@ -19,12 +19,12 @@ use super::recordings::PreparedCase;
 use super::unknown::UnknownPrior;
 pub use pose::{PosedHypothesis, TrialValues};
 
-/// What a hypothesis says.
+/// What a hypothesis states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HypothesisClaim {
     /// This effect is missing.
     Effect(EffectChoice),
-    /// The parameters (by index in the model without effects) are further off than their doubt says.
+    /// The parameters (by index in the model without effects) are further off than their standard deviation allows.
     Parameter(usize),
     /// A channel of this output has a constant reading offset.
     Offset(usize),
@@ -34,7 +34,7 @@ pub enum HypothesisClaim {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Times {
-    /// Once, at the same time in all recordings; a first state is that of an effect which begins anew in each.
+    /// Once, at the same time in all recordings; a first state is that of an effect which begins again in each.
     Once,
     /// Several times, at the same times in all recordings.
     Several,
@@ -45,7 +45,7 @@ pub enum Times {
 /// One possible cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypothesis {
-    /// What it says.
+    /// Its statement.
     pub claim: HypothesisClaim,
     /// Effect id of the contract, or the parameter's name.
     pub id: String,
@@ -55,7 +55,7 @@ pub struct Hypothesis {
     pub site: usize,
     /// Whether the arm has it per joint.
     pub per_joint: bool,
-    /// How often it comes (pushes).
+    /// How often it occurs (impulses).
     pub times: Times,
     /// It acts at a joint without a spring, where motor and link are one body.
     pub rigid: bool,
@@ -242,7 +242,7 @@ pub fn own_parameters(p: &PreparedCase) -> Vec<usize> {
     }
 }
 
-/// The unknown of a parameter of the plant with that relative doubt.
+/// The unknown of a parameter of the plant with that relative standard deviation.
 pub fn parameter(p: &PreparedCase, index: usize, doubt: f64) -> BalanceUnknown {
     let named = &p.subject.parameters(&p.model)[index];
     let start = p.nominal[index];

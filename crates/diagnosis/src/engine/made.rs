@@ -56,7 +56,7 @@ pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> FittedSet {
     }
 }
 
-/// Sets beside a plain model that leaves 100 floors; `best`: which of them was chosen, `None`: the plain model.
+/// Sets next to a plain model that leaves 100 floors; `best`: which of them was chosen, `None`: the plain model.
 pub(crate) fn found(sets: Vec<FittedSet>, best: Option<usize>, readings: f64) -> SearchResult {
     let plain = fitted("", 100.0, readings);
     SearchResult { best: best.map_or_else(|| plain.clone(), |at| sets[at].clone()), plain, sets }

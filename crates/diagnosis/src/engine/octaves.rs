@@ -15,7 +15,7 @@ pub fn length(n: usize) -> usize {
     all + n
 }
 
-/// What a value of an octave stands for.
+/// What a value of an octave represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctavePart {
     /// 0: the highest.
@@ -43,7 +43,7 @@ pub fn split<T: Scalar>(series: &[T]) -> Vec<T> {
     all
 }
 
-/// What each value of [`split`] of `n` samples stands for.
+/// What each value of [`split`] of `n` samples represents.
 pub fn parts(n: usize) -> Vec<OctavePart> {
     let (mut n, mut width, mut octave) = (n, 1, 0);
     let mut all = Vec::with_capacity(length(n));

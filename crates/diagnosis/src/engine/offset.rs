@@ -1,4 +1,4 @@
-//! Constants that readings of outputs have too much, estimated in every recording anew.
+//! Constant offsets of readings of outputs, estimated for each recording separately.
 
 use super::unknown::UnknownPrior;
 use trueup_identification::run::OutputChannel;
@@ -13,7 +13,7 @@ use super::search::CaseSearch;
 const SHARE: f64 = 0.1;
 
 impl CaseSearch<'_> {
-    /// The offset of a channel in a recording, believed as its owner says.
+    /// The offset of a channel in a recording, with the declared prior.
     pub(super) fn offset(&self, channel: &OutputChannel, run: usize) -> BalanceUnknown {
         let PriorGuess { value, doubt } = channel.offset.unwrap_or(PriorGuess { value: 0.0, doubt: None });
         let size = doubt.unwrap_or(SHARE * self.sizes.range(channel.output));
@@ -22,7 +22,7 @@ impl CaseSearch<'_> {
     }
 }
 
-/// Of a channel with its unit; what it is believed to be, and how far it may be off.
+/// Of a channel with its unit; its prior mean and standard deviation.
 pub(super) fn offset(
     (channel, unit): (&str, &str),
     output: usize,

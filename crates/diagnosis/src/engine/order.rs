@@ -1,4 +1,4 @@
-//! Orders of the motor's shaft that stand out in what is missing.
+//! Orders of the motor's shaft that are prominent in what is missing.
 
 use std::f64::consts::{PI, TAU};
 
@@ -59,7 +59,7 @@ impl CaseSearch<'_> {
             descending(&mut best, |item| at(*item));
             looks.extend(best.into_iter().take(CLOSELY).map(|k| (k + 1) as f64 * step));
         }
-        // What stands out may be the double of an order. Counts of a coarse encoder repeat with the angle too.
+        // A prominent order may be the double of an order. Counts of a coarse encoder repeat with the angle too.
         looks.extend(looks.clone().into_iter().map(|k| 0.5 * k));
         let (coarsest, finest) = (self.coarsest(h), self.finest(h));
         looks.retain(|k| (coarsest..=finest).contains(k));
@@ -95,14 +95,14 @@ impl CaseSearch<'_> {
         each.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
-    /// The lowest order that comes round twice in some recording: what does not is no repeat.
+    /// The lowest order that repeats at least once in some recording: what does not is no repeat.
     pub(crate) fn coarsest(&self, h: &Hypothesis) -> f64 {
         let turns = |run: &Compared| {
             let (channel, factor) = self.shaft(run.run.channels.iter().map(|c| c.output), h)?;
             Some(range(&run.run.channels[channel].y) * factor.abs() / TAU)
         };
         let most = self.case.train.iter().filter_map(turns).fold(0.0, f64::max);
-        // A sensor's error is known to come round with its own turn.
+        // A sensor's error is known to repeat with its own turn.
         let known = h.sensed(self.case).is_some() || most == 0.0;
         h.least_order().max(if known { 0.0 } else { 2.0 / most })
     }

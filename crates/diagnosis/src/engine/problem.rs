@@ -22,7 +22,7 @@ pub use super::unknown::{BalanceTarget, BalanceUnknown};
 /// Columns of a Jacobian with the unknown that each belongs to.
 type BalanceColumns = Vec<(usize, Vec<f64>)>;
 
-/// What is believed of several unknowns together: `rows` times their distance from `at` has deviation 1.
+/// The joint prior of several unknowns: `rows` times their distance from `at` has deviation 1.
 #[derive(Clone, Debug)]
 pub struct Belief {
     /// Which unknowns.
@@ -50,9 +50,9 @@ pub struct BalanceProblem<'a> {
     pub unknowns: Vec<BalanceUnknown>,
     /// Columns of the Jacobian that are held as they are: by unknown, over all readings.
     pub held: BTreeMap<usize, Vec<f64>>,
-    /// Free-running: deviation by recording and output that the model is allowed beside that of the readings; empty: none.
+    /// Free-running: deviation by recording and output that the model is allowed in addition to that of the readings; empty: none.
     pub allowed: Vec<Vec<f64>>,
-    /// What is believed of several unknowns together.
+    /// The joint prior of several unknowns.
     pub belief: Option<&'a Belief>,
     /// Orders of a shaft: which unknown (its logarithm is searched), and the angle that the shaft turns through (rad).
     pub orders: Vec<(usize, f64)>,
@@ -142,7 +142,7 @@ impl BalanceProblem<'_> {
         }
         self.ties.iter().for_each(|&(which, whom)| p[which] = p[whom]);
         above.into_iter().for_each(|(at, base, v)| p[at] = p[base] + v);
-        // The readings are less what was believed already.
+        // The prior means are removed from the readings already.
         (p, sensors.beside(&believed))
     }
 
@@ -247,7 +247,7 @@ impl BalanceProblem<'_> {
         Ok(moved.weighted(&moved.missing(self.model, links, p, sensors)?))
     }
 
-    /// A shift as one beyond what the recording is believed to have.
+    /// A shift relative to the recording's prior mean.
     fn moves(&self, run: usize, target: BalanceTarget, value: f64) -> (BalanceTarget, f64) {
         let run = &self.runs[run].run;
         let beyond = |late: Option<PriorGuess>| late.map_or(0.0, |g| value - g.value);

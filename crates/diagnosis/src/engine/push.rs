@@ -14,7 +14,7 @@ const FAR: f64 = 8.0;
 /// Share of a stretch that its edges are thought to take.
 const EDGE: f64 = 0.3;
 
-/// A stretch of time in s, and how far its mean stands out.
+/// A stretch of time in s, and the significance of its mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
     start: f64,
@@ -174,18 +174,18 @@ impl CaseSearch<'_> {
     }
 }
 
-/// How many pushes a recording has.
+/// How many impulses a recording has.
 fn pushes(h: &Hypothesis) -> usize {
     if h.times == Times::Several { PUSHES } else { 1 }
 }
 
-/// The unknowns of the pushes, one after the other; those without a stretch of their own stay where they were.
+/// The unknowns of the impulses, one after the other; those without a stretch of their own stay where they were.
 pub(super) fn filled(h: &Hypothesis, unknowns: &[BalanceUnknown], stretches: &[Stretch]) -> Vec<f64> {
     let each = (unknowns.len() / pushes(h)).max(1);
     unknowns.iter().enumerate().map(|(k, u)| value(u, stretches.get(k / each).copied())).collect()
 }
 
-/// As many stretches as there may be pushes, each once those before it are taken out.
+/// As many stretches as there may be impulses, each once those before it are taken out.
 fn one_by_one(all: &[&Missing]) -> Vec<Stretch> {
     let mut left: Vec<Missing> = all.iter().map(|m| Missing { t: m.t.clone(), a: m.a.clone() }).collect();
     let mut found = Vec::new();
@@ -204,7 +204,7 @@ fn one_by_one(all: &[&Missing]) -> Vec<Stretch> {
     found
 }
 
-/// What an unknown of a push says of it.
+/// The quantity of an impulse that an unknown gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PushPart {
     Start,
@@ -239,12 +239,12 @@ fn value(u: &BalanceUnknown, found: Option<Stretch>) -> f64 {
     }
 }
 
-/// The stretch that stands out most.
+/// The most significant stretch.
 fn best(stretches: &[Stretch]) -> Option<Stretch> {
     stretches.iter().copied().max_by(|a, b| a.score.total_cmp(&b.score))
 }
 
-/// Stretches of all lengths with how far their mean stands out, over all series at the same times since the first start.
+/// Stretches of all lengths with the significance of their mean, over all series at the same times since the first start.
 fn scan<M: Borrow<Missing>>(all: &[M]) -> Vec<Stretch> {
     let all: Vec<&Missing> = all.iter().map(Borrow::borrow).collect();
     let Some(first) = all.first() else { return Vec::new() };

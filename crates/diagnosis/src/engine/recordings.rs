@@ -24,16 +24,16 @@ pub enum UnfitCase {
     /// Not one of the plants.
     #[error("there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator")]
     Model(String),
-    /// The structure asked for cannot be built.
+    /// The requested structure cannot be built.
     #[error("{0}")]
     Structure(String),
-    /// A parameter that cannot be what it is said to be.
+    /// A parameter with an inadmissible value.
     #[error("{0}")]
     Parameter(#[from] ModelError),
     /// The same of a recording.
     #[error("{0}: {1}")]
     Recording(String, ModelError),
-    /// A channel whose noise nobody knows.
+    /// A channel whose noise is not known.
     #[error(
         "{recording}: nothing is known of the noise of {channel}, and its readings do not show it; declare [channels.{channel}] noise or resolution"
     )]
@@ -61,13 +61,13 @@ pub enum UnfitCase {
 /// A case ready for diagnosis.
 #[derive(Clone, Debug)]
 pub struct PreparedCase {
-    /// The plant as its owner declares it.
+    /// The plant as the user declares it.
     pub subject: DiagnosisSubject,
     /// Without effects, but for those that are known.
     pub model: EngineModel,
-    /// Its parameters as the owner believes them.
+    /// Its nominal parameters.
     pub nominal: Vec<f64>,
-    /// Relative doubt per parameter, where declared.
+    /// Relative standard deviation per parameter, where declared.
     pub doubt: BTreeMap<String, f64>,
     /// Recordings for fitting.
     pub train: Vec<Compared>,
@@ -81,11 +81,11 @@ pub struct PreparedCase {
     pub outputs: Vec<PlantQuantity>,
     /// Standard deviation of the noise of measured inputs, by input.
     pub input_noise: Vec<f64>,
-    /// How far the noise of a reading tells that of the next, by output.
+    /// Correlation of the noise of a reading with that of the next, by output.
     pub correlation: Vec<f64>,
     /// The same by input.
     pub input_correlation: Vec<f64>,
-    /// Outputs whose constant reading offset is to be estimated, in every recording anew.
+    /// Outputs whose constant reading offset is to be estimated, for each recording separately.
     pub offsets: Vec<usize>,
     /// Gains and delays of sensors, and offsets of inputs, that are to be estimated: the same in all recordings.
     pub sensors: Vec<BalanceUnknown>,
@@ -141,7 +141,7 @@ impl PreparedCase {
         }
     }
 
-    /// Deviation of a measured input's noise, and how far it tells that of the next reading.
+    /// Deviation of a measured input's noise, and its correlation with that of the next reading.
     pub fn input_noise_of(&self, input: usize) -> [f64; 2] {
         [&self.input_noise, &self.input_correlation].map(|list| list.get(input).copied().unwrap_or(0.0))
     }
@@ -166,7 +166,7 @@ impl PreparedCase {
         };
         given(&case.parameters)?.into_iter().for_each(|(i, v)| nominal[i] = v);
         if subject.payload.is_some() {
-            // Where its centre is is said by the link's length, unless by the case.
+            // Its centre follows from the link's length, unless the case gives it.
             let all = reader.set(&reader.defaults(), &case.parameters)?;
             for p in &arm::PAYLOAD {
                 let own = index.get(p.name).copied().zip(reader.parameter(p.name));
@@ -238,7 +238,7 @@ fn sensors(model: &trueup_identification::model::SimulatedPlant, train: &[Compar
             SensorOf::Output(i) => &model.outputs()[i],
         };
         let (target, unit) = match (s.of, s.figure) {
-            // They are estimated in each recording anew.
+            // They are estimated for each recording separately.
             (SensorOf::Output(_), SensorFigure::Offset) => return None,
             (SensorOf::Output(i), SensorFigure::Gain) => (BalanceTarget::Gain(i), "1"),
             (SensorOf::Output(i), SensorFigure::Delay) => (BalanceTarget::TotalSensorDelay(i), "s"),
@@ -316,7 +316,7 @@ fn run(loaded: &Loaded, subject: &DiagnosisSubject, r: &Recording) -> Result<Ide
     Ok(run)
 }
 
-/// Noise where nobody declares it: from third differences, which a smooth motion does not have.
+/// Noise where it is not declared: from third differences, which a smooth motion does not have.
 fn rough(y: &[f64]) -> Option<f64> {
     let mut d: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
     if d.len() < 20 {
@@ -329,7 +329,7 @@ fn rough(y: &[f64]) -> Option<f64> {
 }
 
 /// Position and velocity of every coordinate at the start, from a parabola through its first readings; of those that
-/// nobody measures as of the neighbour: the load as the motor has it.
+/// no sensor measures as of the neighbour: the load as the motor has it.
 pub(super) fn first_states(
     subject: &DiagnosisSubject,
     model: &EngineModel,
@@ -388,11 +388,11 @@ pub(super) fn first_states(
     known
 }
 
-/// Deviations by which what more readings say may differ from what fewer said.
+/// Deviations by which an estimate from more readings may differ from one from fewer.
 const AGREES: f64 = 3.0;
 
 /// Value and slope at `start` of the least-squares parabola through the first readings of a channel: through twice as many
-/// as long as all that was said so far can be true at once (Lepski's rule), for a slope that is wrong by noise may put a
+/// as long as all estimates so far are compatible (Lepski's rule), for a slope that is wrong by noise may put a
 /// free run into another minimum.
 fn parabola(channel: &OutputChannel, start: f64) -> Option<[f64; 2]> {
     let least = channel.t.iter().take_while(|t| **t <= start + 0.05).count().clamp(8, 60);

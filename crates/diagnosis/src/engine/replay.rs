@@ -18,10 +18,10 @@ use super::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Belief, Comp
 use super::search::{CaseSearch, FittedSet, PosedSet};
 use super::subject::EngineModel;
 
-/// A first state is not surer than this share of the range that is seen.
+/// A first state's standard deviation is at least this share of the range that is seen.
 const UNSURE: f64 = 0.003;
 
-/// Readings of a channel in a recording that tell something new of what a free run misses.
+/// Number of independent readings of a channel in a recording, of what a free run misses.
 const INDEPENDENT: f64 = 100.0;
 /// How much further than their deviation the balances' estimates may be off when nothing is left: free runs that bifurcate
 /// would else drag what balances know.
@@ -80,11 +80,11 @@ pub struct SettledReplay {
 }
 
 impl FittedSet {
-    /// Where they miss an effect balances drag the parameters: the owner's doubts are all that holds them then.
+    /// Where they miss an effect balances bias the parameters: only their priors limit them then.
     pub(super) fn knows(&self) -> bool {
         self.stated.set.iter().any(Hypothesis::is_effect) || self.misses_little()
     }
-    /// Makes what the balances tell of the unknowns that another set shares its belief, in the place of their priors.
+    /// Replaces the priors of the unknowns that `stated` shares with this set by this set's posterior from the balances.
     /// `looser`: times as far as usual it may be off.
     pub(super) fn believe(&self, stated: &mut PosedSet, looser: f64) {
         let shared: Vec<(usize, usize)> =
@@ -105,9 +105,9 @@ impl FittedSet {
 }
 
 impl PosedSet {
-    /// Takes over what was believed of a set that this one grew out of: by name, for a joint that gives way has more first
-    /// states, which stand between the others. A first state that nothing shows is measured by the spring of such a joint, in
-    /// the place of what is typical: where one was believed together with others this set keeps priors of its own.
+    /// Takes over the priors of the set that this one extends: by name, because a compliant joint has more first
+    /// states, which are between the others. A first state that nothing shows is measured by the spring of such a joint, in
+    /// place of what is typical: where the prior was joint with others this set keeps priors of its own.
     pub(super) fn believe_like(&mut self, base: &Self) {
         let same =
             |u: &BalanceUnknown, v: &BalanceUnknown| u.name == v.name && u.run == v.run && u.scale == v.scale;
@@ -153,7 +153,7 @@ impl CaseSearch<'_> {
                 let Some(name) = named.get(at).map(|n| n.name.clone()) else { continue };
                 let known = old.iter().position(|n| n.name == name);
                 let value = run.known.iter().find(|(i, _)| Some(*i) == known).map_or(0.0, |k| k.1);
-                // What a few dozen readings give, or a wrong model of what they show; nobody measures it: as far as its
+                // What a few dozen readings give, or a wrong model of what they show; no sensor measures it: as far as its
                 // spring lets it go, or as much as may be.
                 let spring = c.spring.map(|(site, moves)| {
                     let deflection = moves.abs() * self.sizes.get(site, Measure::Deflection);
@@ -189,7 +189,7 @@ impl CaseSearch<'_> {
         output.map_or(1.0, |o| self.sizes.range(o))
     }
 
-    /// Fits a set once more, free-running, from where the recordings led it: first states alone, then everything.
+    /// Fits a set once more, free-running, from the estimate that the recordings gave: first states alone, then everything.
     pub fn polish(&self, from: &FittedSet, iterations: usize) -> FreeRunFit {
         let before = CompleteModel { stated: from.stated.clone(), theta: from.theta.clone() };
         let train = &self.case.train;
@@ -227,7 +227,7 @@ impl CaseSearch<'_> {
         if !claims || found.misfit < NEAR * geometric_mean(train.iter().map(|run| self.noise(run))) {
             return found;
         }
-        // Balances that are believed less have to make it far better.
+        // Balances with less weight have to make it far better.
         let theta = found.fitted.as_ref().map_or(&start, |f| &f.theta);
         let loose = self.polished(held(LOOSE), theta, iterations);
         loose.filter(|f| f.misfit < FAR_BETTER * found.misfit).unwrap_or(found)
@@ -264,9 +264,9 @@ impl CaseSearch<'_> {
         Some((stated, start))
     }
 
-    /// Deviations that a model is allowed beside those of the readings, by output: what it misses of a recording beyond
-    /// their noise, as the same share of each output's range. It lasts, so that only so many readings of a channel tell
-    /// something new; a model that misses nothing is judged by the noise alone.
+    /// Deviations that a model is allowed in addition to those of the readings, by output: what it misses of a recording beyond
+    /// their noise, as the same share of each output's range. It lasts, so that only so many readings of a channel are
+    /// independent; a model that misses nothing is judged by the noise alone.
     fn allowed(&self, shown: &[Vec<f64>], run: &Compared) -> Vec<f64> {
         let beyond = run.run.channels.iter().zip(shown).map(|(channel, shown)| {
             let n = channel.y.len().max(1) as f64;
@@ -330,7 +330,7 @@ impl CaseSearch<'_> {
         self.floors_around(complete, runs, &self.settled(complete, runs)?, (seed, DRAWS))
     }
 
-    /// The same around recordings that are settled already; noise is drawn so often from this seed.
+    /// The same around recordings that are determined already; noise is drawn so often from this seed.
     ///
     /// # Errors
     /// The model cannot be simulated.

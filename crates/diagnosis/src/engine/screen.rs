@@ -20,7 +20,7 @@ pub use pair::CausePair;
 use projection::Projection;
 use trueup_numerics::order::descending;
 
-/// A cause as it looks from where the search stands.
+/// A cause as seen from the current state of the search.
 #[derive(Clone, Debug)]
 pub struct ScreenedCause {
     /// Which of the causes.
@@ -33,7 +33,7 @@ pub struct ScreenedCause {
     looked: Option<LinearisedCause>,
 }
 
-/// A set with a cause more, asked for by what a free run misses.
+/// A set with a cause more, indicated by what a free run misses.
 #[derive(Clone, Debug)]
 pub struct RequestedCause {
     /// Share of its sum of squares that the cause would explain.
@@ -45,10 +45,10 @@ pub struct RequestedCause {
 }
 
 impl CaseSearch<'_> {
-    /// How each cause would fare beside those of `base`, from one simulation per look.
+    /// How each cause would fare in addition to those of `base`, from one simulation per look.
     pub fn screen(&self, base: &FittedSet) -> Vec<ScreenedCause> {
         let projection = Projection::new(base);
-        // Pushes in two places are a torque over time that has no name.
+        // Impulses in two places are a torque over time that has no name.
         let pushed = base.stated.set.iter().any(Hypothesis::is_push);
         let tasks: Vec<usize> = (0..self.causes.len())
             .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
@@ -96,7 +96,7 @@ impl CaseSearch<'_> {
         Some(ScreenedCause { index, gain: best.gain, start: beside.start(&best), looked: Some(best.looked) })
     }
 
-    /// Where to look from at a cause; `None`: it is not to be seen beside this base. `orders`: of the shaft, if known.
+    /// Where to look from at a cause; `None`: it cannot be seen with this base. `orders`: of the shaft, if known.
     fn looks(
         &self,
         base: &FittedSet,
@@ -108,7 +108,7 @@ impl CaseSearch<'_> {
         let push = h.is_push();
         let order = posed.order;
         let free = base.stated.free.is_some();
-        // Orders are sought in what the balances miss, and what pushes each recording at a time of its own.
+        // Orders are searched in what the balances miss, and so are impulses at a different time in each recording.
         if free && (order.is_some() || push && h.times == Times::EachRun) {
             return None;
         }
@@ -169,7 +169,7 @@ impl CaseSearch<'_> {
     }
 
     /// Effects that would do at least this share of what the last cause of `best` does where it ended, running freely: a free run
-    /// without it says little of them, for it goes elsewhere (EST-10).
+    /// without it contains little information on them, for it goes elsewhere (EST-10).
     pub fn alike(&self, best: &FittedSet, least: f64) -> Vec<RequestedCause> {
         let projection = Projection::without_last(best);
         let whole = 0.5 * projection.residuals.norm_squared().max(f64::MIN_POSITIVE);
@@ -194,7 +194,7 @@ impl CaseSearch<'_> {
         all
     }
 
-    /// How the effects would fare beside `base`, which runs freely: those that would explain at least this share of what it
+    /// How the effects would fare in addition to `base`, which runs freely: those that would explain at least this share of what it
     /// misses, best first; with the effects of `base`, or alone where it has none.
     pub fn lacking(&self, base: &FittedSet, least: f64) -> Vec<RequestedCause> {
         let whole = 0.5 * base.residuals.norm_squared();

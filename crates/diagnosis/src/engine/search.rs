@@ -39,7 +39,7 @@ pub struct PosedSet {
     pub posed: Vec<PosedHypothesis>,
     /// It runs freely, and may miss readings by these deviations, by recording and output; `None`: the recordings lead it.
     pub free: Option<Vec<Vec<f64>>>,
-    /// What the balances told of the unknowns.
+    /// The estimate of the unknowns by the balances.
     pub belief: Option<Belief>,
 }
 
@@ -47,7 +47,7 @@ pub struct PosedSet {
 const PATIENCE: usize = 4;
 
 impl PosedSet {
-    /// Coordinates to begin with: each unknown as the first of these fits has it that knows it.
+    /// Coordinates to begin with: each unknown as the first of these fits has it that contains it.
     pub fn begin_with(&self, fits: &[&FittedSet]) -> Vec<f64> {
         let known = |u: &BalanceUnknown| fits.iter().find_map(|f| f.coordinate_of(u));
         self.unknowns.iter().map(|u| known(u).unwrap_or_else(|| u.coordinate())).collect()
@@ -74,7 +74,7 @@ pub struct Octave {
 }
 
 /// Power of residuals beyond that of a perfect model's, in units of the floor's, as a mean over octaves: what is slow has
-/// few values, and would drown among the many of what is fast.
+/// few values, and would be hidden by the many of what is fast.
 pub fn excess(octaves: &[Octave]) -> f64 {
     let beyond = octaves.iter().map(|o| (o.squares - o.expected) / o.count.max(1.0));
     beyond.sum::<f64>() / octaves.len().max(1) as f64
@@ -104,11 +104,11 @@ pub struct FittedSet {
     pub stated: PosedSet,
     /// Coordinates.
     pub theta: Vec<f64>,
-    /// Residuals of readings, then priors; empty of a set that is kept by what they tell alone ([`FittedSet::lean`]).
+    /// Residuals of readings, then priors; empty of a set that is kept by their information alone ([`FittedSet::lean`]).
     pub residuals: DVector<f64>,
     /// Their derivatives, likewise.
     pub jacobian: DMatrix<f64>,
-    /// What readings and priors tell of the unknowns: J'J.
+    /// Information of readings and priors on the unknowns: J'J.
     pub information: DMatrix<f64>,
     /// How many readings there are.
     pub readings: usize,
@@ -120,7 +120,7 @@ pub struct FittedSet {
     pub prior2: f64,
     /// -1/2 log det(1 + Lambda^-1 F), what the unknowns cost.
     pub occam: f64,
-    /// How many times surer than its owner's doubts the plant was believed: the more, the more is missed.
+    /// Factor by which the plant's prior standard deviations were reduced: the more, the more is missed.
     pub surer: f64,
 }
 
@@ -192,7 +192,7 @@ impl<'a> CaseSearch<'a> {
         Ok(own)
     }
 
-    /// A set of causes in numbers, led by the recordings.
+    /// A set of causes in numbers, driven by the recordings.
     ///
     /// # Errors
     /// The set cannot be built.
@@ -248,7 +248,7 @@ impl<'a> CaseSearch<'a> {
             let doubt = p.doubt.get(name).copied().unwrap_or(KNOWN);
             let claimed = set.iter().any(|h| h.claim == hypothesis::HypothesisClaim::Parameter(index));
             let mut u = hypothesis::parameter(p, index, if claimed { doubt.max(WRONG) } else { doubt });
-            // The same parameter may lie elsewhere once there are effects.
+            // The same parameter may be elsewhere once there are effects.
             if let (BalanceTarget::Parameter(i), Some(at)) = (&mut u.target, names.get(name)) {
                 *i = *at;
             }
@@ -354,7 +354,7 @@ impl<'a> CaseSearch<'a> {
         base: &FittedSet,
     ) -> Result<FittedSet, PredictError> {
         let readings = self.compare(&stated).readings();
-        // A joint that gives way makes another plant of it.
+        // A compliant joint makes another plant of it.
         let loosens = stated.set.last().is_some_and(|h| h.loosens().is_some());
         let own = if loosens { 0 } else { stated.begin.last().copied().unwrap_or(0) };
         let held = stated.unknowns[..own].iter().enumerate().filter_map(|(k, u)| {
@@ -396,7 +396,7 @@ impl<'a> CaseSearch<'a> {
         }))
     }
 
-    /// The model as it was given, in the place of a fit of it.
+    /// The model as it was given, instead of a fit of it.
     pub fn given(&self, plain: &FittedSet) -> Option<FittedSet> {
         let start = self.compare(&plain.stated).start();
         self.standing(plain.stated.clone(), start)
@@ -409,7 +409,7 @@ impl<'a> CaseSearch<'a> {
         self.standing(stated, start)
     }
 
-    /// A set as it stands, in the place of a fit of it.
+    /// A set as it is, instead of a fit of it.
     pub fn standing(&self, stated: PosedSet, theta: Vec<f64>) -> Option<FittedSet> {
         let there = self.compare(&stated).evaluate(&theta, true).ok()?;
         Some(self.fitted(stated, theta, there.residuals, there.jacobian?))
@@ -451,7 +451,7 @@ impl<'a> CaseSearch<'a> {
         stated.begin_with(&[from])
     }
 
-    /// A set in numbers beside `base`, which runs freely, and where to begin: what both share as the base has it, the rest as
+    /// A set in numbers in addition to `base`, which runs freely, and where to begin: what both share as the base has it, the rest as
     /// the set was fitted.
     pub fn beside(&self, base: &FittedSet, set: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
         let stated = self.state_like(&set.stated.set, base.stated.free.clone()).ok()?;

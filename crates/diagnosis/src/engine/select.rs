@@ -71,7 +71,7 @@ pub struct SearchResult {
 
 impl SearchResult {
     /// Share of the floor's power that is left at the least: where a set leaves less than noise was held to leave, no perfect
-    /// model leaves more than it does. Pushes take up noise that is slow, and what noise leaves is not known to a quarter.
+    /// model leaves more than it does. Impulses take up noise that is slow, and what noise leaves is not known to a quarter.
     pub fn least(&self) -> f64 {
         let all = self.sets.iter().chain([&self.best]);
         let laws = all.filter(|f| !f.stated.set.iter().any(Hypothesis::is_push));
@@ -91,17 +91,17 @@ pub fn above(excess: f64, least: f64) -> f64 {
 
 /// A step has to explain this share of the excess that is left.
 pub const SHARE: f64 = 0.12;
-/// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
+/// ... and, from the second on, this share of the excess of the plain model: less is attributed to the form of the first.
 const LEFT_TO_FORM: f64 = 0.03;
-/// ... unless it is this share of what is left, and leaves none: what is wrong with a form no other cause mends wholly,
+/// ... unless it is this share of what is left, and leaves none: what is wrong with a form no other cause corrects wholly,
 pub const WHOLLY: f64 = 0.7;
 /// or this share, however much is left,
 pub const NEARLY: f64 = 0.85;
 /// and it brings so much evidence.
 pub const ASKED: f64 = 100.0;
-/// Parameters that lie so far from where they were believed, in squares of standard deviations, were dragged there.
+/// Parameters that are so far from their prior means, in squares of standard deviations, are biased.
 const DRAGGED: f64 = 25.0;
-/// Share of what several pushes explain that one has to leave to them.
+/// Share of what several impulses explain that one has to leave to them.
 const ALIKE: f64 = 0.9;
 /// Share of what the best of a screen explains that they have to explain themselves.
 const LEADING: f64 = 0.5;
@@ -156,7 +156,7 @@ impl CaseSearch<'_> {
         let mut sets: Vec<FittedSet> = Vec::new();
         let mut best = plain.clone();
         let mut beam = vec![plain.clone()];
-        // Where a cause has dragged parameters far away, it is better seen from where they were.
+        // Where a cause has biased parameters by much, it is better seen from where they were.
         if plain.prior2 > DRAGGED && plain.excess() > NEGLIGIBLE {
             beam.extend(self.given(&plain));
         }
@@ -237,7 +237,7 @@ impl CaseSearch<'_> {
     }
 
     /// Fits the likeliest sets with one cause more than `base`, however small their share: a free-running simulation may
-    /// tell.
+    /// decide.
     pub fn grow(&self, found: &mut SearchResult, base: &FittedSet, effort: SearchEffort) {
         let options = effort.options();
         let Some(base) = self.whole(base) else { return };
@@ -274,7 +274,8 @@ impl CaseSearch<'_> {
         fits.take(few)
     }
 
-    /// Several pushes are none where one explains nearly as much, and where they hardly lead their fit costs more than it tells.
+    /// Several impulses are rejected where one explains nearly as much: where they are hardly better, their fit costs more
+    /// than it shows.
     fn leads(&self, s: &ScreenedCause, screened: &[ScreenedCause]) -> bool {
         let cause = &self.causes[s.index];
         let once = |o: &&ScreenedCause| {
@@ -306,7 +307,7 @@ impl CaseSearch<'_> {
         parallel::map(steps, fit).into_iter().flatten().collect()
     }
 
-    /// Tries other causes in the place of each of several.
+    /// Tries other causes instead of each of several.
     fn exchanged(
         &self,
         mut best: FittedSet,
@@ -353,7 +354,7 @@ impl CaseSearch<'_> {
         best
     }
 
-    /// Tries every other cause with an order of the shaft in the place of one, at the order that this one has: lines are so
+    /// Tries every other cause with an order of the shaft instead of one, at the order that this one has: lines are so
     /// narrow that each would else end at an order of its own.
     fn share_orders(
         &self,
@@ -424,7 +425,7 @@ fn keep(sets: &mut Vec<FittedSet>, fitted: FittedSet) {
     }
 }
 
-/// Puts a fit in the place of that of the same set, or behind the others; where. Unlike [`keep`] it asks for no evidence: a
+/// Replaces the fit of the same set, or adds one behind the others; where. Unlike [`keep`] it requires no evidence: a
 /// fit of the balances from where a free run ended belongs to that run, which ended there for they had it wrong.
 pub(crate) fn put(sets: &mut Vec<FittedSet>, fitted: FittedSet) -> usize {
     let at = sets.iter().position(|f| same(&f.stated.set, &fitted.stated.set)).unwrap_or(sets.len());

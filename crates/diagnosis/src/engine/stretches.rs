@@ -1,5 +1,5 @@
 //! Free runs over stretches of the recordings for fitting, each from a first state of its own (multiple shooting without
-//! continuity): what speaks where balances are blind and a free run over a whole recording strays.
+//! continuity): the evidence where balances contain no information and a free run over a whole recording diverges.
 
 use std::ops::Range;
 
@@ -86,7 +86,7 @@ pub(super) fn part(whole: &IdentificationRun, within: Range<f64>) -> Identificat
 }
 
 impl FittedSet {
-    /// What it says of all recordings, without what it says of each.
+    /// The unknowns of all recordings, without those of each.
     pub fn of_all(&self) -> Self {
         let mut own = self.clone();
         own.stated.unknowns.iter_mut().filter(|u| u.run.is_some()).for_each(|u| u.run = Some(usize::MAX));

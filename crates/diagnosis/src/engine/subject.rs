@@ -1,4 +1,4 @@
-//! The plant under diagnosis: its structure, with any effects, and where a named value lies in it.
+//! The plant under diagnosis: its structure, with any effects, and where a named value is in it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -36,7 +36,7 @@ impl EngineModel {
         self.plant().sizes()
     }
     /// Rates of the states where these rows of an arm's equations have accelerations that are given, whatever force that takes.
-    /// The motor and load of a joint feel each other by the spring alone.
+    /// The motor and load of a joint interact by the spring alone.
     pub fn rates_led<T: ArmScalar>(&self, at: At<T>, led: &[(usize, T)], dx: &mut [T]) {
         match self {
             Self::Joint(m) => T::rates(&**m, at, &[], dx),
@@ -59,7 +59,7 @@ impl EngineModel {
     }
 }
 
-/// The plant as its owner declares it.
+/// The plant as the user declares it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiagnosisSubject {
     /// Which plant.
@@ -79,7 +79,7 @@ impl DiagnosisSubject {
     pub fn new(plant: effect::PlantKind, flexible: Vec<bool>) -> Self {
         Self { plant, flexible, fixed_base: false, payload: None, known: Vec::new() }
     }
-    /// With these effects (ids, places behind a colon) beside those that are known.
+    /// With these effects (ids, places behind a colon) in addition to those that are known.
     ///
     /// # Errors
     /// An effect that this plant cannot have.
@@ -142,7 +142,7 @@ impl DiagnosisSubject {
         let all = model.plant().table().parameters.iter();
         let mut p: Vec<f64> = all.map(|q| q.neutral.unwrap_or(q.start)).collect();
         if let EngineModel::Arm(_) = model {
-            // The rotor of a joint that its owner declares rigid is neglected, whatever loosens the joint.
+            // The rotor of a joint that the user declares rigid is neglected, whatever loosens the joint.
             let rotors = arm::parameter::motor_inertia(self.joints());
             (0..self.joints()).filter(|j| !self.flexible[*j]).for_each(|j| p[rotors + j] = 0.0);
         }

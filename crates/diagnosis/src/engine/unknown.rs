@@ -1,11 +1,11 @@
-//! What is unknown of a model and its recordings, and what is believed of it.
+//! What is unknown of a model and its recordings, and its prior.
 
 use trueup_identification::unknown::Scale;
 
-/// Doubt of a parameter that its owner holds to be known.
+/// Standard deviation of a parameter that the user declares as known.
 pub const KNOWN: f64 = 0.01;
 
-/// Doubt of one that a hypothesis holds to be wrong, of its logarithm.
+/// Standard deviation of one that is wrong by a hypothesis, of its logarithm.
 pub const WRONG: f64 = 0.5;
 
 /// What an unknown sets.
@@ -34,7 +34,7 @@ pub enum BalanceTarget {
     ActuatorDeadTime(usize),
     /// Time constant of a first-order lag of this input, s.
     ActuatorLag(usize),
-    /// By how many seconds the readings of this output are late, whatever they are believed to be.
+    /// By how many seconds the readings of this output are late, whatever the declared delay is.
     TotalSensorDelay(usize),
     /// The same of an input.
     InputSensorDelay(usize),
@@ -59,7 +59,7 @@ impl BalanceTarget {
 /// One unknown.
 #[derive(Clone, Debug)]
 pub struct BalanceUnknown {
-    /// FMU variable, or what it is.
+    /// FMU variable, or a description.
     pub name: String,
     /// Its unit.
     pub unit: String,
@@ -75,18 +75,18 @@ pub struct BalanceUnknown {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// What is believed of it, as a coordinate of `scale`.
+    /// Its prior, as a coordinate of `scale`.
     pub prior: Option<UnknownPrior>,
 }
 
-/// What is believed of an unknown.
+/// The prior of an unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnknownPrior {
     /// Mean.
     pub mean: f64,
     /// Standard deviation, above 0.
     pub deviation: f64,
-    /// It may lie far beyond that deviation: what is believed has a heavy tail.
+    /// It may be far beyond that deviation: the prior has a heavy tail.
     heavy: bool,
 }
 
@@ -103,12 +103,12 @@ impl UnknownPrior {
     pub const fn heavy(mean: f64, deviation: f64) -> Self {
         Self { mean, deviation, heavy: true }
     }
-    /// So many times surer.
+    /// With a standard deviation smaller by this factor.
     pub fn surer(self, times: f64) -> Self {
         Self { deviation: self.deviation / times, ..self }
     }
     /// The residual at a coordinate, whose square is -2 log density up to a constant, and how it changes with the coordinate.
-    /// Heavy: TAIL log(1 + r^2 / TAIL) in the place of r^2 (Student's t), r in deviations (EST-9).
+    /// Heavy: TAIL log(1 + r^2 / TAIL) instead of r^2 (Student's t), r in deviations (EST-9).
     pub fn residual(&self, theta: f64) -> (f64, f64) {
         let r = (theta - self.mean) / self.deviation;
         if !self.heavy || r.abs() < 1e-6 {

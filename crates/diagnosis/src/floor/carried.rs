@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trueup_identification::parallel;
 
-/// Noise of deviation 1 whose readings tell so much of the next.
+/// Noise of deviation 1 with this correlation of successive readings.
 pub(crate) fn coloured(told: f64, rng: &mut impl Rng) -> impl Iterator<Item = f64> {
     let new = (1.0 - told * told).sqrt();
     let first = rng.sample::<f64, _>(StandardNormal);
@@ -19,11 +19,11 @@ pub(crate) fn coloured(told: f64, rng: &mut impl Rng) -> impl Iterator<Item = f6
 ///
 /// `inputs` are the measured ones, sample by sample, `noise` deviation and correlation from sample to sample of their noise in
 /// the same order (deviation 0: known).
-/// `simulate` gives the free-running outputs; where the initial state is estimated anew for every recording, it should do
+/// `simulate` gives the free-running outputs; where the initial state is estimated again for every recording, it should do
 /// so here too, for part of the noise goes into it. Without any noise it runs once. Same bits for the same seed.
 ///
 /// # Errors
-/// What `simulate` says.
+/// The result of `simulate`.
 pub fn carried<E: Send>(
     inputs: &[Vec<f64>],
     noise: &[[f64; 2]],

@@ -12,7 +12,7 @@ pub enum ChannelFloorSource {
     Rest,
     /// Declared noise and resolution.
     Declared,
-    /// What differs from sample to sample faster than the motion does: a guess, to be said as one.
+    /// What differs from sample to sample faster than the motion does: a guess, to be reported as one.
     HighFrequency,
 }
 
@@ -55,7 +55,7 @@ pub fn output(loaded: &Loaded, channel: &str) -> Option<ChannelFloor> {
 }
 
 /// Floor of a measured input: declared noise and resolution, else recordings at rest; `None` means a command, which is
-/// known. Repeats are not asked: in a closed loop their inputs differ because the system was driven differently.
+/// known. Repeats are not used: in a closed loop their inputs differ because the system was driven differently.
 pub fn input(loaded: &Loaded, channel: &str) -> Option<ChannelFloor> {
     let declared = loaded.recordings.values().filter_map(|run| run.channel(channel)?.sensor.deviation());
     if let Some(deviation) = declared.fold(None, |m: Option<f64>, d| Some(m.map_or(d, |m| m.max(d)))) {

@@ -2,7 +2,7 @@
 //!
 //! Without forces from outside linear and angular momentum stay, whatever happens inside: friction, springs, gears and
 //! motors leave them alone; a tilted table, drag, a cable, a thruster or a contact does not. Wrong masses and centres of
-//! mass make the *computed* momentum move with the motion, which is told apart by fitting them within their doubts.
+//! mass make the *computed* momentum move with the motion, which is distinguished by fitting them within their standard deviations.
 //!
 //! The model is evaluated at measured states here; it is not simulated.
 
@@ -53,7 +53,7 @@ pub struct ArmBalances {
     /// Root mean square over the floor of the drift, of its integral if velocities were made from positions (whose noise
     /// the integral has back).
     pub ratio: f64,
-    /// The same after the masses and inertias were fitted within their doubts.
+    /// The same after the masses and inertias were fitted within their standard deviations.
     pub ratio_fitted: f64,
     /// Whether something acts from outside.
     pub cause: BoundarySide,
@@ -363,7 +363,7 @@ impl NominalArm<'_> {
     }
 }
 
-/// The drift against its floor, before and after fitting what is in doubt: its ratios and the cause.
+/// The drift against its floor, before and after fitting what is uncertain: its ratios and the cause.
 fn judge(
     out: &mut ArmBalances,
     model: &NominalArm<'_>,
@@ -432,7 +432,7 @@ fn judge(
                 };
                 let (up, down) = (shifted(1.0), shifted(-1.0));
                 for c in 0..3 {
-                    // Per standard deviation of doubt, so that all priors are 1.
+                    // Per prior standard deviation, so that all priors are 1.
                     let slope = |i: usize| 10.0 * (up[i][c] - down[i][c]);
                     let slope = column(&slope, floors[c]);
                     design.view_mut((c * picked, own + k), (picked, 1)).copy_from_slice(&slope);

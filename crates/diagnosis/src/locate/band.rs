@@ -34,7 +34,7 @@ pub struct Bands {
 const HELD: f64 = 0.85;
 /// Bands are joined over gaps of this part of the width of both together, and over two bins.
 const CLOSE: f64 = 0.15;
-/// Bands with less than this are not told.
+/// Bands with less than this are not reported.
 const LEAST: f64 = 0.03;
 
 /// Bands of one channel over all recordings; `noise` is its coloured floor, if it is (else it is white).

@@ -18,15 +18,15 @@ pub struct Interval {
     pub lift: f64,
 }
 
-/// Stretches that stand out: an excess per time of at least `LIFT` times the mean.
+/// Prominent stretches: an excess per time of at least `LIFT` times the mean.
 const LIFT: f64 = 1.5;
-/// Of such stretches those with less of the whole than this are not told.
+/// Of such stretches those with less of the whole than this are not reported.
 const LEAST: f64 = 0.02;
 /// Searched at once; longer series are searched in blocks, then at the edges sample by sample.
 const SEARCHED: usize = 4000;
 
 /// Stretches of time in which the residual has a mean or a power of its own, and more of it than the rest: most excess
-/// first. Nothing stands out of an excess that is there all the time. `shortest` in s is the shortest stretch looked for.
+/// first. There is no such stretch in an excess that is there all the time. `shortest` in s is the shortest stretch looked for.
 pub fn intervals(residuals: &[ResidualSeries<'_>], shortest: f64) -> Vec<Interval> {
     let power = |w: &[f64]| w.iter().map(|w| w * w - 1.0).sum::<f64>();
     let whitened: Vec<Vec<f64>> = residuals.iter().map(ResidualSeries::whitened).collect();
@@ -139,7 +139,7 @@ impl RunningSums {
             });
             std::iter::once(0.0).chain(sums).collect::<Vec<f64>>()
         };
-        // Noise by neighbours; it is not asked to be more than a hundredth of that.
+        // Noise by neighbours; it is not required to be more than a hundredth of that.
         let mut steps: Vec<f64> = x.windows(2).map(|w| (w[1] - w[0]).powi(2)).collect();
         let middle = steps.len() / 2;
         let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);

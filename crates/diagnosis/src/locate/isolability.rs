@@ -1,8 +1,8 @@
-//! What these sensors can tell apart at all, from the structure of the equations alone.
+//! What these sensors can distinguish at all, from the structure of the equations alone.
 //!
-//! Dulmage-Mendelsohn: a fault shows if its equation lies in the over-determined part; it can be told from another if it
+//! Dulmage-Mendelsohn: a fault shows if its equation is in the over-determined part; it can be distinguished from another if it
 //! still does without the other's equation (M. Krysander, J. Aslund, M. Nyberg, IEEE Trans. SMC A 38, 2008). What cannot
-//! be told apart so can be told apart by the *form* of an effect only, as long as nothing else is missing.
+//! be distinguished so can be distinguished by the *form* of an effect only, as long as nothing else is missing.
 
 use std::collections::BTreeSet;
 
@@ -19,19 +19,19 @@ struct Equation {
     fault: Option<String>,
 }
 
-/// Components in classes that the sensors cannot tell apart.
+/// Components in classes that the sensors cannot distinguish.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Isolability {
     /// Equations more than unknowns in the over-determined part.
     pub redundancy: usize,
     /// Components whose faults leave no trace in any balance of measured quantities.
     pub hidden: Vec<String>,
-    /// Components that show, each with those that it cannot be told apart from.
+    /// Components that show, each with those from which it cannot be distinguished.
     pub classes: Vec<Vec<String>>,
 }
 
 impl Isolability {
-    /// Whether structure alone tells this component from every other one.
+    /// Whether structure alone distinguishes this component from every other one.
     pub fn isolable(&self, component: &str) -> bool {
         self.classes.iter().any(|class| class.len() == 1 && class[0] == component)
     }
@@ -51,7 +51,7 @@ impl EquationStructure {
         })
     }
 
-    /// A sensor or a known input: the fault `sensor:<channel>`; inputs without doubt have none.
+    /// A sensor or a known input: the fault `sensor:<channel>`; inputs without a standard deviation have none.
     fn measured(&mut self, unknown: &str, fault: Option<&str>) {
         self.equation(&[unknown], fault);
     }
@@ -76,7 +76,7 @@ impl EquationStructure {
             s.equation(&["current", "reference", "motor", "load", "d motor"], None);
             s.measured("reference", None);
         }
-        // What pushes the load is an input; not recorded, it is held to be 0.
+        // The external force on the load is an input; not recorded, it is assumed to be 0.
         s.measured("external", None);
         for (channel, unknown) in [
             ("motorCurrent", "current"),
@@ -189,7 +189,7 @@ impl EquationStructure {
         s
     }
 
-    /// Which components these equations tell apart.
+    /// Which components these equations distinguish.
     pub fn isolability(&self) -> Isolability {
         let all: Vec<usize> = (0..self.equations.len()).collect();
         let over = self.over_determined(&all);
@@ -203,7 +203,7 @@ impl EquationStructure {
         }
         let of = |e: &usize| self.equations[*e].fault.as_deref();
         let shows = |component: &str, over: &BTreeSet<usize>| over.iter().any(|e| of(e) == Some(component));
-        // told[i][j]: something shows of i where all of j is left out.
+        // `told[i][j]`: something shows of i where all of j is left out.
         let without: Vec<BTreeSet<usize>> = components
             .iter()
             .map(|c| {

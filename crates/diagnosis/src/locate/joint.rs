@@ -133,7 +133,7 @@ pub fn joint_balances(p: &[f64], columns: &JointColumns<'_>, cutoff: f64) -> Opt
 }
 
 /// The unknown input at every place of a joint, most likely first: `motor` (actuator or motor friction: no sensor of a
-/// joint tells them apart), `transmission`, `load`, and `sensor:<channel>`. Torques on the motor side in N.m, readings in
+/// joint distinguishes them), `transmission`, `load`, and `sensor:<channel>`. Torques on the motor side in N.m, readings in
 /// the channel's unit. `flexible` false: one rigid mass, without `transmission`.
 ///
 /// Friction acts by the measured direction; where the motor is about still it is unknown within its levels.
@@ -162,7 +162,7 @@ pub fn joint_edges(
     sharp.unwrap_or_else(|| edges.to_vec())
 }
 
-/// When an unknown input acts: the stretches in which its estimate stands out, their edges sharpened by the readings.
+/// When an unknown input acts: the stretches in which its estimate is significant, their edges sharpened by the readings.
 /// `start` is the time of the first sample in s; `shortest` as for [`intervals`].
 pub fn joint_intervals(
     p: &[f64],

@@ -27,7 +27,7 @@ const MOST: usize = 400;
 
 /// The spectrum of a residual along an angle in rad, up to `highest` periods per turn: each order fitted by least squares
 /// with a constant, so that the motion may reverse and be uneven. Empty for less than two turns in all, for then orders
-/// cannot be told from a trend.
+/// cannot be distinguished from a trend.
 ///
 /// Order by order; the caller looks for the largest share. Neighbours closer than one over the turns travelled are one
 /// peak.

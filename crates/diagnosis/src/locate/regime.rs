@@ -24,7 +24,7 @@ pub struct Regime {
     pub share: f64,
     /// Excess per sample over the mean of all.
     pub lift: f64,
-    /// Chance of a regime that tells as much if power and features had nothing to do with each other.
+    /// Chance of a regime that explains as much if power and features had nothing to do with each other.
     pub p_value: f64,
 }
 

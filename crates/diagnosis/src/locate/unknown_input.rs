@@ -95,7 +95,7 @@ impl<const N: usize> UnknownInputSystem<'_, N> {
             return Vec::new();
         }
         let none = self.filter(&self.places[0], None, false);
-        // What is there to explain: white innovations as small as those of a filter that knows all.
+        // What is there to explain: white innovations as small as those of a filter with the true input.
         let white = -0.5 * (none.spread + none.count as f64);
         let all: Vec<UnknownInputEstimate> =
             self.places.iter().map(|place| self.at(place, &none, white)).collect();
@@ -204,7 +204,7 @@ impl<const N: usize> UnknownInputSystem<'_, N> {
     }
 
     /// Edges of the unknown input at a place, as sharp as the readings allow: the smoother makes ramps of them. Around each
-    /// of these samples d is held to be constant but for one jump, and the likeliest sample for it is taken, `reach`
+    /// of these samples d is assumed to be constant but for one jump, and the likeliest sample for it is taken, `reach`
     /// samples away at most.
     pub fn sharpen(&self, place: &str, edges: &[usize], reach: usize) -> Vec<usize> {
         let n = self.samples();

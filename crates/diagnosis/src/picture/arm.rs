@@ -17,7 +17,7 @@ const CUTOFF: f64 = 0.08;
 const FASTEST: f64 = 3.0;
 /// Coordinates of the base.
 const BASE: usize = 3;
-/// Relative doubt of masses and inertias whose owner states none.
+/// Relative standard deviation of masses and inertias where none is declared.
 const DOUBT: f64 = 0.05;
 
 pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, p: &[f64]) {
@@ -33,7 +33,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
             .map(String::as_str)
             .filter(|c| recording.channel(c).is_some())
             .collect();
-        // Base and joints are wanted, a base that is fixed but for its sensors; a motor without one turns with its joint.
+        // Base and joints are required, a fixed base only for its sensors; a motor without one turns with its joint.
         let first = if arm.has_fixed_base() { BASE } else { 0 };
         if names[first..BASE + n].iter().any(|c| !wanted.contains(&c.as_str())) {
             continue;
@@ -137,7 +137,7 @@ fn places(
     };
     let (base, links) = (excess[..BASE].iter().sum::<f64>(), excess[BASE..BASE + n].iter().sum::<f64>());
     if cause == BoundarySide::External {
-        // What pushes the base is in its rows alone; what pushes the tip is in those of all joints too.
+        // Forces on the base are in its rows alone; those on the tip are in those of all joints too.
         let on_tip = excess[BASE..BASE + n].iter().filter(|e| **e > 1.0).count() == n && links > 0.1 * base;
         add(if on_tip { "tip" } else { "base" }, None, base + if on_tip { links } else { 0.0 });
     }
@@ -222,7 +222,7 @@ fn doubts(loaded: &Loaded, n: usize, p: &[f64]) -> Vec<(usize, f64)> {
         }
         for axis in 0..2 {
             let name = format!("linkCenterOfMass[{},{}]", i + 1, axis + 1);
-            // Both axes are in doubt by parts of the length.
+            // Both axes have standard deviations in parts of the length.
             add(parameter::link_center_of_mass(n) + 2 * i + axis, name, p[parameter::link_length(n) + i]);
         }
     }

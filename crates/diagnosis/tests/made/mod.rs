@@ -14,7 +14,7 @@ const STEP: f64 = 0.002;
 /// Readings of a recording.
 const READINGS: usize = 2500;
 
-/// A joint with its sensors, as its owner describes it, and how it is driven.
+/// A joint with its sensors, as the user describes it, and how it is driven.
 pub(crate) struct Joint {
     /// Without it neither `stiffness` nor `damping` is declared.
     pub flexible: bool,
@@ -28,7 +28,7 @@ pub(crate) struct Joint {
     pub viscous: f64,
     /// Amplitude, A, and angular frequency, rad/s, of a sine and of a cosine.
     pub current: [[f64; 2]; 2],
-    /// What is recorded of the current, over what it is.
+    /// Ratio of the recorded current to the true one.
     pub current_gain: f64,
     /// Deviations of the noise.
     pub current_noise: f64,
@@ -36,7 +36,7 @@ pub(crate) struct Joint {
     pub load_noise: f64,
     /// Whether the load's angle is measured.
     pub load_seen: bool,
-    /// How far the owner doubts every parameter but the gear ratio, relative.
+    /// Relative standard deviation of every parameter but the gear ratio.
     pub doubt: f64,
     /// Steps of the solver from reading to reading.
     pub substeps: u32,

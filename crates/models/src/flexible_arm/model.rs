@@ -49,9 +49,7 @@ impl FlexibleArm {
             return Err(format!("an arm of {n} joints cannot be had: give it 1 to {MAX_JOINTS}"));
         }
         if !s.held {
-            return Err(
-                "FlexibleArm has a fixed base; a free one is SpatialFreeFlyer's".to_owned()
-            );
+            return Err("FlexibleArm has a fixed base; a free one is SpatialFreeFlyer's".to_owned());
         }
         if s.panels() > 0 || s.thrusters > 0 {
             return Err(

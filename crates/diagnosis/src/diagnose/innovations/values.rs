@@ -201,7 +201,7 @@ impl ColumnFit<'_> {
         }
     }
 
-    /// The largest pushes in the order of their times. A raised cosine of a width is edges of half of it.
+    /// The largest impulses in the order of their times. A raised cosine of a width is edges of half of it.
     fn pushes(&self, u: &ColumnUnits<'_>) -> Vec<(&'static str, f64)> {
         const PUSHES: [[&str; 4]; trueup_models::effect::PUSHES] = [
             ["torque", "start", "duration", "edge"],

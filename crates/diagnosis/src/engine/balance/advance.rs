@@ -22,7 +22,7 @@ impl<T: Scalar> AdvanceWorkspace<T> {
     }
 }
 
-/// One step of what is not led.
+/// One step of what is not prescribed.
 pub(super) struct StepContext<'a, T> {
     pub(super) model: &'a EngineModel,
     pub(super) links: &'a Links,
@@ -99,7 +99,7 @@ impl<T: ArmScalar> StepContext<'_, T> {
                 (k[1][s] + k[2][s]) * 0.5
             };
             x[s] = old + slope * h;
-            // What turns against dry friction stops; the next instant tells whether it breaks away.
+            // What turns against dry friction stops; the next instant shows whether it breaks away.
             if self.links.stops.contains(&s) && old.value() * x[s].value() < 0.0 {
                 x[s] = T::zero();
             }

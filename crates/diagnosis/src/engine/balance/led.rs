@@ -42,7 +42,7 @@ pub struct GriddedRecording {
     pub kernel: f64,
     /// First and last instant that count.
     pub counts: std::ops::Range<usize>,
-    /// What each residual stands for.
+    /// What each residual represents.
     pub parts: Vec<octaves::OctavePart>,
     /// By octave: the lower triangle that makes the channels' values independent and of
     /// deviation 1, row by row.
@@ -55,7 +55,7 @@ pub struct GriddedRecording {
     pub leading: Leading,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
-    /// Channels that showed it, as they lead the model as it is: in a set where a joint gives way they may lead nothing that has
+    /// Channels that showed it, as they drive the model as it is: in a set where a joint is compliant they may drive nothing that has
     /// friction.
     pub turning: Vec<usize>,
 }
@@ -66,11 +66,11 @@ pub struct Leading {
     /// Coordinates that may lead.
     pub coordinates: Vec<bool>,
     /// Channels whose coordinate another one leads in the model as it is: they lead nothing in any model. Where a joint that was
-    /// held to be rigid gives way its spring's torque would else be told by what little two angles are apart.
+    /// assumed to be rigid is compliant its spring's torque would else follow from the small difference of two angles.
     pub beside: Vec<usize>,
-    /// Channels beside another one that are plainly apart from it: they are looked at as those that lead, and lead where their
-    /// joint gives way.
+    /// Channels next to another one that plainly differ from it: they are looked at as those that drive, and drive where their
+    /// joint is compliant.
     pub apart: Vec<usize>,
-    /// In the model as it is what nothing leads is integrated beside accelerations that were measured, not that it makes up.
+    /// In the model as it is what nothing prescribes is integrated with accelerations that were measured, not that it makes up.
     pub as_measured: bool,
 }

@@ -25,13 +25,13 @@ pub struct Links {
     /// States to be integrated: those that follow, others.
     pub(super) followers: Vec<usize>,
     pub(super) free: Vec<usize>,
-    /// Velocities with dry friction that are integrated, and those that are led (coordinate).
+    /// Velocities with dry friction that are integrated, and those that are prescribed (coordinate).
     pub(super) stops: Vec<usize>,
     pub(super) held: Vec<usize>,
 }
 
 impl GriddedRecording {
-    /// How these coordinates of that model are led.
+    /// How these coordinates of that model are prescribed.
     pub fn links(&self, model: &EngineModel, coordinates: &[CoordinateReadings]) -> Links {
         let find =
             |list: &[(usize, f64)], output: usize| list.iter().find(|(o, _)| *o == output).map(|l| l.1);
@@ -80,7 +80,7 @@ impl GriddedRecording {
             .partition(|i| leads[*i].is_some());
         let velocity: Vec<usize> =
             coordinates.iter().map(|c| c.velocity.first().map_or(0, |v| v.0)).collect();
-        // Beside accelerations that the model makes up a motor may run away: what was measured holds it.
+        // With accelerations that the model computes a motor may run away: what was measured holds it.
         let given = if leads.iter().all(Option::is_some) || as_it_is && !self.leading.as_measured {
             Vec::new()
         } else {
@@ -107,7 +107,7 @@ impl GriddedRecording {
 }
 
 impl Links {
-    /// The position of a coordinate that is not led: from a state that depends on it.
+    /// The position of a coordinate that is not prescribed: from a state that depends on it.
     pub(super) fn position<T: Scalar>(&self, i: usize, coordinate: &[[T; 3]], x: &[T]) -> T {
         let Some((state, parts)) = self.unled.iter().find(|u| u.1.iter().any(|p| p.0 == i)) else {
             return T::zero();

@@ -65,7 +65,7 @@ mod tests {
         for i in [parameter::DAMPING, parameter::VISCOUS_FRICTION] {
             p[i] = 0.0;
         }
-        // The motor is led; the load swings on the spring: deflection and load velocity are free.
+        // The motor's motion is prescribed; the load swings on the spring: deflection and load velocity are free.
         let (k, n, j) = (p[parameter::STIFFNESS], p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
         let coordinates = subject.coordinates(&model, &p);
         let t: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.002).collect();

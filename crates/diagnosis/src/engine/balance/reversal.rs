@@ -7,7 +7,7 @@ use super::links::Links;
 
 /// Over so many kernels a series fades into a reversal and out of it.
 const FADE: f64 = 16.0;
-/// Share of a recording in reversals from which on the rest tells nothing: its octaves are those of the bridges.
+/// Share of a recording in reversals from which on the rest gives no information: its octaves are those of the bridges.
 const BRIDGED: f64 = 0.75;
 
 impl GriddedRecording {
@@ -68,7 +68,7 @@ impl GriddedRecording {
                 }
             }
         }
-        // What lies between two of them and is too short to fade says nothing either.
+        // What is between two of them and too short to fade gives no information either.
         let least = (FADE * self.kernel).ceil() as usize;
         let mut last = None;
         for k in 0..self.reversal.len() {

@@ -40,7 +40,7 @@ impl GriddedRecording {
         let u = vec![T::zero(); sizes.inputs];
         let modes = vec![0; sizes.modes];
         let mut shown = vec![T::zero(); sizes.outputs];
-        // Where the readings' own noise told the error, the error could be fitted to take that noise away.
+        // If the readings' own noise determined the error, the error could be fitted to take that noise away.
         let calm: Vec<Vec<f64>> =
             self.channels.iter().map(|c| octaves::gaussian(&c.enters[0], 2.0 * self.kernel, 0)).collect();
         let mut added: Vec<Vec<T>> = vec![Vec::with_capacity(self.t.len()); self.channels.len()];

@@ -10,7 +10,7 @@ impl GriddedRecording {
         let all = self.channels.iter().enumerate().map(|(c, s)| {
             let Some((i, f, rate)) = links.shows[c] else { return [s.y.clone(), s.y.clone()] };
             if !self.as_lead(links, i, c) {
-                // Two angles of one body: no law stands between them.
+                // Two angles of one body: no law connects them.
                 let exact = !rate && links.leads[i].is_some();
                 let own = if exact { vec![0.0; self.t.len()] } else { s.y.clone() };
                 return [own.clone(), own];

@@ -11,7 +11,7 @@ pub(super) struct Account {
     pub left: f64,
     /// Share of the free-running gap above the floor (as powers) that it closes.
     pub closed: f64,
-    /// Its own free run says so, and does not stray far: it may be as sensitive as the plant itself.
+    /// Its own free run shows it, and does not diverge far: it may be as sensitive as the plant itself.
     pub witness: bool,
 }
 
@@ -27,7 +27,7 @@ impl Account {
         }
         (1.0 - self.left / self.whole.max(1e-12)).clamp(0.0, 1.0)
     }
-    /// Share of the gap that it accounts for: balances tell the law, free runs the size, and either may be spoilt by the
+    /// Share of the gap that it accounts for: balances determine the law, free runs the size, and either may be spoilt by the
     /// form of a law.
     pub(super) fn known(&self, limits: &Thresholds) -> f64 {
         let balances = self.explained(limits);
@@ -54,11 +54,11 @@ mod tests {
     #[test]
     fn what_balances_and_free_runs_say_together() {
         let limits = Thresholds::default();
-        // Excess without and with the effects, share of the free run's gap closed, whether that witnesses; known enough?
+        // Excess without and with the effects, share of the free run's gap closed, whether that is evidence; known enough?
         let cases = [
             ("both see it and it goes", 100.0, 0.1, 0.98, true, true),
             (
-                "balances see it plainly and most of it stays, though the free run is mended",
+                "balances see it plainly and most of it stays, though the free run is corrected",
                 100.0,
                 60.0,
                 0.95,
@@ -66,11 +66,11 @@ mod tests {
                 false,
             ),
             ("balances see nothing: the free run alone", 0.2, 0.1, 0.9, true, true),
-            ("balances see nothing, and the free run is mended by half", 0.2, 0.1, 0.5, true, false),
-            ("a little seen and left, but the free run is mended", 1.5, 1.0, 0.95, true, true),
-            ("balances explain most, the free run goes astray", 100.0, 8.0, 0.0, true, false),
+            ("balances see nothing, and the free run is corrected by half", 0.2, 0.1, 0.5, true, false),
+            ("a little seen and left, but the free run is corrected", 1.5, 1.0, 0.95, true, true),
+            ("balances explain most, the free run diverges", 100.0, 8.0, 0.0, true, false),
             ("the same, but nothing plain is left", 100.0, 1.0, 0.0, true, true),
-            ("the same, but no free run witnesses", 100.0, 8.0, 0.0, false, true),
+            ("the same, but no free run is evidence", 100.0, 8.0, 0.0, false, true),
         ];
         for (what, whole, left, closed, witness, wanted) in cases {
             let account = Account { claims: true, whole, left, closed, witness };

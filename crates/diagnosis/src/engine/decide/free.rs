@@ -24,12 +24,12 @@ pub struct FreeRun {
     /// What it leaves once in two hundred cases: noise of the inputs adds up along a run, and few runs are not many.
     #[serde(deserialize_with = "number")]
     pub chance: f64,
-    /// The same where the sensors' noise is taken at its word: what lies between the two is a gap only where a cause takes it.
+    /// The same where the sensors' noise is as declared: what is between the two is a gap only where a cause takes it.
     #[serde(deserialize_with = "number")]
     pub noticed: f64,
     /// Chance does not leave so much on the recordings for fitting, though it may on those held out.
     pub trained: bool,
-    /// Gap of the refitted model over windows, in floors of these; `None`: not asked, or there are none.
+    /// Gap of the refitted model over windows, in floors of these; `None`: not requested, or there are none.
     #[serde(default)]
     pub windowed: Option<f64>,
 }
@@ -85,7 +85,7 @@ pub trait FreeRunResults {
     fn apart(&self, a: usize, b: usize) -> Option<f64>;
     /// One sensor shows mostly what one input does: whichever of the two is late, it shows the same.
     fn one_sensor(&self) -> bool;
-    /// Recording by recording what a set leaves above the floor, as a power; what tells nothing from the floor is as large.
+    /// Recording by recording what a set leaves above the floor, as a power; what cannot be distinguished from the floor is as large.
     fn each(&self, set: usize) -> Option<Vec<f64>>;
     /// Leave-one-out over the recordings for fitting.
     fn left_out(&self, set: Option<usize>, fitted: &FittedSet) -> Option<LeftOut>;

@@ -1,4 +1,4 @@
-//! Sets beside each other: balances and free runs together.
+//! Comparison of sets: balances and free runs together.
 
 use super::{Balances, FreeRun, FreeRunResults, Thresholds, left};
 use crate::engine::search::FittedSet;
@@ -43,7 +43,7 @@ impl<'a> Judge<'a> {
         let assumed = lacking.or(worst).unwrap_or(self.free.tuned);
         left(self.ran.after(at).unwrap_or(assumed), self.free.floor)
     }
-    /// What a free run leaves, by which sets are told apart.
+    /// What a free run leaves, by which sets are distinguished.
     fn telling(&self, at: usize) -> f64 {
         self.power(at).max(left(self.limits.free_runs.even * self.free.floor, self.free.floor))
     }
@@ -83,7 +83,7 @@ impl<'a> Judge<'a> {
         let [seen, left] = [&self.found.plain, set].map(|f| above(f.excess(), self.balances.least));
         seen > limits.bare && left < limits.bare && left < (1.0 - limits.told) * seen
     }
-    /// It has several causes, which what may be the sensors' noise asks for the less.
+    /// It has several causes, which possible noise of the sensors makes less necessary.
     fn is_too_much(&self, set: &FittedSet) -> bool {
         self.as_good() && set.effects() > 1 && !self.is_told(set)
     }
@@ -99,7 +99,7 @@ impl<'a> Judge<'a> {
         self.as_good() && (seen < limits.left || spurious || taken)
     }
 
-    /// The set that stands in the end; `None`: the one that the balances chose, or no effect.
+    /// The final set; `None`: the one that the balances chose, or no effect.
     pub(super) fn choose(&self) -> Option<usize> {
         self.chosen().filter(|at| !self.is_too_much(&self.found.sets[*at]))
     }
@@ -122,14 +122,14 @@ impl<'a> Judge<'a> {
         let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)))?;
         own.is_none_or(|own| self.falls_short(own) && self.does_far_better(more, own)).then_some(more)
     }
-    /// The fewest causes that do as well as `own`, where the balances do not ask for that; if it did not run one cause less.
+    /// The fewest causes that do as well as `own`, where the balances do not require that; if it did not run one cause less.
     fn fewer(&self, size: usize, own: Option<usize>) -> Option<usize> {
         let Some(own) = own else { return self.best_of_size(size - 1) };
         let stands = |fewer: &usize| !self.is_asked_for(own, *fewer) && self.does_as_well(*fewer, own);
         (1..size).filter_map(|size| self.best_of_size(size)).find(stands)
     }
     /// Another effect by itself, where the free run of the set chosen changes nothing: what the balances favour is then worth
-    /// nothing, unless they have settled it.
+    /// nothing, unless they are decisive.
     fn instead_of(&self, chosen: Option<usize>) -> Option<usize> {
         let limits = &self.limits.free_runs;
         let remains = chosen.map_or(self.tuned(), |at| self.power(at));
@@ -141,7 +141,7 @@ impl<'a> Judge<'a> {
     fn falls_short(&self, at: usize) -> bool {
         self.ran.after(at).is_some_and(|a| a > self.limits.free_runs.near * self.free.floor)
     }
-    /// By more, too, than is put down to the form of the others.
+    /// By more, too, than is attributed to the form of the others.
     fn does_far_better(&self, with: usize, without: usize) -> bool {
         let limits = &self.limits.free_runs;
         let [with, without] = [with, without].map(|at| self.power(at));
@@ -162,7 +162,7 @@ impl<'a> Judge<'a> {
         plainly && with.evidence(1.0) > without.evidence(1.0) + limits.asked
     }
 
-    /// Other causes in the place of the `i`-th of `best`, with their odds.
+    /// Other causes instead of the `i`-th of `best`, with their odds.
     pub(super) fn rivals(
         &self,
         chosen: Option<usize>,
@@ -183,14 +183,14 @@ impl<'a> Judge<'a> {
         list
     }
 
-    /// Odds of set `at` that has another cause in the place of the `i`-th of `best`.
+    /// Odds of set `at` that has another cause instead of the `i`-th of `best`.
     fn odds(&self, at: usize, chosen: Option<usize>, best: &FittedSet, i: usize, after: f64) -> f64 {
         let (f, limits) = (&self.found.sets[at], &self.limits.odds);
         if self.is_law_of_the_same(f, best, i) {
             return 0.0;
         }
         let late = best.is_late_where(f);
-        // All that tells these apart behind one sensor is the form of their laws: which one closes nearly all of the gap is
+        // All that distinguishes these behind one sensor is the form of their laws: which one closes nearly all of the gap is
         // as good.
         let twins = late && self.ran.one_sensor();
         if twins && self.closes_nearly_all(at) {
@@ -198,18 +198,18 @@ impl<'a> Judge<'a> {
         }
         let told = if twins { 0.0 } else { self.balances.odds(f, best) };
         let Some(chosen) = chosen else { return told };
-        // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.
+        // Predictions as near to each other as either is to the recordings distinguish nothing, unless the balances do.
         let outweighs = if late { limits.settled } else { limits.outweighs };
         let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.free_runs.alike * after);
         if alike && told > -outweighs {
             return 0.0;
         }
-        // How much was possible before tells no more than so much.
+        // The prior range counts no more than so much.
         let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
         let spared = (-possible - limits.possible).max(0.0);
         told - self.limits.free_runs.weight * self.further(at, chosen) + spared
     }
-    /// It has friction of the same rigid joint in the place of the `i`-th cause.
+    /// It has friction of the same rigid joint instead of the `i`-th cause.
     fn is_law_of_the_same(&self, other: &FittedSet, best: &FittedSet, i: usize) -> bool {
         let (set, h) = (&best.stated.set, &best.stated.set[i]);
         other.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o))
@@ -219,7 +219,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// What all recordings together say, as far as each by itself says so too: not further from 0 than their mean less its
+/// The result of all recordings together, as far as each by itself agrees: not further from 0 than their mean less its
 /// standard error.
 fn agreed(all: f64, each: &[f64]) -> f64 {
     let runs = each.len() as f64;

@@ -1,4 +1,4 @@
-//! How sets stand to each other by their balances alone.
+//! Odds of sets by their balances alone.
 
 use super::Thresholds;
 use crate::engine::search::{FittedSet, Octave};
@@ -41,8 +41,8 @@ impl Balances {
         }
     }
 
-    /// Odds (natural logarithm) of set `a` against set `b`: by the logarithm of what they leave and by what it is beside
-    /// the noise, whichever is surer where both say the same. A late command against a late reading by the logarithm alone:
+    /// Odds (natural logarithm) of set `a` against set `b`: by the logarithm of what they leave and by its ratio to
+    /// the noise, whichever is more certain where both agree. A late command against a late reading by the logarithm alone:
     /// the one moves the input's noise and the other does not, which is what they differ by at the floor.
     pub fn odds(&self, a: &FittedSet, b: &FittedSet) -> f64 {
         let late = a.is_late_where(b);
@@ -109,7 +109,7 @@ mod tests {
         // At the floor: the plain likelihood, 100 (1.4 - 1) / 2.
         assert!((odds([1.0, 1.0], [1.0, 1.4]) - 20.0).abs() < 1e-9);
         assert!((odds([1.0, 1.4], [1.0, 1.0]) + 20.0).abs() < 1e-9);
-        // A thousand floors of misfit: 0.3 of it beside its own size.
+        // A thousand floors of misfit: 0.3 of it compared with its own size.
         let far = odds([1000.0, 1000.0], [1000.0, 1400.0]);
         assert!((far - 0.3 * 20.0).abs() < 0.1, "{far}");
         // By the logarithm the first is the better one, by the noise the second: the logarithm holds.

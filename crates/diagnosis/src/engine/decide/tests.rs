@@ -28,7 +28,7 @@ fn the_same_effect_in_two_places_is_known() {
         let sets: Vec<_> = ["backlash[1]"].iter().chain(others).map(|labels| (*labels, 1.0, 1.1)).collect();
         let (found, decision) = decided(&sets);
         assert_eq!(decision.verdict, wanted, "{what}");
-        // Where else it fits is told all the same.
+        // Where else it fits is reported all the same.
         assert_eq!(decision.close(&found, 0).count(), others.len(), "{what}");
     }
 }
@@ -84,8 +84,8 @@ fn where_free_runs_show_nothing_parameters_go_first_and_effects_stand_alone() {
 fn parameters_that_leave_plain_misses_and_do_not_help_free_runs_are_no_cause() {
     // What they leave where the plain model leaves 100 floors, the gap of the tuned model where the nominal one has 10.
     let cases = [
-        ("balances are mended", 1.2, 9.5, Verdict::Parameters),
-        ("free runs are mended", 5.0, 7.2, Verdict::Parameters),
+        ("balances are corrected", 1.2, 9.5, Verdict::Parameters),
+        ("free runs are corrected", 5.0, 7.2, Verdict::Parameters),
         ("neither", 5.0, 9.5, Verdict::Unknown),
     ];
     for (what, leaves, tuned, wanted) in cases {

@@ -22,7 +22,7 @@ pub struct OfGap {
     pub shown: f64,
     /// ... or, where nothing explains it, the floor's by this; by so much a gap is plain whatever the held-out recordings are.
     pub bare: f64,
-    /// Share of the balances' excess, or of the free-running gap, that an explanation has to take, lest the cause be unknown.
+    /// Share of the balances' excess, or of the free-running gap, that an explanation has to take; below it the cause is unknown.
     pub explained: f64,
     /// Share of the balances' excess that makes a cause known by itself where nothing plain is left.
     pub told: f64,
@@ -45,11 +45,11 @@ pub struct OfGap {
 /// What balances say of sets.
 #[derive(Clone, Copy, Debug)]
 pub struct OfBalances {
-    /// How much of the log-likelihood ratio of the residual powers counts: the rest is put down to form.
+    /// How much of the log-likelihood ratio of the residual powers counts: the rest is attributed to form.
     pub trust: f64,
     /// Most readings that count.
     pub most: f64,
-    /// Share of the readings that counts in what is misfit, where it is compared beside the noise.
+    /// Share of the readings that counts in what is misfit, where it is compared with the noise.
     pub form: f64,
     /// A cause less is no matter of a form where the whole set brings so much evidence,
     pub asked: f64,
@@ -68,16 +68,16 @@ pub struct OfFreeRuns {
     pub near: f64,
     /// Times the floor up to which gaps are alike.
     pub even: f64,
-    /// Times the gap of the tuned model beyond which a free run is no witness.
+    /// Times the gap of the tuned model beyond which a free run is no evidence.
     pub astray: f64,
     /// Two predictions that are apart by less than this share of the gap that is left are alike.
     pub alike: f64,
-    /// A cause more has to divide the gap (as a power) by this where the balances do not ask for it,
+    /// A further cause has to divide the gap (as a power) by this where the balances do not require it,
     pub more: f64,
-    /// and to take this share of what the tuned model leaves (as powers): less is put down to the form of the others.
+    /// and to take this share of what the tuned model leaves (as powers): less is attributed to the form of the others.
     pub form: f64,
     /// A cause less is as good when its gap (as a power) is less than this times that of the whole set, unless the balances
-    /// ask for that.
+    /// require that.
     pub needless: f64,
     /// A set that leaves more than this share of what the tuned model leaves (as powers) changes nothing.
     pub idle: f64,
@@ -88,7 +88,7 @@ pub struct OfFreeRuns {
 /// How sure one cause is against another, as natural logarithms.
 #[derive(Clone, Copy, Debug)]
 pub struct OfOdds {
-    /// Odds below which two causes are not told apart.
+    /// Odds below which two causes are not distinguished.
     pub apart: f64,
     /// Odds that the unknowns' ranges alone may bring for one cause against another.
     pub possible: f64,

@@ -1,4 +1,4 @@
-//! Effects that the owner knows to be there: part of the nominal model, their parameters among its own.
+//! Effects that the user declares: part of the nominal model, their parameters among its own.
 
 use trueup_models::effect::{EffectChoice, ParameterRole, PlacedEffect, PlantKind, Scope};
 
@@ -9,7 +9,7 @@ fn at(e: &PlacedEffect, k: usize, site: usize) -> usize {
     e.begin.parameters + k * e.sites + site
 }
 
-/// Which of a model's sites an effect that stands at so many of them has for a joint.
+/// Which of a model's sites an effect that is at so many of them has for a joint.
 fn site_of(e: &PlacedEffect, joint: usize) -> usize {
     if e.sites > joint { joint } else { 0 }
 }
@@ -35,7 +35,7 @@ pub(super) fn rubs(p: &PreparedCase, joint: usize) -> bool {
     named.iter().position(|n| n.name == name).is_some_and(|i| p.nominal[i] > 0.0)
 }
 
-/// Parameters of known effects that act: sizes, and shapes whose values the owner doubts; units of measure are none.
+/// Parameters of known effects that act: sizes, and shapes whose values have a standard deviation; units of measure are none.
 pub(super) fn parameters(p: &PreparedCase) -> Vec<usize> {
     let named = p.subject.parameters(&p.model);
     let mut all = Vec::new();

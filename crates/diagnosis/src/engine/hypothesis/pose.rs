@@ -24,7 +24,7 @@ pub struct PosedHypothesis {
     pub initial: Vec<usize>,
 }
 
-/// What happens within this share of the time between two readings is at once to whoever reads them (and stiff).
+/// What happens within this share of the time between two readings is instantaneous in the readings (and stiff).
 const AT_ONCE: f64 = 0.1;
 /// How long the edge of a push may be, in units of its typical one.
 const GENTLE: f64 = 20.0;
@@ -173,7 +173,7 @@ impl Hypothesis {
             let s = ParameterSpec { min: s.min.max(-below), max: s.max.min(search.most), search, ..*s };
             self.pose_parameter(&mut posed, &s, &choice, &self.here(&name), at, s.scale.value(measure));
         }
-        // It is there in full; what shape it has is asked.
+        // It is there in full; its shape is estimated.
         if let Some(along) = self.along() {
             for s in along.parameters().iter().filter(|s| s.role == ParameterRole::Shape) {
                 let name = self.here(&along.variable(s.name));
@@ -195,7 +195,7 @@ impl Hypothesis {
         posed
     }
 
-    /// An edge of a few samples keeps derivatives by times; it may be as long as it will where all recordings tell it.
+    /// An edge of a few samples keeps derivatives by times; it may be as long as it will where all recordings determine it.
     fn pose_push(&self, p: &PreparedCase, posed: &mut PosedHypothesis) {
         let edge = 4.0 * finest(p).clamp(1e-4, 0.1);
         for u in posed.unknowns.iter_mut().filter(|u| PushPart::of(u) == PushPart::Edge) {

@@ -11,11 +11,11 @@ use crate::engine::hypothesis::PosedHypothesis;
 use crate::engine::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Compared};
 use crate::engine::search::CaseSearch;
 
-/// Times what is missed at most that all channels may miss, lest the noise of some outweigh others.
+/// Times what is missed at most that all channels may miss, so that the noise of some does not outweigh others.
 const EVENLY: f64 = 3.0;
-/// How much less a first state is believed where it is settled by the gap.
+/// Factor on a first state's prior standard deviation where the gap determines it.
 const VAGUELY: f64 = 10.0;
-/// Shares of a recording by which it is found where it begins, where all of it at once does not tell.
+/// Shares of a recording from which its first state is found, where all of it at once does not determine it.
 const GROWING: [f64; 3] = [0.1, 0.25, 0.5];
 
 /// Whichever misses less.
@@ -30,7 +30,7 @@ pub(super) fn nearer(
 }
 
 impl CompleteModel {
-    /// Where its causes stand when a recording begins, as unknowns of that recording alone: of one for fitting from where its
+    /// The states of its causes when a recording begins, as unknowns of that recording alone: of one for fitting from where its
     /// fit has them, of others from where the last of those has them.
     fn initial(&self, own: Option<usize>) -> Vec<BalanceUnknown> {
         let s = &self.stated;
@@ -50,7 +50,7 @@ impl CompleteModel {
 }
 
 impl CaseSearch<'_> {
-    /// Simulates recordings freely, first states and declared offsets estimated anew.
+    /// Simulates recordings freely, first states and declared offsets estimated again.
     ///
     /// # Errors
     /// The model cannot be simulated.
@@ -109,11 +109,11 @@ impl CaseSearch<'_> {
         BalanceProblem { unknowns, ..BalanceProblem::free(&stated.model, nominal, std::slice::from_ref(run)) }
     }
 
-    /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not tell by their
-    /// noise where the motion began, and whoever replays it has the gap to go by.
+    /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not determine by their
+    /// noise where the motion began, and a replay is judged by the gap.
     fn settle(&self, complete: &CompleteModel, run: &Compared) -> Result<SettledReplay, PredictError> {
         let mut problem = self.alone(complete, run);
-        // The smallest gap, whatever was believed before; what nothing shows still stays near.
+        // The smallest gap, whatever the prior; what nothing shows still stays near.
         for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
             prior.deviation *= VAGUELY;
         }
@@ -202,7 +202,7 @@ impl CaseSearch<'_> {
     }
 
     /// Where what a recording does not show begins when it leads what it shows: a free run may end elsewhere (of a satellite that
-    /// nobody sees). `None`: it shows everything.
+    /// no sensor shows). `None`: it shows everything.
     fn begun(&self, problem: &BalanceProblem<'_>, run: &Compared) -> Option<Vec<f64>> {
         let led = self.led.iter().find(|led| led.name == run.run.name)?;
         let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
@@ -227,7 +227,7 @@ impl CaseSearch<'_> {
         Some(other.filter(|other| other.cost < best.cost).unwrap_or(best).x)
     }
 
-    /// The same first states, what nobody sees and nothing holds turning the other way: its rate enters by its square above all,
+    /// The same first states, what no sensor shows and nothing holds turning the other way: its rate enters by its square above all,
     /// so that a fit that has its sign wrong stays there. `None`: all is seen or held.
     fn turned(&self, problem: &BalanceProblem<'_>, run: &Compared, theta: &[f64]) -> Option<Vec<f64>> {
         let led = self.led.iter().find(|led| led.name == run.run.name)?;
@@ -244,7 +244,7 @@ impl CaseSearch<'_> {
         (start != theta).then_some(start)
     }
 
-    /// Where what is adrift in each recording begins by the model as it is: by recording and state.
+    /// The first states of what drifts in each recording by the model as it is: by recording and state.
     pub(in crate::engine) fn adrift(&self) -> BTreeMap<(String, String), f64> {
         let Ok(stated) = self.state(&[]) else { return BTreeMap::new() };
         let theta = stated.begin_with(&[]);

@@ -23,7 +23,8 @@ const READINGS: f64 = 20.0;
 
 /// Readings before a window by which it is found where it begins.
 const BEFORE: f64 = 4.0;
-/// How much less first states of a window are believed than that of a recording: they are found in the midst of a motion.
+/// Factor on the prior standard deviation of first states of a window, compared with that of a recording: they are found
+/// in the midst of a motion.
 const VAGUELY: f64 = 1e3;
 
 /// A window of a recording, run from first states of its own.
@@ -88,7 +89,7 @@ impl CaseSearch<'_> {
             }
             let start = problem.start();
             let mut best = self.settle_from(&mut problem, start, &run);
-            // It may end beside the best where something sticks or goes through play.
+            // It may end away from the best where something sticks or goes through play.
             if best.as_ref().is_ok_and(|b| b.0 >= NEAR * self.noise(&run))
                 && let Ok(start) = self.grown(&problem, &run)
             {

@@ -1,4 +1,4 @@
-//! Looks at one cause: few simulations, and what they promise.
+//! Looks at one cause: few simulations, and the improvement that they predict.
 
 use nalgebra::DVector;
 
@@ -27,7 +27,7 @@ impl PosedHypothesis {
     }
 }
 
-/// What a look promises.
+/// What a look predicts.
 pub(super) struct LookPromise {
     /// Where it was looked at.
     pub looked: LinearisedCause,
@@ -41,7 +41,7 @@ pub(super) struct LookPromise {
     steps: Vec<f64>,
 }
 
-/// A cause beside those of a base.
+/// A cause in addition to those of a base.
 pub(super) struct AddedCause<'a> {
     base: &'a FittedSet,
     projection: &'a Projection,
@@ -59,7 +59,7 @@ pub(super) struct AddedCause<'a> {
 }
 
 impl<'a> AddedCause<'a> {
-    /// The last cause of a set, from coordinates `from`, beside the others, which the base has.
+    /// The last cause of a set, from coordinates `from`, in addition to the others, which the base has.
     pub(super) fn new(
         base: &'a FittedSet,
         projection: &'a Projection,
@@ -72,7 +72,7 @@ impl<'a> AddedCause<'a> {
             [] => vec![None],
             all => all.iter().map(|a| Some(a.0)).collect(),
         };
-        // A joint that gives way has a motor of its own, which begins somewhere.
+        // A compliant joint has a motor of its own, which begins somewhere.
         let fresh = |k: &usize| base.place_of(&stated.unknowns[*k]).is_none();
         let fresh = (0..begin).filter(fresh).collect();
         // Free runs shift what is simulated.
@@ -80,14 +80,14 @@ impl<'a> AddedCause<'a> {
         Some(Self { base, projection, problem, from, begin, posed, keeps, fresh, stands })
     }
 
-    /// The look that promises most; of many only the likeliest few are made in full.
+    /// The look that predicts most; of many only the likeliest few are made in full.
     pub(super) fn firmest(&self, looks: Vec<TrialValues>) -> Option<LookPromise> {
         let all = if looks.len() > FEW { self.likeliest(looks) } else { looks };
         let promises = all.into_iter().filter_map(|values| self.at(values, None));
         promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
     }
 
-    /// How the residuals change, beside what the unknowns of the base would take up.
+    /// How the residuals change, after removal of what the unknowns of the base would take up.
     pub(super) fn change(&self, values: TrialValues) -> Option<DVector<f64>> {
         self.look(values, None)?.columns.into_iter().next().map(|c| c.1)
     }
@@ -115,7 +115,7 @@ impl<'a> AddedCause<'a> {
             return Some(LookPromise { looked, gain, firm: gain, factors, steps: Vec::new() });
         }
         let (firm, steps) = self.projection.firm(&looked)?;
-        // What another size of it would explain: parameters that were dragged make every one look bad.
+        // What another size of it would explain: biased parameters make every one look bad.
         Some(LookPromise { looked, gain: gain.max(firm), firm, factors: vec![1.0], steps })
     }
 
@@ -128,7 +128,7 @@ impl<'a> AddedCause<'a> {
         let promises = [Some(looked), moved].into_iter().flatten().filter_map(|looked| {
             let firm = self.projection.standing(&looked.columns.first()?.1);
             let (factors, steps) = (vec![1.0], Vec::new());
-            // Too far off to be compared it promises nothing.
+            // Too far off to be compared it predicts no improvement.
             firm.is_finite().then(|| LookPromise { looked, gain: firm.max(0.0), firm, factors, steps })
         });
         promises.max_by(|a, b| a.firm.total_cmp(&b.firm))

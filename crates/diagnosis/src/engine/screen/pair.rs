@@ -22,7 +22,7 @@ pub struct CausePair {
 }
 
 impl CaseSearch<'_> {
-    /// Pairs of effects out of a screen beside `base`, best first: looked at apart, fitted together.
+    /// Pairs of effects out of a screen in addition to `base`, best first: looked at apart, fitted together.
     pub fn pairs(&self, base: &FittedSet, screened: &[ScreenedCause]) -> Vec<CausePair> {
         let looks: Vec<(&ScreenedCause, &LinearisedCause)> = (screened.iter())
             .filter(|s| self.causes[s.index].is_effect() && self.causes[s.index].times != Times::Several)
@@ -45,7 +45,7 @@ impl CaseSearch<'_> {
                 return None;
             }
             let own = |i: usize| begin[i]..begin[i + 1];
-            // What stands as it was looked at changes what the other has to explain.
+            // What is kept as it was looked at changes what the other has to explain.
             let (fixed, at): (Vec<usize>, Vec<usize>) = own(a).chain(own(b)).partition(|i| stands[*i]);
             let left = |i: usize| with[i] + fixed.iter().map(|f| among[(i, *f)]).sum::<f64>();
             let products = DMatrix::from_fn(at.len(), at.len(), |i, j| among[(at[i], at[j])]);
@@ -66,7 +66,7 @@ impl CaseSearch<'_> {
         pairs
     }
 
-    /// A pair fitted beside `base`.
+    /// A pair fitted in addition to `base`.
     pub fn fit_pair(
         &self,
         base: &FittedSet,

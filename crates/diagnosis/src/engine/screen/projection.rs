@@ -1,4 +1,4 @@
-//! How far changes of the residuals explain what a fit leaves, beside what its unknowns explain.
+//! How far changes of the residuals explain what a fit leaves, in addition to what its unknowns explain.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -24,7 +24,7 @@ impl Projection {
         let (residuals, j) = base.as_believed();
         Self::of(residuals, j)
     }
-    /// Of a fit that lacks its last cause, in proportion: as if all that it does were to be explained anew (EST-10).
+    /// Of a fit that lacks its last cause, in proportion: as if all that it does were to be explained again (EST-10).
     pub(super) fn without_last(fitted: &FittedSet) -> Self {
         let (mut residuals, j) = fitted.as_believed();
         let s = &fitted.stated;
@@ -100,7 +100,7 @@ pub(super) fn best(mut a: DMatrix<f64>, b: DVector<f64>) -> (f64, Vec<f64>) {
     (0..n).for_each(|i| a[(i, i)] += 1.0);
     let Some(c) = a.cholesky() else { return (0.0, vec![0.0; n]) };
     let mut s = -c.solve(&b);
-    // A simulation at one size says little about one that is many times as large.
+    // A simulation at one size gives little information on one that is many times as large.
     let most = s.amax();
     if most > 4.0 {
         s *= 4.0 / most;
@@ -150,6 +150,6 @@ mod tests {
         assert!((alike - 0.9).abs() < 1e-3, "{alike}");
         assert_eq!(share([9.0, 4.0, 0.0, 0.0, 0.0, 0.0]), 0.0);
         let (_, factors) = projection.best(&[&projection.out(0, &[0.0, 0.0, -100.0, 0.0, 0.0, 0.0])]);
-        assert!(factors[0] < 0.0, "what has one sign is asked for its factor");
+        assert!(factors[0] < 0.0, "what has one sign is tested by its factor");
     }
 }

@@ -7,7 +7,7 @@ const FEW: f64 = 10.0;
 /// What the balances of a set leave, in floors, and its free run, if it ran.
 type Set = (&'static str, f64, Option<f64>);
 
-/// Which set stands, where the tuned model leaves a gap of `tuned` floors.
+/// Which set is chosen, where the tuned model leaves a gap of `tuned` floors.
 fn chosen(tuned: f64, best: Option<usize>, sets: &[Set]) -> Option<usize> {
     chosen_of(FEW, tuned, best, sets)
 }
@@ -27,7 +27,7 @@ fn one_fewer_stands_where_it_does_as_well_and_balances_do_not_ask_for_two() {
     let cases = [
         ("as well", [1.1, 1.0], [1.5, 1.45], 0),
         ("worse by more than a fifth", [1.1, 1.0], [1.7, 1.45], 1),
-        ("as well, but the balances ask for both", [50.0, 1.0], [1.5, 1.45], 1),
+        ("as well, but the balances require both", [50.0, 1.0], [1.5, 1.45], 1),
         ("as well, and most of what the balances miss stays with both", [50.0, 30.0], [1.5, 1.45], 0),
     ];
     for (what, left, gaps, wanted) in cases {
@@ -54,7 +54,7 @@ fn as_few_stand_as_do_as_well() {
     let cases = [
         ("one does as well", [1.1, 1.05, 1.0], [1.5, 1.45, 1.45], 0),
         ("two do, one does not", [1.1, 1.05, 1.0], [1.7, 1.45, 1.45], 1),
-        ("one does, but the balances ask for two", [50.0, 1.05, 1.0], [1.5, 1.45, 1.45], 1),
+        ("one does, but the balances require two", [50.0, 1.05, 1.0], [1.5, 1.45, 1.45], 1),
         ("one does, though these two do not", [1.1, 1.05, 1.0], [1.5, 1.9, 1.45], 0),
         ("neither does", [1.1, 1.05, 1.0], [1.9, 1.9, 1.45], 2),
         ("what balances miss of one is not plain", [1.2, 1.0, 1.0], [1.5, 1.45, 1.45], 0),
@@ -86,7 +86,7 @@ fn another_effect_stands_where_the_chosen_set_changes_nothing() {
         ("it closes the gap", 500.0, [9.0, 2.0], 1),
         ("it leaves more than a quarter", 500.0, [9.0, 5.0], 0),
         ("the chosen set halves the gap", 500.0, [7.0, 2.0], 0),
-        ("the balances have settled it", 5000.0, [9.0, 2.0], 0),
+        ("the balances are decisive", 5000.0, [9.0, 2.0], 0),
     ];
     for (what, left, gaps, wanted) in cases {
         let sets = [(TWO, 100.0, Some(gaps[0])), (OTHER, left, Some(gaps[1]))];
@@ -99,7 +99,7 @@ fn of_several_that_may_take_its_place_the_likeliest_does() {
     let names = [OTHER, "gravity-torque", "sensor-delay"];
     let cases = [
         ("the nearest free run of those that are alike", [(500.0, 3.0), (500.0, 2.0), (500.0, 2.5)], 2),
-        ("balances count beside free runs", [(1000.0, 2.0), (1000.0, 2.5), (400.0, 2.5)], 3),
+        ("balances count with free runs", [(1000.0, 2.0), (1000.0, 2.5), (400.0, 2.5)], 3),
         (
             "but not those of one that leaves more than a quarter",
             [(1000.0, 2.0), (1000.0, 2.5), (400.0, 5.0)],
@@ -161,7 +161,7 @@ fn a_late_command_is_held_against_a_late_reading_by_size_alone() {
     // 5 % of 200 readings.
     let by_size = |power: f64| -0.5 * 10.0 * power.ln();
     assert!((odds("actuator-lag", "sensor-delay", 1.4, None) - by_size(1.4)).abs() < 1e-9);
-    // Beside the noise: 200 (1.4 - 1) / 2.
+    // Compared with the noise: 200 (1.4 - 1) / 2.
     assert!((odds("actuator-lag", "backlash", 1.4, None) + 40.0).abs() < 1e-9);
     // Nor do balances outweigh free runs that are alike.
     assert!(by_size(20.0) < -Thresholds::default().odds.outweighs);
