@@ -33,7 +33,7 @@ pub enum Phase {
     Stepping,
 }
 
-/// What is connected, of a [`Plan`](crate::plan::MasterPlan).
+/// What is connected, of a [`MasterPlan`](crate::plan::MasterPlan).
 #[derive(Clone, Copy)]
 pub struct Wiring<'a> {
     /// Connections.

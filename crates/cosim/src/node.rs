@@ -10,7 +10,7 @@ use crate::system::ComponentInterface;
 use crate::value;
 
 /// An instance with what is known about it. Values are read from and set on Co-Simulation and Model Exchange alike; only
-/// the [`Stepper`](crate::stepper::SystemStepper) differs.
+/// the [`SystemStepper`](crate::stepper::SystemStepper) differs.
 pub struct InstanceNode {
     /// What was planned; its start values stay for arrays that are driven in part.
     pub planned: PlannedComponent,

@@ -1,7 +1,7 @@
 //! A hybrid model as FMI 2.0 and 3.0 functions, Model Exchange and Co-Simulation in one library.
 //!
 //! [`export_fmu!`] turns an [`FmuModel`] into the C functions of both standards. They lead through [`abi`]
-//! (pointers, panics) to an [`Instance`](instance::ModelInstance), which has no pointers: its
+//! (pointers, panics) to an [`ModelInstance`](instance::ModelInstance), which has no pointers: its
 //! [state machine](state_machine), [values], [events], [derivatives],
 //! [Co-Simulation](co_simulation) and [FMU states](snapshot).
 

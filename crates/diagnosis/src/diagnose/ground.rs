@@ -164,7 +164,7 @@ impl<'a> ComparisonBasis<'a> {
         Some(figure(|g| g.after)? / figure(|g| g.floor)?)
     }
 
-    /// Recording by recording what is left above the floor, as a power; see [`Ran::each`].
+    /// Recording by recording what is left above the floor, as a power; see `FreeRunResults::each`.
     pub(super) fn of_each(&self, shown: &ReplayedReadings) -> Vec<f64> {
         let of = |run: usize| {
             let channels = self.runs[run].run.channels.iter().enumerate();

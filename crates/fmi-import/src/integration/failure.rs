@@ -1,4 +1,4 @@
-//! Why a [`Group`](super::IntegratedGroup) does not go on.
+//! Why a [`IntegratedGroup`](super::IntegratedGroup) does not go on.
 
 use std::fmt;
 
