@@ -361,7 +361,7 @@ pub struct Diagnosis {
     pub next_experiment: Option<NextExperiment>,
     /// Files of the augmented model.
     pub augmented: Option<Vec<String>>,
-    /// The verdict is `unknown` because of a grave finding, whatever else speaks for another one.
+    /// The verdict is `unknown` because of a grave finding, whatever the evidence for another one.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub capped: bool,
     /// What was noticed, the worst first.

@@ -1,4 +1,4 @@
-//! Free-running simulations of the sets that lead: what the balances leave open, the hold-out has to decide.
+//! Free-running simulations of the most probable sets: what the balances leave open, the hold-out has to decide.
 
 use trueup_identification::parallel;
 
@@ -116,7 +116,7 @@ impl ComparisonBasis<'_> {
     }
 
     /// Lets run freely: the chosen set, sets with one cause more or less that the balances favour, and the likeliest
-    /// rivals; where no effect was chosen, the single effects that lead. A gap near the floor leaves nothing to be found.
+    /// rivals; where no effect was chosen, the most probable single effects. A gap near the floor leaves nothing to be found.
     pub(super) fn contest(&mut self, found: &mut SearchResult, effort: SearchEffort) -> Vec<ContendingSet> {
         let field = RivalField::new(found, self.limits);
         let mut all = if field.claims { Vec::new() } else { self.more_than_plain(found, effort, &[]) };

@@ -97,7 +97,7 @@ impl RivalField {
     }
 }
 
-/// The single effects that lead, where nothing that was chosen helps; without those that `ran`.
+/// The most probable single effects, where nothing that was chosen helps; without those that `ran`.
 pub(super) fn leading(found: &SearchResult, ran: &[usize]) -> Vec<usize> {
     let id = |at: usize| match &found.sets[at].stated.set[..] {
         [h] if h.is_effect() => Some(&*h.id),

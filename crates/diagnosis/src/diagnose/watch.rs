@@ -33,13 +33,13 @@ struct Missed {
 struct ChannelWatch {
     /// Of the model's outputs.
     output: usize,
-    /// Coordinate whose acceleration it leads; `None`: it is compared as it is.
+    /// Coordinate whose acceleration it prescribes; `None`: it is compared as it is.
     leads: Option<usize>,
     name: String,
     missed: Vec<f64>,
     /// Rate of what it shows.
     rate: Vec<f64>,
-    /// Input that drives what it leads, and the acceleration that it shows per unit of that.
+    /// Input that drives that coordinate, and the acceleration that it shows per unit of that.
     driven: Option<(usize, f64)>,
 }
 

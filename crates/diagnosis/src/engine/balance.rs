@@ -254,7 +254,7 @@ impl GriddedRecording {
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]);
                         sensors.outputs[s.output].reads(shown[s.output] + more)
                     }
-                    // Nothing leads it: its readings.
+                    // It prescribes nothing: its readings.
                     Some((i, f, rate)) if links.leads[i].is_none() => {
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]);
                         let state =
@@ -329,7 +329,7 @@ impl GriddedRecording {
         Ok(out)
     }
 
-    /// Second derivatives of what leads each coordinate, as the channel has them, with what the kernel takes off passed through it
+    /// Second derivatives of what prescribes each coordinate, as the channel has them, with what the kernel takes off passed through it
     /// once more (Tukey's twicing): with them is integrated what nothing prescribes, which no other kernel makes up for. None where
     /// no row is given.
     fn accelerations(&self, links: &Links) -> Vec<Vec<f64>> {
@@ -346,7 +346,7 @@ impl GriddedRecording {
         if links.given.is_empty() { Vec::new() } else { links.leads.iter().map(one).collect() }
     }
 
-    /// Whether a channel is looked at as one that leads its coordinate: as its acceleration.
+    /// Whether a channel is looked at as one that prescribes its coordinate: as its acceleration.
     fn as_lead(&self, links: &Links, coordinate: usize, channel: usize) -> bool {
         links.lead_of(coordinate) == Some(channel) || self.leading.apart.contains(&channel)
     }

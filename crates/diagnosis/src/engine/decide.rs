@@ -197,7 +197,7 @@ pub fn decide(
         odds = vec![Vec::new(); best.stated.set.len()];
         (claims, worse, free.after) = (false, false, free.tuned);
     }
-    // Where balances have next to no readings nothing but a free run that comes near the floor speaks for anything.
+    // Where balances have next to no readings nothing but a free run that comes near the floor is evidence for anything.
     let few = found.plain.count() < NEXT_TO_NONE && free.after > limits.free_runs.near * free.floor;
     let few = few && free.after > free.chance;
     let verdict = if !gap || luck {

@@ -38,7 +38,7 @@ struct Spectra {
 const COUNTED: f64 = 400.0;
 /// How often noise is drawn.
 const DRAWS: usize = 4;
-/// Share of the typical torque up to which noise of a sensor may come through a spring: more, and it does not lead.
+/// Share of the typical torque up to which noise of a sensor may come through a spring: more, and it prescribes nothing.
 const THROUGH: f64 = 0.01;
 /// Deviations by which a recording's power may fall below its floor's by chance.
 const SLACK: f64 = 3.0;
@@ -77,7 +77,7 @@ pub fn floors(case: &PreparedCase, seed: u64) -> Result<Floors, String> {
     if case.subject.plant == PlantKind::Joint || !made_up.led.iter().any(unled) {
         return Ok(made_up);
     }
-    // Accelerations that the model makes up may let what nothing leads run away, those that were measured bring in the noise of
+    // Accelerations that the model makes up may let what nothing prescribes run away, those that were measured bring in the noise of
     // a camera: whichever leaves less.
     let mut as_measured = made_up.led.clone();
     as_measured.iter_mut().for_each(|own| own.leading.as_measured = true);
@@ -200,7 +200,7 @@ fn weigh(led: &mut GriddedRecording, own: &Spectra, like: &[&Spectra], counts: &
     perfect
 }
 
-/// Which coordinates may lead: those whose sensors let less noise through the springs than [`THROUGH`]. In all
+/// Which coordinates may be prescribed: those whose sensors let less noise through the springs than [`THROUGH`]. In all
 /// recordings the same.
 fn leading(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<bool> {
     let mut lead = vec![true; case.coordinates.len()];

@@ -44,7 +44,7 @@ pub struct BalanceProblem<'a> {
     pub ties: Vec<(usize, usize)>,
     /// The recordings.
     pub runs: &'a [Compared],
-    /// The recordings that lead the model; empty: it runs freely.
+    /// The recordings that drive the model; empty: it runs freely.
     pub led: Vec<(&'a GriddedRecording, Links)>,
     /// What is estimated.
     pub unknowns: Vec<BalanceUnknown>,
@@ -264,7 +264,7 @@ impl BalanceProblem<'_> {
         }
     }
 
-    /// What is missing in each channel of a recording that leads the model.
+    /// What is missing in each channel of a recording that drives the model.
     ///
     /// # Errors
     /// See [`PredictError`].

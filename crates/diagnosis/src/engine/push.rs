@@ -74,7 +74,7 @@ impl CaseSearch<'_> {
         }
     }
 
-    /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
+    /// Where no channel prescribes what is pushed, its answer comes late and lasts: every time and length is tried.
     fn tried_pushes(&self, base: &FittedSet, h: &Hypothesis, unknowns: &[BalanceUnknown]) -> Vec<Vec<f64>> {
         let mut set = base.stated.set.clone();
         set.push(Hypothesis { times: Times::Once, ..h.clone() });

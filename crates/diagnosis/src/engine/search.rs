@@ -37,7 +37,7 @@ pub struct PosedSet {
     pub begin: Vec<usize>,
     /// What each cause is in numbers.
     pub posed: Vec<PosedHypothesis>,
-    /// It runs freely, and may miss readings by these deviations, by recording and output; `None`: the recordings lead it.
+    /// It runs freely, and may miss readings by these deviations, by recording and output; `None`: the recordings drive it.
     pub free: Option<Vec<Vec<f64>>>,
     /// The estimate of the unknowns by the balances.
     pub belief: Option<Belief>,
@@ -262,7 +262,7 @@ impl<'a> CaseSearch<'a> {
                 }
             }
         }
-        // What nothing leads begins somewhere.
+        // What nothing prescribes has initial states.
         for (run, compared) in p.train.iter().enumerate() {
             let coordinates = || p.subject.coordinates(&model, &nominal);
             let led = self.led.get(run).filter(|_| free.is_none());

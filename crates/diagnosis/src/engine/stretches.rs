@@ -29,7 +29,7 @@ impl Stretches {
         (case.train.len() > whole.len()).then_some(Self { case })
     }
 
-    /// The search over them, where nothing leads: typical sizes are those of all, causes those that act all along.
+    /// The search over them, where nothing is prescribed: typical sizes are those of all, causes those that act all along.
     pub fn search<'a>(&'a self, all: &CaseSearch<'_>) -> CaseSearch<'a> {
         let causes = all.causes.iter().filter(|h| h.is_alike_in_all() && !h.is_push()).cloned().collect();
         let (sizes, adrift) = (all.sizes.clone(), all.adrift.clone());

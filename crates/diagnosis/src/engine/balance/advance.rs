@@ -1,4 +1,4 @@
-//! Integration of what the recording does not lead.
+//! Integration of what the recording does not prescribe.
 
 use trueup_models::arm::ArmScalar;
 use trueup_numerics::Scalar;

@@ -1,4 +1,4 @@
-//! A recording on its grid, and who leads it.
+//! A recording on its grid, and the channels that prescribe its coordinates.
 
 use crate::engine::octaves;
 
@@ -51,24 +51,24 @@ pub struct GriddedRecording {
     pub share: Vec<f64>,
     /// Deviation of each channel by octave.
     pub floors: Vec<Vec<f64>>,
-    /// Who leads it.
+    /// The channels that prescribe its coordinates.
     pub leading: Leading,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
-    /// Channels that showed it, as they drive the model as it is: in a set where a joint is compliant they may drive nothing that has
+    /// Channels that showed it, as they prescribe the model as it is: in a set where a joint is compliant they may prescribe nothing that has
     /// friction.
     pub turning: Vec<usize>,
 }
 
-/// Who leads a recording through a model.
+/// Which channels prescribe coordinates of a model.
 #[derive(Clone, Debug, Default)]
 pub struct Leading {
-    /// Coordinates that may lead.
+    /// Coordinates that may be prescribed.
     pub coordinates: Vec<bool>,
-    /// Channels whose coordinate another one leads in the model as it is: they lead nothing in any model. Where a joint that was
+    /// Channels whose coordinate another one prescribes in the model as it is: they prescribe nothing in any model. Where a joint that was
     /// assumed to be rigid is compliant its spring's torque would else follow from the small difference of two angles.
     pub beside: Vec<usize>,
-    /// Channels next to another one that plainly differ from it: they are looked at as those that drive, and drive where their
+    /// Channels next to another one that plainly differ from it: they are looked at as those that prescribe, and prescribe where their
     /// joint is compliant.
     pub apart: Vec<usize>,
     /// In the model as it is what nothing prescribes is integrated with accelerations that were measured, not that it makes up.

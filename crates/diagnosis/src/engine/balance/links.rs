@@ -9,14 +9,14 @@ use crate::engine::subject::EngineModel;
 /// How the coordinates of a model hang together with the channels of a recording.
 #[derive(Clone, Debug)]
 pub struct Links {
-    /// Channel that leads each coordinate, as factor times it, and whether it shows its velocity only.
+    /// Channel that prescribes each coordinate, as factor times it, and whether it shows its velocity only.
     pub(super) leads: Vec<Option<(usize, f64, bool)>>,
     /// Which coordinate each channel shows, as factor times it, and whether its velocity.
     pub(super) shows: Vec<Option<(usize, f64, bool)>>,
     /// States set by the coordinates' positions and velocities: state, (coordinate, factor).
     pub(super) positions: Vec<(usize, Vec<(usize, f64)>)>,
     pub(super) velocities: Vec<(usize, Vec<(usize, f64)>)>,
-    /// States with the position of a coordinate that nothing leads.
+    /// States with the position of a coordinate that nothing prescribes.
     pub(super) unled: Vec<(usize, Vec<(usize, f64)>)>,
     /// Rows of the equations whose accelerations are as measured while others are integrated: row, coordinate, factor.
     pub(super) given: Vec<(usize, usize, f64)>,
@@ -123,7 +123,7 @@ impl Links {
         }
         rest / own
     }
-    /// Channels of positions whose coordinate another one leads, and that one.
+    /// Channels of positions whose coordinate another one prescribes, and that one.
     pub fn beside(&self) -> Vec<[usize; 2]> {
         let other = |c: usize| match self.shows[c] {
             Some((i, _, false)) => self.lead_of(i).filter(|l| *l != c).map(|l| [c, l]),
@@ -131,11 +131,11 @@ impl Links {
         };
         (0..self.shows.len()).filter_map(other).collect()
     }
-    /// Coordinates that nothing leads.
+    /// Coordinates that nothing prescribes.
     pub fn unled(&self) -> impl Iterator<Item = usize> {
         self.leads.iter().enumerate().filter(|l| l.1.is_none()).map(|l| l.0)
     }
-    /// The channel that leads a coordinate.
+    /// The channel that prescribes a coordinate.
     pub fn lead_of(&self, coordinate: usize) -> Option<usize> {
         self.leads.get(coordinate).copied().flatten().map(|l| l.0)
     }

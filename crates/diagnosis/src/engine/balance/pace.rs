@@ -1,4 +1,4 @@
-//! How finely what the recording does not lead has to be integrated.
+//! How finely what the recording does not prescribe has to be integrated.
 
 use nalgebra::{DMatrix, Schur};
 use trueup_numerics::hybrid::At;

@@ -201,7 +201,7 @@ impl CaseSearch<'_> {
         Ok((missed, SettledReplay { shown, parameters, offsets, theta, first, allowed }))
     }
 
-    /// Where what a recording does not show begins when it leads what it shows: a free run may end elsewhere (of a satellite that
+    /// Where what a recording does not show begins when it prescribes what it shows: a free run may end elsewhere (of a satellite that
     /// no sensor shows). `None`: it shows everything.
     fn begun(&self, problem: &BalanceProblem<'_>, run: &Compared) -> Option<Vec<f64>> {
         let led = self.led.iter().find(|led| led.name == run.run.name)?;
