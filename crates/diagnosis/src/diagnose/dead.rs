@@ -165,7 +165,7 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
             let parts = &parts[span.0.clone()];
             parts.iter().all(quiet)
                 && regression.as_ref().map_or(constant, |r| unexplained(r, parts))
-                && (regression.is_some() || rms(parts, |p| missed(p)) > rms(parts, |p| p.moved))
+                && (regression.is_some() || rms(parts, missed) > rms(parts, |p| p.moved))
         };
         if let Some(span) = DeadSpan::all().find(unrecorded) {
             let how = if constant { format!("it stays at {}", u[0]) } else { "it hardly changes".to_owned() };
