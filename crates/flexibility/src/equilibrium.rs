@@ -1,13 +1,14 @@
 //! An arm at rest with its motors held (LNK-8).
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use trueup_models::compiled::Compiled;
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::flexible_arm::layout::Outputs;
 use trueup_models::friction::STUCK;
-use trueup_models::space::PrescribedAccelerations;
-use trueup_models::space::layout::{Inputs, Parameters, States};
-use trueup_numerics::hybrid::{At, Hybrid};
-use trueup_numerics::{Dual, Scalar};
+use trueup_models::space::layout::{Inputs, Outputs as RobotOutputs, Parameters, States};
+use trueup_models::space::{PrescribedAccelerations, RobotScalar};
+use trueup_numerics::hybrid::At;
+use trueup_plant::{LANES, Lanes};
 
 /// Why there is no such rest.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -96,22 +97,19 @@ impl CoordinateRows {
 }
 
 /// Mass matrix of the coordinates, row by row, and the generalised forces on them with the motors held.
-fn forces<T: Scalar>(arm: &FlexibleArm, rows: &CoordinateRows, at: At<'_, T>) -> (Vec<T>, Vec<T>) {
+fn forces<T: RobotScalar>(arm: &FlexibleArm, rows: &CoordinateRows, at: At<'_, T>) -> (Vec<T>, Vec<T>) {
     let n = rows.states.len();
     let s = &arm.structure().robot;
     let size = BASE + s.bodies() + s.springs() + s.modes();
     let mut all = vec![T::zero(); size * size];
-    arm.bodies().mass_matrix(&at, &mut all);
+    T::mass_matrix(arm.bodies(), &at, &mut all);
     let mass: Vec<T> =
         rows.mass.iter().flat_map(|i| rows.mass.iter().map(move |j| i * size + j)).map(|k| all[k]).collect();
     let held = |list: &[usize]| list.iter().map(|j| (*j, T::zero())).collect::<Vec<_>>();
     let (motors, joints) = (held(&rows.flexible), held(&rows.rigid));
     let mut dx = vec![T::zero(); at.x.len()];
-    arm.bodies().rates_led(
-        at,
-        PrescribedAccelerations { base: None, joints: &joints, motors: &motors },
-        &mut dx,
-    );
+    let led = PrescribedAccelerations { base: None, joints: &joints, motors: &motors };
+    T::rates_led(arm.bodies(), at, led, &mut dx);
     let force =
         (0..n).map(|i| (0..n).fold(T::zero(), |sum, j| sum + mass[i * n + j] * dx[rows.rates[j]])).collect();
     (mass, force)
@@ -127,7 +125,7 @@ fn unbent(arm: &FlexibleArm, rows: &CoordinateRows, motors: &[f64]) -> Result<Ve
         return Err(EquilibriumError::Rigid);
     }
     let at = States::new(&arm.structure().robot);
-    let mut x = vec![0.0; arm.sizes().states];
+    let mut x = vec![0.0; at.count];
     x[at.joint_angle..][..n].copy_from_slice(motors);
     for (k, j) in rows.flexible.iter().enumerate() {
         x[at.motor_angle + k] = motors[*j];
@@ -142,8 +140,9 @@ fn unbent(arm: &FlexibleArm, rows: &CoordinateRows, motors: &[f64]) -> Result<Ve
 pub fn weight(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Vec<f64>, EquilibriumError> {
     let rows = CoordinateRows::of(arm);
     let x = unbent(arm, &rows, motors)?;
-    let u = vec![0.0; arm.sizes().inputs];
-    let p = &p[..arm.bodies().sizes().parameters];
+    let robot = &arm.structure().robot;
+    let u = vec![0.0; Inputs::new(robot).count];
+    let p = &p[..Parameters::new(robot).count];
     Ok(forces(arm, &rows, At { t: 0.0, x: &x, u: &u, p, modes: &[] }).1)
 }
 
@@ -173,11 +172,12 @@ pub(crate) fn settled(
 ) -> Result<Equilibrium, EquilibriumError> {
     let s = &arm.structure().robot;
     let rows = CoordinateRows::of(arm);
-    let mut u = vec![0.0; arm.sizes().inputs];
+    let (input, parameter) = (Inputs::new(s), Parameters::new(s));
+    let mut u = vec![0.0; input.count];
     if !s.tips.is_empty() {
-        u[Inputs::new(s).tip_force..][..3].copy_from_slice(&tip_force);
+        u[input.tip_force..][..3].copy_from_slice(&tip_force);
     }
-    let p = &p[..arm.bodies().sizes().parameters];
+    let p = &p[..parameter.count];
     let mut largest = f64::INFINITY;
     for _ in 0..STEPS {
         let stiffness = stiffness(arm, &rows, &x, &u, p);
@@ -196,7 +196,6 @@ pub(crate) fn settled(
     let k = stiffness(arm, &rows, &x, &u, p);
     let (mass, _) = forces(arm, &rows, At { t: 0.0, x: &x, u: &u, p, modes: &[] });
     let n = rows.states.len();
-    let parameter = Parameters::new(s);
     let of_joints = rows.flexible.iter().map(|j| p[parameter.joint_stiffness + j]);
     let springs = of_joints.chain(arm.bodies().modal_stiffness(p)).collect::<Vec<_>>();
     let found = Equilibrium {
@@ -211,20 +210,17 @@ pub(crate) fn settled(
     Ok(found)
 }
 
-/// Columns that are found at once: values are then computed once for all of them.
-const AT_ONCE: usize = 8;
-
-/// Minus the derivative of the generalised forces by the coordinates.
+/// Minus the derivative of the generalised forces by the coordinates, as many columns at once as there are lanes.
 fn stiffness(arm: &FlexibleArm, rows: &CoordinateRows, x: &[f64], u: &[f64], p: &[f64]) -> DMatrix<f64> {
     let n = rows.states.len();
-    let none = [0.0; AT_ONCE];
-    let lift = |v: &[f64]| v.iter().map(|v| Dual { re: *v, eps: none }).collect::<Vec<Dual<AT_ONCE>>>();
+    let none = [0.0; LANES];
+    let lift = |v: &[f64]| v.iter().map(|v| Lanes { re: *v, eps: none }).collect::<Vec<Lanes>>();
     let (mut x, u, p) = (lift(x), lift(u), lift(p));
     let mut k = DMatrix::zeros(n, n);
-    for first in (0..n).step_by(AT_ONCE) {
-        let columns = first..n.min(first + AT_ONCE);
+    for first in (0..n).step_by(LANES) {
+        let columns = first..n.min(first + LANES);
         columns.clone().for_each(|c| x[rows.states[c]].eps[c - first] = 1.0);
-        let t = Dual { re: 0.0, eps: none };
+        let t = Lanes { re: 0.0, eps: none };
         let (_, force) = forces(arm, rows, At { t, x: &x, u: &u, p: &p, modes: &[] });
         for c in columns {
             x[rows.states[c]].eps = none;
@@ -268,11 +264,13 @@ impl Equilibrium {
         if s.tips.is_empty() {
             return None;
         }
-        let sizes = arm.sizes();
-        let at = Outputs::new(arm.structure()).behind(arm.bodies().sizes().outputs).tip_deflection;
+        let at = Outputs::new(arm.structure()).behind(RobotOutputs::new(s).count).tip_deflection;
+        let compiled = Compiled::new(arm.clone());
+        let sizes = compiled.plant().sizes();
         let (u, mut y) = (vec![0.0; sizes.inputs], vec![0.0; sizes.outputs]);
         let held = vec![STUCK; arm.joints()];
-        arm.outputs(At { t: 0.0, x: &self.state, u: &u, p, modes: &held }, &mut y);
+        let at_rest = At { t: 0.0, x: &self.state, u: &u, p, modes: &held };
+        compiled.plant().outputs(at_rest, &mut y);
         Some([y[at], y[at + 1], y[at + 2]])
     }
 }

@@ -2,6 +2,7 @@
 //! has to do with the first mode.
 
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+use trueup_models::arm::ArmScalar;
 use trueup_signals::element_name;
 
 use crate::model::SimulatedPlant;
@@ -151,7 +152,7 @@ pub fn first_mode_of(
     };
     let mut x = vec![0.0; model.sizes().states];
     model.plant().start(values, &mut x);
-    let mass = arm.mass_matrix(&x, values);
+    let mass = f64::mass_matrix(arm, &x, values);
     let (base, joints): (Vec<usize>, Vec<usize>) =
         ((0..3).collect(), flexible.iter().map(|j| 3 + j).collect());
     let block = |rows: &[usize], columns: &[usize]| {

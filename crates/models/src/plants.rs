@@ -130,6 +130,19 @@ pub fn led(arm: PlanarManipulator, led: &[usize]) -> Option<Arc<dyn Plant>> {
     Some(Arc::new(Compiled::new(Replay::new(arm, led)?)))
 }
 
+macro_rules! as_object {
+    ($($model:ty)*) => {$(
+        impl Compiled<$model> {
+            /// As an object. Neither generic nor inlined: where this is called none of its equations are compiled again.
+            #[inline(never)]
+            pub fn plant(&self) -> &dyn Plant {
+                self
+            }
+        }
+    )*};
+}
+as_object!(TwoMassJoint PlanarManipulator FlexibleArm);
+
 fn model<M: PlantModel>(plant: &dyn Plant) -> Option<&M> {
     plant.as_any().downcast_ref::<Compiled<M>>().map(Compiled::inner)
 }

@@ -12,6 +12,7 @@ mod names;
 mod plants;
 mod rust;
 mod sources;
+mod symbols;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -27,8 +27,8 @@ impl EngineModel {
     /// The plant itself.
     pub fn plant(&self) -> &dyn Plant {
         match self {
-            Self::Joint(m) => &**m,
-            Self::Arm(m) => &**m,
+            Self::Joint(m) => m.plant(),
+            Self::Arm(m) => m.plant(),
         }
     }
     /// How many values of each kind.
@@ -39,7 +39,7 @@ impl EngineModel {
     /// The motor and load of a joint interact by the spring alone.
     pub fn rates_led<T: ArmScalar>(&self, at: At<T>, led: &[(usize, T)], dx: &mut [T]) {
         match self {
-            Self::Joint(m) => T::rates(&**m, at, &[], dx),
+            Self::Joint(m) => T::rates(m.plant(), at, &[], dx),
             Self::Arm(m) => T::rates_led(m, at, led, dx),
         }
     }

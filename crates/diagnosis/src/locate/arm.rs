@@ -7,8 +7,9 @@
 //! The model is evaluated at measured states here; it is not simulated.
 
 use nalgebra::{DMatrix, DVector};
-use trueup_models::arm::{PlanarManipulator, input, output, parameter};
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_models::arm::{ArmScalar, PlanarManipulator, input, output, parameter};
+use trueup_models::compiled::Compiled;
+use trueup_numerics::hybrid::At;
 use trueup_signals::process::Butterworth;
 
 use super::derivative::{derivatives, gain};
@@ -75,7 +76,7 @@ pub fn arm_balances(
     cutoff: f64,
 ) -> Option<ArmBalances> {
     let (mut out, motion, reach) = balances(arm, p, columns, cutoff)?;
-    let model = NominalArm { arm, p };
+    let model = NominalArm { arm: Compiled::new(arm.clone()), p };
     let slow = Butterworth::low_pass(4, SLOW * cutoff, 1.0 / columns.step)?;
     let floors = motion.missing_floors(&model, &out, &motion.slow_noise);
     for (b, floor) in out.missing.iter().zip(floors) {
@@ -106,7 +107,7 @@ fn balances(
     let filter = Butterworth::low_pass(4, cutoff, 1.0 / h)?;
     let slow = Butterworth::low_pass(4, SLOW * cutoff, 1.0 / h)?;
     let motion = MeasuredMotion::new(arm, columns, &filter, &slow)?;
-    let model = NominalArm { arm, p };
+    let model = NominalArm { arm: Compiled::new(arm.clone()), p };
 
     let mut out = ArmBalances {
         first,
@@ -253,7 +254,7 @@ impl MeasuredMotion {
                 let (up, down) = (at(noise[i]), at(-noise[i]));
                 (0..dofs).for_each(|r| sums[r] += (0.5 * (up[r] - down[r])).powi(2));
             }
-            let mass = model.arm.mass_matrix(&model.full(&x), model.p);
+            let mass = f64::mass_matrix(&model.arm, &model.full(&x), model.p);
             for (r, sum) in sums.iter_mut().enumerate() {
                 *sum += (0..dofs).map(|c| (mass.at(r, c) * noise[2 * dofs + c]).powi(2)).sum::<f64>();
             }
@@ -285,31 +286,31 @@ fn shifted(x: &[f64], i: usize, by: f64) -> Vec<f64> {
 
 /// The nominal model at measured states.
 struct NominalArm<'a> {
-    arm: &'a PlanarManipulator,
+    arm: Compiled<PlanarManipulator>,
     p: &'a [f64],
 }
 
 impl NominalArm<'_> {
     fn outputs(&self, x: &[f64], p: &[f64]) -> Vec<f64> {
-        let sizes = self.arm.sizes();
+        let sizes = self.arm.plant().sizes();
         let (mut y, u) = (vec![0.0; sizes.outputs], vec![0.0; sizes.inputs]);
         let x = self.full(x);
         let modes = self.modes(&x, &u);
-        self.arm.outputs(At { t: 0.0, x: &x, u: &u, p, modes: &modes }, &mut y);
+        self.arm.plant().outputs(At { t: 0.0, x: &x, u: &u, p, modes: &modes }, &mut y);
         y
     }
 
     /// With states of effects, which are not measured, at 0.
     fn full(&self, x: &[f64]) -> Vec<f64> {
         let mut full = x.to_vec();
-        full.resize(self.arm.sizes().states, 0.0);
+        full.resize(self.arm.plant().sizes().states, 0.0);
         full
     }
 
     fn modes(&self, x: &[f64], u: &[f64]) -> Vec<i32> {
-        let mut modes = vec![0; self.arm.sizes().modes];
+        let mut modes = vec![0; self.arm.plant().sizes().modes];
         if !modes.is_empty() {
-            self.arm.start_modes(At { t: 0.0, x, u, p: self.p, modes: &[] }, &mut modes);
+            self.arm.plant().start_modes(At { t: 0.0, x, u, p: self.p, modes: &[] }, &mut modes);
         }
         modes
     }
@@ -328,7 +329,7 @@ impl NominalArm<'_> {
 
     /// What the known inputs give to these per second, and the dampers take.
     fn flow(&self, x: &[f64], u: &[f64]) -> [f64; 4] {
-        let (arm, n, y) = (self.arm, self.arm.links(), self.outputs(x, self.p));
+        let (arm, n, y) = (&self.arm, self.arm.links(), self.outputs(x, self.p));
         let v = &x[arm.dofs()..];
         let pair = |at: usize, of: &[f64]| [of[at], of[at + 1]];
         let cross = |r: [f64; 2], f: [f64; 2]| r[0] * f[1] - r[1] * f[0];
@@ -354,8 +355,8 @@ impl NominalArm<'_> {
         let full = self.full(x);
         let modes = self.modes(&full, u);
         let mut dx = vec![0.0; full.len()];
-        self.arm.rates(At { t: 0.0, x: &full, u, p: self.p, modes: &modes }, &mut dx);
-        let mass = self.arm.mass_matrix(&full, self.p);
+        self.arm.plant().rates(At { t: 0.0, x: &full, u, p: self.p, modes: &modes }, &[], &mut dx);
+        let mass = f64::mass_matrix(&self.arm, &full, self.p);
         let difference: Vec<f64> = acceleration.iter().zip(&dx[dofs..2 * dofs]).map(|(m, c)| m - c).collect();
         // What holds a fixed base takes any force.
         let held = |r: usize| r < 3 && self.arm.has_fixed_base();

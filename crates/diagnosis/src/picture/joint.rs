@@ -86,7 +86,7 @@ impl EvenRecording<'_> {
                 model.rates(at, &[], &mut dx);
                 dx
             };
-            let [with, without] = both.each_ref().map(|m| rates(m));
+            let [with, without] = both.each_ref().map(|m| rates(m.plant()));
             at_motor.push(p[j::MOTOR_INERTIA] * (with[1] - without[1]));
             at_load.push(if joint.flexible() { p[j::LOAD_INERTIA] * (with[3] - without[3]) } else { 0.0 });
         }

@@ -3,6 +3,7 @@
 use super::layout::{ArmLayout, BASE_CHOICE, input, output, parameter, states};
 use super::model::BASE_ROWS;
 use super::payload::PAYLOAD;
+use super::solve::Symmetric;
 use super::{PlanarManipulator, Replay};
 use crate::compiled::{self, PlantModel};
 use crate::effect::{EffectSet, PlantKind as EffectPlant};
@@ -198,19 +199,26 @@ impl PlantModel for Replay {
     }
 }
 
-/// What an arm computes with a motion that is given for some of its rows, at either scalar of a plant.
+/// What an arm computes beside what every plant does, at either scalar of a plant. Not inlined, so that it is compiled here alone.
 pub trait ArmScalar: PlantScalar {
     /// See [`PlanarManipulator::rates_led`].
     fn rates_led(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]);
+    /// See [`PlanarManipulator::mass_matrix`].
+    fn mass_matrix(arm: &PlanarManipulator, x: &[Self], p: &[Self]) -> Symmetric<Self>;
 }
 
-impl ArmScalar for f64 {
-    fn rates_led(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]) {
-        arm.rates_led(at, led, dx);
-    }
+macro_rules! arm_scalar {
+    ($($scalar:ty)*) => {$(
+        impl ArmScalar for $scalar {
+            #[inline(never)]
+            fn rates_led(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]) {
+                arm.rates_led(at, led, dx);
+            }
+            #[inline(never)]
+            fn mass_matrix(arm: &PlanarManipulator, x: &[Self], p: &[Self]) -> Symmetric<Self> {
+                arm.mass_matrix(x, p)
+            }
+        }
+    )*};
 }
-impl ArmScalar for Lanes {
-    fn rates_led(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]) {
-        arm.rates_led(at, led, dx);
-    }
-}
+arm_scalar!(f64 Lanes);

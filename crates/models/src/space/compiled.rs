@@ -9,7 +9,8 @@ use crate::compiled::{self, PlantModel};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 use trueup_plant::{
-    ChosenAs, Coordinate, CoordinateKind, Follows, PlantError, StructureChoice, VariableTable, elements,
+    ChosenAs, Coordinate, CoordinateKind, Follows, Lanes, PlantError, PlantScalar, StructureChoice,
+    VariableTable, elements,
 };
 
 impl SpatialFreeFlyer {
@@ -132,3 +133,37 @@ impl PlantModel for SpatialFreeFlyer {
         compiled::no_effects(Self::NAME, effects).map(|()| self.clone())
     }
 }
+
+/// What a robot computes beside what every plant does, at either scalar of a plant. Not inlined, so that it is compiled here alone.
+pub trait RobotScalar: PlantScalar {
+    /// See [`SpatialFreeFlyer::mass_matrix`].
+    fn mass_matrix(robot: &SpatialFreeFlyer, at: &At<Self>, m: &mut [Self]) -> usize;
+    /// See [`SpatialFreeFlyer::rates_led`].
+    fn rates_led(
+        robot: &SpatialFreeFlyer,
+        at: At<Self>,
+        led: PrescribedAccelerations<'_, Self>,
+        dx: &mut [Self],
+    );
+}
+
+macro_rules! robot_scalar {
+    ($($scalar:ty)*) => {$(
+        impl RobotScalar for $scalar {
+            #[inline(never)]
+            fn mass_matrix(robot: &SpatialFreeFlyer, at: &At<Self>, m: &mut [Self]) -> usize {
+                robot.mass_matrix(at, m)
+            }
+            #[inline(never)]
+            fn rates_led(
+                robot: &SpatialFreeFlyer,
+                at: At<Self>,
+                led: PrescribedAccelerations<'_, Self>,
+                dx: &mut [Self],
+            ) {
+                robot.rates_led(at, led, dx);
+            }
+        }
+    )*};
+}
+robot_scalar!(f64 Lanes);

@@ -37,6 +37,7 @@ pub mod tree;
 mod values;
 pub mod vector;
 
+pub use compiled::RobotScalar;
 pub use model::SpatialFreeFlyer;
 pub use prescribed::PrescribedAccelerations;
 pub use structure::RobotStructure;
