@@ -71,11 +71,13 @@ pub enum CosimError {
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     System(Vec<InputMistake>),
     /// A file of inputs that cannot be used.
-    #[error("{}{}{reason}", .file.display(), if .reason.starts_with(':') { "" } else { ": " })]
+    #[error("{}{}: {reason}", .file.display(), .line.map(|line| format!(":{line}")).unwrap_or_default())]
     Inputs {
         /// The file.
         file: PathBuf,
-        /// What is wrong, with line or column; `:4: ...` of line 4.
+        /// Its line, from 1, where one is known.
+        line: Option<u64>,
+        /// What is wrong, with the column.
         reason: String,
     },
     /// An FMU changed the working folder of the process, which gives names of files another meaning.

@@ -41,12 +41,6 @@ pub struct InputSignal {
     held: bool,
 }
 
-/// The text of a finding without its file, which the error around it names: of `a.csv:4: ...` stays `:4: ...`.
-fn without_file(file: &Path, text: &str) -> String {
-    let Some(rest) = text.strip_prefix(&file.display().to_string()) else { return text.to_owned() };
-    rest.strip_prefix(": ").unwrap_or(rest).to_owned()
-}
-
 /// Unix times begin with the one of September 2001: a run that begins later uses calendar time.
 const CALENDAR: f64 = 1e9;
 
@@ -57,15 +51,9 @@ impl InputFileTable {
     /// # Errors
     /// [`CosimError::Inputs`] with line and column.
     pub fn read(file: &Path, system: &Path, start: Option<f64>) -> Result<Self, CosimError> {
-        let fail = |reason: String| CosimError::Inputs { file: file.into(), reason };
-        let shown = |findings: &[Finding]| {
-            let errors = findings.iter().filter(|f| f.is_error()).map(ToString::to_string);
-            errors.collect::<Vec<_>>().join("\n  ")
-        };
-        let (mut table, findings) = InputTable::read(file, system).map_err(|e| {
-            let text = shown(e.findings());
-            fail(without_file(file, &text))
-        })?;
+        let fail = |reason: String| CosimError::Inputs { file: file.into(), line: None, reason };
+        let (mut table, findings) =
+            InputTable::read(file, system).map_err(|e| Self::unreadable(file, e.findings()))?;
         let mut notes: Vec<String> = findings.iter().map(ToString::to_string).collect();
         if let Some(epoch) = table.epoch.filter(|_| start.is_some_and(|s| s >= CALENDAR)) {
             table.time.iter_mut().for_each(|t| *t += epoch);
@@ -80,12 +68,24 @@ impl InputFileTable {
         Ok(Self { file: file.into(), columns: kept, end, notes })
     }
 
+    /// The errors among findings: the first one gives the line; of the others that of the same file is in the text.
+    fn unreadable(file: &Path, findings: &[Finding]) -> CosimError {
+        let mut errors = findings.iter().filter(|f| f.is_error());
+        let first = errors.next();
+        // Another file's name, as the sidecar's, is in the text.
+        let own = first.filter(|f| f.file == file);
+        let said = own.map(Finding::said).or_else(|| first.map(ToString::to_string));
+        let rest = errors.map(ToString::to_string);
+        let reason = said.into_iter().chain(rest).collect::<Vec<_>>().join("\n  ");
+        CosimError::Inputs { file: file.into(), line: own.and_then(|f| f.line), reason }
+    }
+
     /// Columns from memory: `file` is what messages call them, times in s that do not fall, `nan` is missing.
     ///
     /// # Errors
     /// [`CosimError::Inputs`] with column and row, from 0.
     pub fn of(file: &Path, columns: Vec<(String, Vec<f64>, Vec<f64>)>) -> Result<Self, CosimError> {
-        let fail = |reason: String| Err(CosimError::Inputs { file: file.into(), reason });
+        let fail = |reason: String| Err(CosimError::Inputs { file: file.into(), line: None, reason });
         let mut kept = Vec::with_capacity(columns.len());
         let mut end = f64::NEG_INFINITY;
         for (name, times, values) in columns {

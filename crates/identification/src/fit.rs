@@ -13,6 +13,7 @@ use crate::predict::PredictError;
 use crate::recorded::nuisance;
 use crate::run::IdentificationRun;
 use crate::subject::IdentificationSubject;
+use crate::unknown::FitTarget;
 
 /// How to fit.
 #[derive(Clone, Debug)]
@@ -283,7 +284,11 @@ pub fn free_run(
         let (start, mut rest) = (problem.start(), problem.start());
         let rates = problem.unknowns().iter().enumerate();
         rates
-            .filter(|(_, u)| u.name.contains("Velocity") || u.name.contains("Rate"))
+            .filter(|(_, u)| match u.target {
+                FitTarget::Parameter(i) => model.is_velocity(model.parameters(), i),
+                FitTarget::Offset(i) => model.is_velocity(model.outputs(), i),
+                _ => false,
+            })
             .for_each(|(k, _)| rest[k] = 0.0);
         // A simulation far off must not bend its beginning.
         let options = FitOptions {

@@ -26,8 +26,8 @@ use trueup_fmi_description::description::{
 use trueup_fmi_import::{AnyInstance, UnpackedFmu, array_lengths};
 use trueup_numerics::hybrid::ModelSizes;
 use trueup_numerics::{Dual, Scalar};
-use trueup_plant::elements;
-use trueup_signals::{ParameterValue, VariableRole};
+use trueup_plant::{QuantityRole, elements};
+use trueup_signals::{ParameterValue, VariableRole, base_name};
 
 pub use error::FmuError;
 use error::MAX_ELEMENTS;
@@ -95,6 +95,17 @@ const TRUSTED: u8 = 1;
 const REFUSED: u8 = 2;
 /// Half the width of a central difference: of a logarithm, and of a linear unknown in its magnitude.
 const WIDTH: [f64; 2] = [1e-4, 1e-2];
+
+/// What a variable is by the name that FMUs of this project give it: a description has no roles.
+fn role(name: &str) -> QuantityRole {
+    if name.starts_with("initial") {
+        QuantityRole::Initial
+    } else if base_name(name).ends_with("Angle") {
+        QuantityRole::JointAngle
+    } else {
+        QuantityRole::Plain
+    }
+}
 
 impl FmuSubject {
     /// Opens an FMU. It is native code of somebody else: opening it means trusting it.
@@ -175,6 +186,7 @@ impl FmuSubject {
             list.extend(names.iter().map(|n| PlantQuantity {
                 min,
                 max,
+                role: role(n),
                 ..PlantQuantity::new(n.clone(), unit)
             }));
         };
@@ -357,6 +369,9 @@ impl NamedVariables for FmuSubject {
     }
     fn outputs(&self) -> &[PlantQuantity] {
         &self.outputs
+    }
+    fn is_velocity(&self, list: &[PlantQuantity], at: usize) -> bool {
+        list[at].name.contains("Velocity") || list[at].name.contains("Rate")
     }
     /// Real numbers all: a third party may leave out units.
     fn compares(&self, _output: usize) -> bool {

@@ -139,8 +139,9 @@ fn relations(model: &SimulatedPlant, case: &Case) -> Vec<Relation> {
 
 /// Names of the parameters that the case leaves out, of arrays that lack as a whole theirs. First states are found anyway.
 pub fn left_out<'a>(model: &'a SimulatedPlant, case: &Case) -> Vec<&'a str> {
-    let all: Vec<&str> = model.parameters().iter().map(|q| q.name.as_str()).collect();
-    let missing = |name: &&str| !name.starts_with("initial") && !case.parameters.contains_key(*name);
+    let all: Vec<&str> =
+        model.parameters().iter().filter(|q| !q.is_initial()).map(|q| q.name.as_str()).collect();
+    let missing = |name: &&str| !case.parameters.contains_key(*name);
     let whole = |base: &str| all.iter().filter(|n| base_name(n) == base).all(&missing);
     let mut names: Vec<&str> = Vec::new();
     for name in all.iter().filter(|n| missing(n)) {

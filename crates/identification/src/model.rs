@@ -77,6 +77,10 @@ pub trait NamedVariables {
     fn absolute_doubt(&self, _parameter: usize) -> bool {
         false
     }
+    /// Variable `at` of one of its lists is a velocity.
+    fn is_velocity(&self, list: &[PlantQuantity], at: usize) -> bool {
+        PlantQuantity::is_velocity(list, at)
+    }
     /// Index of a parameter.
     fn parameter(&self, name: &str) -> Option<usize> {
         self.parameters().iter().position(|q| q.name == name)

@@ -2,6 +2,7 @@
 //! begins, as unknowns with priors.
 
 use nalgebra::{DMatrix, DVector};
+use trueup_models::arm::parameter;
 use trueup_signals::spline::Spline;
 use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
@@ -175,9 +176,13 @@ fn lead(
     let input = model.input(&element_name("motorAcceleration", &[joint + 1]))?;
     run.drives.push(InputDrive { input, t, u: spline.accelerations().to_vec(), ..InputDrive::default() });
     let [angle, rate, _] = spline.at(run.start);
-    let which = if model.structure().flexible[joint] { "Motor" } else { "Joint" };
-    for (what, value) in [("Angle", angle), ("Velocity", rate)] {
-        let index = model.parameter(&element_name(&format!("initial{which}{what}"), &[joint + 1]))?;
+    let n = model.structure().flexible.len();
+    let begins = match model.structure().flexible[joint] {
+        true => [parameter::initial_motor_angle(n), parameter::initial_motor_velocity(n)],
+        false => [parameter::initial_joint_angle(n), parameter::initial_joint_velocity(n)],
+    };
+    for (begin, value) in begins.into_iter().zip([angle, rate]) {
+        let index = begin + joint;
         run.known.retain(|k| k.0 != index);
         run.known.push((index, value));
     }

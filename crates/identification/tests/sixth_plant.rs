@@ -15,7 +15,8 @@ use trueup_models::compiled::{Compiled, PlantModel};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 use trueup_plant::{
-    Coordinate, CoordinateKind, PlantError, PlantQuantity, VariableTable, force_sensitivity, tangent,
+    Coordinate, CoordinateKind, PlantError, PlantQuantity, QuantityRole, VariableTable, force_sensitivity,
+    tangent,
 };
 
 /// J q'' = u - m g l sin q - d q'.
@@ -51,13 +52,15 @@ impl PlantModel for Pendulum {
     fn table(&self) -> VariableTable {
         let parameter =
             |name: &str, unit, start| PlantQuantity { start, ..PlantQuantity::new(name, unit).at_least(0.0) };
+        let initial =
+            |name, unit| PlantQuantity { role: QuantityRole::Initial, ..PlantQuantity::new(name, unit) };
         VariableTable {
             parameters: vec![
                 parameter("inertia", "kg.m2", 0.02),
                 parameter("weight", "N.m", 0.5),
                 parameter("damping", "N.m.s/rad", 0.01),
-                PlantQuantity::new("initialAngle", "rad"),
-                PlantQuantity { rate_of: Some(3), ..PlantQuantity::new("initialVelocity", "rad/s") },
+                initial("initialAngle", "rad"),
+                PlantQuantity { rate_of: Some(3), ..initial("initialVelocity", "rad/s") },
             ],
             inputs: vec![PlantQuantity::new("torque", "N.m")],
             outputs: vec![

@@ -10,7 +10,9 @@ use std::sync::OnceLock;
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
-use trueup_plant::{Coordinate, Lanes, Plant, PlantError, PlantQuantity, VariableTable, elements};
+use trueup_plant::{
+    Coordinate, Lanes, Plant, PlantError, PlantQuantity, QuantityRole, VariableTable, elements,
+};
 
 /// What a model declares of itself beyond its equations, so that it is a [`Plant`].
 pub trait PlantModel: Hybrid + Debug + Send + Sync + 'static {
@@ -169,7 +171,9 @@ pub fn parameters(entries: &[LayoutEntry<Parameter>], start: &[f64]) -> Vec<Plan
             AllowedValues::Item(items) => (1.0, false, items.items.len() as f64),
         };
         let items = if let AllowedValues::Item(items) = kind.allowed { items.items } else { &[] };
-        PlantQuantity { min, above_min, max, items, start: start.next().copied().unwrap_or(0.0), ..q }
+        let role = if kind.initial { QuantityRole::Initial } else { QuantityRole::Plain };
+        let start = start.next().copied().unwrap_or(0.0);
+        PlantQuantity { min, above_min, max, items, start, role, ..q }
     })
 }
 /// Inputs of a list.
@@ -233,6 +237,11 @@ pub fn add_effects(set: &EffectSet, plant: effect::PlantKind, table: &mut Variab
                 start,
                 neutral: (p.role == ParameterRole::Amplitude).then_some(p.neutral),
                 absolute_deviation: p.role == ParameterRole::Shape && p.unit == "rad" && !p.log,
+                role: if p.role == ParameterRole::Initial {
+                    QuantityRole::Initial
+                } else {
+                    QuantityRole::Plain
+                },
                 ..none.clone()
             };
             put(&mut table.parameters, &choice.variable(p.name), choice.unit(p.unit), p.description, more);
@@ -244,8 +253,14 @@ pub fn add_effects(set: &EffectSet, plant: effect::PlantKind, table: &mut Variab
             let name = choice.variable(s.name_in(plant));
             put(&mut table.states, &name, choice.unit(s.unit), s.description, none.clone());
         }
+        let begin = table.outputs.len();
         for y in spec.outputs {
             put(&mut table.outputs, y.name_in(plant), y.unit, y.description, none.clone());
+        }
+        if spec.shows_motion {
+            let n = e.sites;
+            (begin..begin + n).for_each(|k| VariableTable::rate(&mut table.outputs, k + n, k));
+            table.joint_angles(begin..begin + n);
         }
     }
 }

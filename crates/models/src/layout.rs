@@ -61,20 +61,26 @@ pub struct Parameter {
     pub tunable: bool,
     /// While it is not set, it has the value of this parameter.
     pub follows: Option<&'static str>,
+    /// It only declares how a run begins.
+    pub initial: bool,
 }
 
 impl Parameter {
     /// May be changed between steps.
     pub const fn tunable(allowed: AllowedValues) -> Self {
-        Self { allowed, tunable: true, follows: None }
+        Self { allowed, tunable: true, follows: None, initial: false }
     }
     /// Fixed once the run has begun.
     pub const fn fixed(allowed: AllowedValues) -> Self {
-        Self { allowed, tunable: false, follows: None }
+        Self { allowed, tunable: false, follows: None, initial: false }
     }
-    /// Fixed; while it is not set, it has the value of that parameter.
+    /// How a run begins; any value.
+    pub const fn initial() -> Self {
+        Self { initial: true, ..Self::fixed(AllowedValues::Any) }
+    }
+    /// How a run begins; while it is not set, it has the value of that parameter.
     pub const fn following(follows: &'static str) -> Self {
-        Self { follows: Some(follows), ..Self::fixed(AllowedValues::Any) }
+        Self { follows: Some(follows), ..Self::initial() }
     }
 }
 

@@ -18,5 +18,6 @@ mod flexible_arm_steps;
 mod joint_golden;
 mod plant_arm;
 mod plant_joint;
+mod plant_roles;
 mod plant_space;
 mod space;

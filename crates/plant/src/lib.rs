@@ -19,4 +19,4 @@ pub use lanes::{LANES, Lanes};
 pub use linear::{PlantTangent, force_sensitivity, tangent};
 pub use plant::{Plant, PlantError};
 pub use scalar::PlantScalar;
-pub use variable::{ChosenAs, PlantQuantity, StructureChoice, VariableTable, elements};
+pub use variable::{ChosenAs, PlantQuantity, QuantityRole, StructureChoice, VariableTable, elements};

@@ -2,6 +2,18 @@
 
 use std::borrow::Cow;
 
+/// What a variable is in its plant, where that decides what is done with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum QuantityRole {
+    /// None of these.
+    #[default]
+    Plain,
+    /// A parameter that only declares how a run begins.
+    Initial,
+    /// An output that is the angle of a joint, of its motor or of its load, as an encoder shows it; not an attitude.
+    JointAngle,
+}
+
 /// A scalar variable, an array's element under its indexed name (`stiffness`, `jointStiffness[1]`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantQuantity {
@@ -29,9 +41,24 @@ pub struct PlantQuantity {
     pub description: Cow<'static, str>,
     /// The variable of the same list that it is the rate of.
     pub rate_of: Option<usize>,
+    /// What it is in its plant.
+    pub role: QuantityRole,
 }
 
 impl PlantQuantity {
+    /// A parameter that only declares how a run begins.
+    pub fn is_initial(&self) -> bool {
+        self.role == QuantityRole::Initial
+    }
+    /// An output that is the angle of a joint, of its motor or of its load.
+    pub fn is_joint_angle(&self) -> bool {
+        self.role == QuantityRole::JointAngle
+    }
+    /// Velocity `at` of a list: the rate of a position, which is the rate of nothing itself.
+    pub fn is_velocity(list: &[Self], at: usize) -> bool {
+        let of = list.get(at).and_then(|q| list.get(q.rate_of?));
+        of.is_some_and(|of| of.rate_of.is_none())
+    }
     /// A variable that may take any value.
     pub fn new(name: impl Into<String>, unit: &'static str) -> Self {
         Self {
@@ -47,6 +74,7 @@ impl PlantQuantity {
             items: &[],
             description: Cow::Borrowed(""),
             rate_of: None,
+            role: QuantityRole::Plain,
         }
     }
     /// The same with this smallest value.
@@ -108,6 +136,14 @@ impl VariableTable {
     pub fn rate(list: &mut [PlantQuantity], rate: usize, of: usize) {
         if let Some(q) = list.get_mut(rate) {
             q.rate_of = Some(of);
+        }
+    }
+    /// Declares that these outputs are angles of joints.
+    pub fn joint_angles(&mut self, outputs: impl IntoIterator<Item = usize>) {
+        for k in outputs {
+            if let Some(q) = self.outputs.get_mut(k) {
+                q.role = QuantityRole::JointAngle;
+            }
         }
     }
     /// Index of an output.

@@ -165,6 +165,18 @@ impl Finding {
         self
     }
 
+    /// The message without file and line: `motorAngle at 0.5 s: what; mend`.
+    pub fn said(&self) -> String {
+        let place = match (&self.channel, self.time) {
+            (Some(name), Some(time)) => format!("{name} at {time} s: "),
+            (Some(name), None) => format!("{name}: "),
+            (None, Some(time)) => format!("at {time} s: "),
+            (None, None) => String::new(),
+        };
+        let mend = if self.mend.is_empty() { String::new() } else { format!("; {}", self.mend) };
+        format!("{place}{}{mend}", self.what)
+    }
+
     /// Whether no verdict is based on the recording.
     pub fn is_grave(&self) -> bool {
         self.severity >= Severity::Grave
@@ -183,14 +195,6 @@ impl fmt::Display for Finding {
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
         }
-        write!(f, ": ")?;
-        match (&self.channel, self.time) {
-            (Some(name), Some(time)) => write!(f, "{name} at {time} s: ")?,
-            (Some(name), None) => write!(f, "{name}: ")?,
-            (None, Some(time)) => write!(f, "at {time} s: ")?,
-            (None, None) => {}
-        }
-        write!(f, "{}", self.what)?;
-        if self.mend.is_empty() { Ok(()) } else { write!(f, "; {}", self.mend) }
+        write!(f, ": {}", self.said())
     }
 }

@@ -5,7 +5,10 @@ use std::fmt::Write;
 use proptest::prelude::*;
 use trueup_cosim::plan::MasterPlan;
 use trueup_cosim::system::{CosimSystem, SourceSpan};
-use trueup_cosim::{ColumnKind, ResultColumn, ResultRow, ResultSink, Results, RowValues, ValueBuffer, check};
+use trueup_cosim::{
+    ColumnKind, CosimError, InputFileTable, ResultColumn, ResultRow, ResultSink, Results, RowValues,
+    ValueBuffer, check,
+};
 
 use crate::system::Desk;
 
@@ -186,4 +189,35 @@ fn a_sidecar_counts_and_the_system_is_none() {
     assert_eq!([0.0, 0.5, 1.0].map(|t| inputs.at(d.column, t, d.linear)), [3.0, 3.0, 7.0]);
     desk.write("s.csv", "time,a.u\n0,1\n4,3\n");
     assert!(driven(&desk, "s.csv").is_ok(), "s.toml is the system");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// The line of a mistake is a field of the error, and stands behind the file in its text.
+    #[test]
+    fn an_error_of_inputs_has_its_line(rows in 2_usize..9, wrong in 0_usize..9, comments in 0_usize..3) {
+        let wrong = wrong % rows;
+        let desk = Desk::new();
+        let mut text = "# a comment\n".repeat(comments) + "time,a.x\n";
+        for k in 0..rows {
+            writeln!(text, "{k},1{}", if k == wrong { ",2" } else { "" }).unwrap();
+        }
+        let file = desk.write("in.csv", &text);
+        let error = InputFileTable::read(&file, &desk.write("s.toml", ""), None).unwrap_err();
+        let at = (comments + 2 + wrong) as u64;
+        let CosimError::Inputs { line, ref reason, .. } = error else { panic!("{error}") };
+        prop_assert_eq!(line, Some(at), "{}", text);
+        prop_assert!(!reason.starts_with(':'));
+        prop_assert_eq!(error.to_string(), format!("{}:{at}: {reason}", file.display()));
+    }
+}
+
+#[test]
+fn an_error_of_inputs_without_a_line_has_none() {
+    let desk = Desk::new();
+    let file = desk.0.path().join("none.csv");
+    let error = InputFileTable::read(&file, &desk.write("s.toml", ""), None).unwrap_err();
+    let CosimError::Inputs { line: None, ref reason, .. } = error else { panic!("{error:?}") };
+    assert_eq!(error.to_string(), format!("{}: {reason}", file.display()));
 }

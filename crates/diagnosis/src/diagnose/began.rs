@@ -30,8 +30,7 @@ impl FreeRunStart {
         settled: &SettledReplay,
     ) -> Self {
         let subject = &search.case.subject;
-        let names: Vec<String> =
-            subject.parameters(&model.stated.model).into_iter().map(|n| n.name).collect();
+        let names = subject.parameters(&model.stated.model);
         let coordinates = subject.coordinates(&model.stated.model, &model.stated.nominal);
         let shown = |output: usize| run.run.channels.iter().find(|c| c.output == output);
         let hidden = hidden(&coordinates, |output| shown(output).is_some());
@@ -39,10 +38,10 @@ impl FreeRunStart {
         let effects =
             model.stated.posed.iter().flat_map(|p| p.initial.iter().map(|k| p.unknowns[*k].name.clone()));
         let mut hidden: Vec<String> =
-            hidden.into_iter().filter_map(|at| names.get(at).cloned()).chain(effects).collect();
+            hidden.into_iter().filter_map(|at| Some(names.get(at)?.name.clone())).chain(effects).collect();
         hidden.dedup();
         let first = names.into_iter().zip(settled.parameters.iter().copied());
-        let states = first.filter(|(name, _)| name.starts_with("initial")).collect();
+        let states = first.filter(|(q, _)| q.is_initial()).map(|(q, value)| (q.name, value)).collect();
         let channel = |&(output, value): &(usize, f64)| Some((shown(output)?.name.clone(), value));
         let offsets = settled.offsets.iter().filter_map(channel).collect();
         Self { recording: run.run.name.clone(), states, hidden, offsets }

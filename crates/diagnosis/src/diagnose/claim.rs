@@ -199,12 +199,8 @@ pub(super) fn augmented(
         EngineModel::Joint(_) => values,
     };
     let named = search.case.subject.parameters(&stated.model);
-    let mut all: Vec<(String, f64)> = named
-        .iter()
-        .zip(values)
-        .filter(|(n, _)| !n.name.starts_with("initial"))
-        .map(|(n, v)| (n.name.clone(), v))
-        .collect();
+    let mut all: Vec<(String, f64)> =
+        named.iter().zip(values).filter(|(n, _)| !n.is_initial()).map(|(n, v)| (n.name.clone(), v)).collect();
     // A replay that estimates what sensors show has the rest as the first recording has it.
     if let Some(began) = began {
         all.extend(began.states.iter().filter(|(name, _)| began.hidden.contains(name)).cloned());

@@ -225,7 +225,9 @@ fn missing_by_place(
             .map(|b| BandShare { low_hz: b.low, high_hz: b.high, share: b.share.clamp(0.0, 1.0) })
             .collect()
     });
-    let regimes = regimes(case, &residuals, &|variable| unit(loaded, variable), seed);
+    let velocities = case.subject.velocities();
+    let regimes =
+        regimes(case, &residuals, &velocities, &|variable| unit(loaded, &velocities, variable), seed);
     descending(&mut channels, |item| item.share);
     let cause = match picture.cause {
         Some(locate::BoundarySide::Internal) => Some("internal".to_owned()),
@@ -238,6 +240,7 @@ fn missing_by_place(
 fn regimes(
     case: &PreparedCase,
     residuals: &[locate::ResidualSeries<'_>],
+    velocities: &[(String, String)],
     units: &dyn Fn(&str) -> String,
     seed: u64,
 ) -> Vec<RegimeShare> {
@@ -256,14 +259,9 @@ fn regimes(
                     (angle[b] - angle[a]) / (residual.time[b] - residual.time[a]).max(1e-12)
                 })
                 .collect();
-            let rate = channel
-                .name
-                .replace("Angle", "Velocity")
-                .replace("Attitude", "Rate")
-                .replace("Position", "Velocity");
-            if rate != channel.name {
+            if let Some((_, rate)) = velocities.iter().find(|(position, _)| *position == channel.name) {
                 features.entry(format!("|{rate}|")).or_default().extend(speed.iter().map(|v| v.abs()));
-                features.entry(rate).or_default().extend(speed);
+                features.entry(rate.clone()).or_default().extend(speed);
             }
             features.entry(channel.name.clone()).or_default().extend(angle);
         }
@@ -289,16 +287,15 @@ fn regimes(
         .collect()
 }
 
-/// The unit of a variable by which regimes are reported, by those of the channels.
-fn unit(loaded: &Loaded, variable: &str) -> String {
+/// The unit of a variable by which regimes are reported, by those of the channels; `velocities` are positions, each with its velocity.
+fn unit(loaded: &Loaded, velocities: &[(String, String)], variable: &str) -> String {
     let of = |name: &str| {
         let mut all = loaded.recordings.values().flat_map(|r| &r.channels);
         all.find(|c| c.name == name).map(|c| c.unit.clone())
     };
     let name = variable.trim_matches('|');
-    let integrals = [("Velocity", "Angle"), ("Rate", "Attitude"), ("Velocity", "Position")]
-        .map(|(a, b)| name.replace(a, b));
-    let rate = integrals.iter().filter(|i| *i != name).find_map(|i| of(i).filter(|u| !u.is_empty()));
+    let position = velocities.iter().find(|(_, velocity)| velocity == name);
+    let rate = position.and_then(|(position, _)| of(position)).filter(|u| !u.is_empty());
     of(name).or_else(|| rate.map(|u| format!("{u}/s"))).unwrap_or_default()
 }
 
@@ -327,10 +324,11 @@ mod tests {
         let channels = vec![channel("motorAngle[1]", "rad"), channel("motorCurrent", "A")];
         let recordings = [("a.csv".to_owned(), Recording { channels, ..Recording::default() })].into();
         let loaded = Loaded { recordings, ..Loaded::default() };
+        let velocities = [("motorAngle[1]".to_owned(), "motorVelocity[1]".to_owned())];
         for (variable, expected) in
             [("|motorVelocity[1]|", "rad/s"), ("motorAngle[1]", "rad"), ("motorCurrent", "A"), ("twist", "")]
         {
-            assert_eq!(unit(&loaded, variable), expected, "{variable}");
+            assert_eq!(unit(&loaded, &velocities, variable), expected, "{variable}");
         }
     }
 

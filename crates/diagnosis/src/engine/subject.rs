@@ -133,6 +133,14 @@ impl DiagnosisSubject {
         let model = plain.model(&[] as &[&str]);
         model.map_or_else(|_| Vec::new(), |m| names(&m.plant().table().outputs))
     }
+    /// Outputs that are positions, each with its velocity; those of effects that are known to be there among them.
+    pub fn velocities(&self) -> Vec<(String, String)> {
+        let Ok(model) = self.model(&[] as &[&str]) else { return Vec::new() };
+        let all = &model.plant().table().outputs;
+        let velocities = (0..all.len()).filter(|k| PlantQuantity::is_velocity(all, *k));
+        let pair = |k: usize| Some((all[all[k].rate_of?].name.clone(), all[k].name.clone()));
+        velocities.filter_map(pair).collect()
+    }
     /// All parameters of a model in their order.
     pub fn parameters(&self, model: &EngineModel) -> Vec<PlantQuantity> {
         model.plant().table().parameters.clone()

@@ -1,6 +1,8 @@
 //! The picture of a free-floating manipulator.
 
-use trueup_models::arm::{PlanarManipulator, input, parameter};
+use trueup_models::arm::{PlanarManipulator, input, output, parameter};
+use trueup_models::layout::LayoutEntry;
+use trueup_plant::elements;
 use trueup_signals::Loaded;
 use trueup_signals::process::ChannelGrid;
 
@@ -17,6 +19,8 @@ const CUTOFF: f64 = 0.08;
 const FASTEST: f64 = 3.0;
 /// Coordinates of the base.
 const BASE: usize = 3;
+/// Those of them that give its place, in m: forces act on them.
+const PLACE: usize = 2;
 /// Relative standard deviation of masses and inertias where none is declared.
 const DOUBT: f64 = 0.05;
 
@@ -26,7 +30,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
     let mut all: Vec<(&str, f64, ArmBalances)> = Vec::new();
     for recording in loaded.train() {
         let names = coordinates(arm);
-        let inputs = inputs(n);
+        let inputs = channels(&input::list(&arm.layout()));
         let wanted: Vec<&str> = names
             .iter()
             .chain(&inputs)
@@ -59,8 +63,8 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
         };
         if let Some(b) = arm_balances(arm, p, &columns, &doubts, (CUTOFF / step).min(FASTEST)) {
             let start = grid.start + b.first as f64 * step;
-            for (name, row) in names.iter().zip(&b.missing) {
-                let unit = if name.starts_with("basePosition") { "N" } else { "N.m" };
+            for (k, (name, row)) in names.iter().zip(&b.missing).enumerate() {
+                let unit = if k < PLACE { "N" } else { "N.m" };
                 let time = (0..row.value.len()).map(|k| start + k as f64 * step).collect();
                 let (title, recording) =
                     (format!("Missing in the balance of {name}"), recording.name.clone());
@@ -186,23 +190,19 @@ fn opposed(all: &[(&str, f64, ArmBalances)], a: usize, b: usize) -> bool {
     sum(&|x| dot(&x.missing[a], &x.missing[b])) < -0.5 * (size(a) * size(b)).sqrt()
 }
 
-/// Channels of the coordinates in the model's order.
+/// Channels of the coordinates in the model's order, those of a base that is fixed too.
 fn coordinates(arm: &PlanarManipulator) -> Vec<String> {
-    let mut names: Vec<String> =
-        ["basePosition[1]", "basePosition[2]", "baseAttitude"].map(String::from).into();
-    names.extend((1..=arm.links()).map(|i| format!("jointAngle[{i}]")));
-    names.extend((0..arm.links()).filter(|j| arm.flexible()[*j]).map(|j| format!("motorAngle[{}]", j + 1)));
-    names
+    let n = arm.links();
+    let motors = (0..n).filter(|j| arm.flexible()[*j]).map(|j| output::motor_angle(n) + j);
+    let joints = (0..n).map(|j| output::joint_angle(n) + j);
+    let base = [output::base_position(n), output::base_position(n) + 1, output::base_attitude(n)];
+    let all = channels(&output::list(&arm.layout()));
+    base.into_iter().chain(joints).chain(motors).map(|k| all[k].clone()).collect()
 }
 
-fn inputs(n: usize) -> Vec<String> {
-    let element = |(name, length): &(&str, fn(usize) -> usize)| -> Vec<String> {
-        match name.ends_with("Torque") && *name != "jointTorque" {
-            true => vec![(*name).to_owned()],
-            false => (1..=length(n)).map(|i| format!("{name}[{i}]")).collect(),
-        }
-    };
-    input::NAMES.iter().flat_map(element).collect()
+/// Channels of the variables of a list, element by element.
+fn channels<K>(list: &[LayoutEntry<K>]) -> Vec<String> {
+    list.iter().flat_map(|e| elements(e.name, &e.dimensions)).collect()
 }
 
 /// Standard deviations of masses, inertias and centres of mass.

@@ -9,10 +9,12 @@ use super::found::FoundParameter;
 use super::searched::SearchableModel;
 use crate::covariance::Information;
 use crate::lsq::LeastSquares;
+use crate::model::CoordinateIndices;
 use crate::output_error::OutputError;
 use crate::run::IdentificationRun;
 use crate::subject::IdentificationSubject;
 use crate::unknown::{FitTarget, FitUnknown};
+use trueup_signals::base_name;
 
 /// What is varied: a parameter that is not fitted, as initial states are, or `initialSpringOffset`: where the load begins
 /// less where its motor does, rad on the side of the load; of an arm `initialSpringOffset[j]`.
@@ -83,7 +85,10 @@ impl Varied {
         let name = &design.name;
         let none = || IdentifyError::NoDesign { name: name.clone(), known: names(model, fitted) };
         let varied = match name.strip_prefix(OFFSET) {
-            Some(element) => offset(model, element).ok_or_else(none)?,
+            Some(element) => {
+                let found = offsets(model).into_iter().find(|(own, _)| own == element);
+                found.ok_or_else(none)?.1
+            }
             None => Self { index: model.parameter(name).ok_or_else(none)?, from: None },
         };
         if fitted.iter().any(|u| u.target == FitTarget::Parameter(varied.index)) {
@@ -179,23 +184,25 @@ impl Varied {
 /// Where the load begins less where its motor does.
 const OFFSET: &str = "initialSpringOffset";
 
-fn offset(model: &dyn IdentificationSubject, element: &str) -> Option<Varied> {
-    let at = |name: &str| model.parameter(&format!("{name}{element}"));
-    let motor = at("initialMotorAngle")?;
-    let (index, ratio) = match at("initialLoadAngle") {
-        Some(load) => (load, Some(model.parameter("gearRatio")?)),
-        None => (at("initialJointAngle")?, None),
-    };
-    // A rigid joint has one coordinate, not two.
+/// Of joints with two coordinates: their part of the name, and where the load and its motor begin.
+fn offsets(model: &dyn IdentificationSubject) -> Vec<(String, Varied)> {
     let begins = model.begins();
-    let moves = |i: usize| begins.iter().any(|c| c.angle == i);
-    (moves(index) && moves(motor)).then_some(Varied { index, from: Some((motor, ratio)) })
+    let one = |c: &CoordinateIndices| {
+        let (other, geared) = c.follows?;
+        let other = begins[other];
+        // Behind a gear the load follows its motor; else the motor follows its joint.
+        let (load, motor) = if geared { (c, &other) } else { (&other, c) };
+        let ratio = if geared { Some(model.parameter("gearRatio")?) } else { None };
+        let name = &model.parameters()[load.angle].name;
+        let element = name[base_name(name).len()..].to_owned();
+        Some((element, Varied { index: load.angle, from: Some((motor.angle, ratio)) }))
+    };
+    begins.iter().filter_map(one).collect()
 }
 
 /// What may be varied.
 fn names(model: &dyn IdentificationSubject, fitted: &[FitUnknown]) -> Vec<String> {
     let free = |q: &&crate::model::PlantQuantity| !fitted.iter().any(|u| u.name == q.name);
-    let offsets = (1..=model.begins().len()).map(|j| format!("[{j}]")).chain([String::new()]);
-    let offsets = offsets.filter(|e| offset(model, e).is_some()).map(|e| format!("{OFFSET}{e}"));
+    let offsets = offsets(model).into_iter().map(|(element, _)| format!("{OFFSET}{element}"));
     model.parameters().iter().filter(free).map(|q| q.name.clone()).chain(offsets).collect()
 }

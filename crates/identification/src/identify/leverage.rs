@@ -7,7 +7,9 @@ use crate::estimate;
 use crate::fit::OutputErrorFit;
 use crate::lsq::LeastSquares;
 use crate::output_error::OutputError;
+use crate::subject::IdentificationSubject;
 use crate::unknown::{FitTarget, FitUnknown};
+use trueup_signals::base_name;
 
 /// d(estimate)/estimate over d(known)/known; of a sensor's zero, over one step of its reading.
 #[derive(Clone, Debug, Default)]
@@ -42,7 +44,9 @@ pub(super) fn of(
     let mut seen = Vec::new();
     for c in problem.runs().iter().flat_map(|r| &r.channels) {
         let target = FitTarget::Offset(c.output);
-        if c.name.ends_with("Angle") && !fitted(target) && !seen.contains(&c.output) {
+        // One of an array has none.
+        let angle = model.outputs()[c.output].is_joint_angle() && base_name(&c.name) == c.name;
+        if angle && !fitted(target) && !seen.contains(&c.output) {
             seen.push(c.output);
             let step = if c.resolution > 0.0 { c.resolution } else { c.sigma };
             extra.push(FitUnknown::free(&format!("{} zero, one step", c.name), target, None, step));
@@ -66,7 +70,7 @@ pub(super) fn of(
     }
     let own = j.columns(0, count).into_owned();
     let all = estimate::leverage(&own, &j.columns(count, extra.len()).into_owned());
-    let (periodic, waves) = periodic(&wider, j.nrows());
+    let (periodic, waves) = periodic(model, &wider, j.nrows());
     let turns = estimate::leverage(&own, &waves);
     let size = |k: usize| {
         let (value, slope) = problem.unknowns()[k].scale.value(fit.theta[k]);
@@ -83,9 +87,14 @@ pub(super) fn of(
 }
 
 /// Errors of one step that come again with every turn of an angle sensor, sine and cosine: names, columns.
-fn periodic(problem: &OutputError, rows: usize) -> (Vec<String>, DMatrix<f64>) {
+fn periodic(
+    model: &dyn IdentificationSubject,
+    problem: &OutputError,
+    rows: usize,
+) -> (Vec<String>, DMatrix<f64>) {
     let mut names: Vec<String> = Vec::new();
-    let angles = problem.runs().iter().flat_map(|r| &r.channels).filter(|c| c.name.contains("Angle"));
+    let channels = problem.runs().iter().flat_map(|r| &r.channels);
+    let angles = channels.filter(|c| model.outputs()[c.output].is_joint_angle());
     for c in angles {
         let name = format!("{} per turn, one step", c.name);
         if !names.contains(&name) {

@@ -10,6 +10,7 @@ use crate::regress::{KnownParameters, RegressError, Regressed, Regression, regre
 use crate::run::IdentificationRun;
 use crate::unknown::{FitTarget, FitUnknown, Scale};
 use trueup_models::joint::parameter as p;
+use trueup_signals::base_name;
 
 /// What the regressions estimate, in their order.
 pub(super) const REGRESSED: [&str; 4] = ["stiffness", "damping", "coulombFriction", "viscousFriction"];
@@ -176,7 +177,7 @@ pub(super) fn find(
     } else {
         for (from, factor) in [("springs 3 times the case's", 3.0), ("springs a third of the case's", 0.33)] {
             let springs: Vec<(usize, f64)> = (base.iter())
-                .filter(|(i, _)| model.parameters()[*i].name.starts_with("jointStiffness"))
+                .filter(|(i, _)| base_name(&model.parameters()[*i].name) == "jointStiffness")
                 .map(|(i, _)| (*i, factor))
                 .collect();
             if !springs.is_empty() {

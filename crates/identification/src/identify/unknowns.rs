@@ -19,6 +19,14 @@ pub(super) struct CommonUnknown {
     pub doubt: Option<f64>,
 }
 
+/// A number of the model, the same in all recordings: no first state, no choice.
+fn is_fitted(model: &dyn IdentificationSubject, name: &str) -> bool {
+    model
+        .parameter(name)
+        .map(|i| &model.parameters()[i])
+        .is_none_or(|q| !q.is_initial() && q.items.is_empty())
+}
+
 /// Requested (by the case, and `besides`), then uncertain ones that are not.
 pub(super) fn of(
     model: &dyn IdentificationSubject,
@@ -37,7 +45,7 @@ pub(super) fn of(
     let asked: Vec<String> = asked.into_iter().chain(besides).chain(carried.cloned()).collect();
     let mut all = Vec::new();
     for name in &asked {
-        if name.starts_with("initial") || base_name(name) == "motorCoupling" {
+        if !is_fitted(model, name) {
             return Err(IdentifyError::Unknowns(format!(
                 "`{name}` cannot be fitted: initial states are estimated in every recording anyway, a choice is no number; take it out of [fit] parameters"
             )));
@@ -48,7 +56,7 @@ pub(super) fn of(
     }
     all.extend(sensors(model, runs));
     let uncertain = case.parameters.keys().filter(|n| case.doubt(n).is_some_and(|d| d > 0.0));
-    for name in uncertain.filter(|n| !n.starts_with("initial") && base_name(n) != "motorCoupling") {
+    for name in uncertain.filter(|n| is_fitted(model, n)) {
         if model.parameter(name).is_some() && !asked.contains(name) {
             all.push(one(model, case, nominal, runs, name, false));
         }
@@ -136,10 +144,7 @@ fn typical(
     };
     // Of an arm the first input is a torque already.
     let torque = value("torqueConstant").abs() * largest(0);
-    let speeds = runs
-        .iter()
-        .flat_map(|r| &r.channels)
-        .filter(|c| c.name.ends_with("Angle") || c.name.contains("Angle["));
+    let speeds = runs.iter().flat_map(|r| &r.channels).filter(|c| model.outputs()[c.output].is_joint_angle());
     let fastest = speeds
         .flat_map(|c| c.t.windows(9).zip(c.y.windows(9)))
         .map(|(t, y)| ((y[8] - y[0]) / (t[8] - t[0])).abs())

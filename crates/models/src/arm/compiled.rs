@@ -81,13 +81,25 @@ impl PlantModel for PlanarManipulator {
             VariableTable::rate(&mut t.parameters, rate + k, of + k);
             VariableTable::rate(&mut t.outputs, output::motor_velocity(n) + k, output::motor_angle(n) + k);
         }
+        // Of a base that is fixed too, which has no coordinates.
         for (rate, of) in [
+            (parameter::initial_base_velocity(n), parameter::initial_base_position(n)),
+            (parameter::initial_base_velocity(n) + 1, parameter::initial_base_position(n) + 1),
+            (parameter::initial_base_rate(n), parameter::initial_base_attitude(n)),
+        ] {
+            VariableTable::rate(&mut t.parameters, rate, of);
+        }
+        for (rate, of) in [
+            (output::base_velocity(n), output::base_position(n)),
+            (output::base_velocity(n) + 1, output::base_position(n) + 1),
+            (output::base_rate(n), output::base_attitude(n)),
             (output::tip_velocity(n), output::tip_position(n)),
             (output::tip_velocity(n) + 1, output::tip_position(n) + 1),
             (output::tip_rate(n), output::tip_attitude(n)),
         ] {
             VariableTable::rate(&mut t.outputs, rate, of);
         }
+        t.joint_angles((0..n).flat_map(|k| [output::joint_angle(n) + k, output::motor_angle(n) + k]));
         compiled::add_effects(self.effects(), EffectPlant::Arm, &mut t);
         if self.payload().is_some() {
             let carried = |p: &super::PayloadParameter| PlantQuantity {

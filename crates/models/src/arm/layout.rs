@@ -91,7 +91,7 @@ pub mod parameter {
     const fn tunable(allowed: crate::layout::AllowedValues) -> Parameter {
         Parameter::tunable(allowed)
     }
-    const FIXED: Parameter = Parameter::fixed(Any);
+    const INITIAL: Parameter = Parameter::initial();
 
     layout! { Parameter, n, s: {
         base_mass "baseMass" [] "kg", tunable(Positive), "Satellite, m_0 (ARM-1)";
@@ -107,12 +107,12 @@ pub mod parameter {
         gear_ratio "gearRatio" [n] "1", Parameter::fixed(OneUp), "Motor turns per joint turn, N; used by the geared coupling";
         joint_stiffness "jointStiffness" [n] "N.m/rad", tunable(NotNegative), "k_i (eq. 7); unused for a rigid joint";
         joint_damping "jointDamping" [n] "N.m.s/rad", tunable(NotNegative), "b_i (eq. 8); unused for a rigid joint";
-        initial_base_position "initialBasePosition" [2] "m", FIXED, "x_0, y_0 at the start";
-        initial_base_attitude "initialBaseAttitude" [] "rad", FIXED, "q_0 at the start";
-        initial_base_velocity "initialBaseVelocity" [2] "m/s", FIXED, "d(x_0), d(y_0) at the start";
-        initial_base_rate "initialBaseRate" [] "rad/s", FIXED, "d(q_0) at the start";
-        initial_joint_angle "initialJointAngle" [n] "rad", FIXED, "q_i at the start";
-        initial_joint_velocity "initialJointVelocity" [n] "rad/s", FIXED, "d(q_i) at the start";
+        initial_base_position "initialBasePosition" [2] "m", INITIAL, "x_0, y_0 at the start";
+        initial_base_attitude "initialBaseAttitude" [] "rad", INITIAL, "q_0 at the start";
+        initial_base_velocity "initialBaseVelocity" [2] "m/s", INITIAL, "d(x_0), d(y_0) at the start";
+        initial_base_rate "initialBaseRate" [] "rad/s", INITIAL, "d(q_0) at the start";
+        initial_joint_angle "initialJointAngle" [n] "rad", INITIAL, "q_i at the start";
+        initial_joint_velocity "initialJointVelocity" [n] "rad/s", INITIAL, "d(q_i) at the start";
         initial_motor_angle "initialMotorAngle" [n] "rad", Parameter::following("initialJointAngle"),
             "q_mi at the start; unset: the joint's angle, so that the spring is unstrained";
         initial_motor_velocity "initialMotorVelocity" [n] "rad/s", Parameter::following("initialJointVelocity"),

@@ -121,6 +121,7 @@ pub static DAMPING: Items = Items {
 pub const HUNT_CROSSLEY: f64 = 2.0;
 
 const FIXED: Parameter = Parameter::fixed(AllowedValues::Any);
+const INITIAL: Parameter = Parameter::initial();
 const fn tunable(allowed: AllowedValues) -> Parameter {
     Parameter::tunable(allowed)
 }
@@ -228,10 +229,10 @@ layout! {
     mass "chaserMass" [], "kg", tunable(Positive), "Chaser with its arm, one rigid body";
     inertia "chaserInertia" [], "kg.m2", tunable(Positive), "Chaser about its centre of mass";
     end_effector "endEffectorPosition" [2], "m", FIXED, "From the chaser's centre of mass, chaser's axes";
-    position "initialChaserPosition" [2], "m", FIXED, "Centre of mass at the start";
-    attitude "initialChaserAttitude" [], "rad", FIXED, "At the start";
-    velocity "initialChaserVelocity" [2], "m/s", FIXED, "Of the centre of mass at the start";
-    rate "initialChaserRate" [], "rad/s", FIXED, "At the start";
+    position "initialChaserPosition" [2], "m", INITIAL, "Centre of mass at the start";
+    attitude "initialChaserAttitude" [], "rad", INITIAL, "At the start";
+    velocity "initialChaserVelocity" [2], "m/s", INITIAL, "Of the centre of mass at the start";
+    rate "initialChaserRate" [], "rad/s", INITIAL, "At the start";
 }
 
 layout! {
@@ -265,10 +266,10 @@ layout! {
 layout! {
     /// Where parameters of `CaptureScene` begin, behind those of its gripper and its chaser.
     SceneParameters of Parameter, _s: ():
-    port_offset "initialPortOffset" [2], "m", FIXED, "The port from the end effector at the start, end effector's axes";
-    port_angle "initialPortAngle" [], "rad", FIXED, "Attitude of the target against the end effector at the start";
-    target_velocity "initialTargetVelocity" [2], "m/s", FIXED, "Of the target's centre of mass at the start";
-    target_rate "initialTargetRate" [], "rad/s", FIXED, "Of the target at the start";
+    port_offset "initialPortOffset" [2], "m", INITIAL, "The port from the end effector at the start, end effector's axes";
+    port_angle "initialPortAngle" [], "rad", INITIAL, "Attitude of the target against the end effector at the start";
+    target_velocity "initialTargetVelocity" [2], "m/s", INITIAL, "Of the target's centre of mass at the start";
+    target_rate "initialTargetRate" [], "rad/s", INITIAL, "Of the target at the start";
 }
 
 layout! {
@@ -297,10 +298,10 @@ layout! {
     mass "mass" [], "kg", tunable(Positive), "m";
     inertia "inertia" [], "kg.m2", tunable(Positive), "About the centre of mass, I";
     port "portPosition" [*ports, 2], "m", tunable(AllowedValues::Any), "Docking point from the centre of mass, body axes";
-    position "initialPosition" [2], "m", FIXED, "Centre of mass at the start";
-    attitude "initialAttitude" [], "rad", FIXED, "At the start";
-    velocity "initialVelocity" [2], "m/s", FIXED, "Of the centre of mass at the start";
-    rate "initialRate" [], "rad/s", FIXED, "At the start";
+    position "initialPosition" [2], "m", INITIAL, "Centre of mass at the start";
+    attitude "initialAttitude" [], "rad", INITIAL, "At the start";
+    velocity "initialVelocity" [2], "m/s", INITIAL, "Of the centre of mass at the start";
+    rate "initialRate" [], "rad/s", INITIAL, "At the start";
 }
 
 layout! {

@@ -106,6 +106,7 @@ impl Effect for FlexibleLink {
                 boolean: false,
             },
         ],
+        shows_motion: true,
         resonator: true,
         affine: true,
         ..Spec::NONE

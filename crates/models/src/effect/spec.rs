@@ -298,6 +298,8 @@ pub struct Spec {
     pub states: &'static [SignalSpec],
     /// Outputs of its own.
     pub outputs: &'static [SignalSpec],
+    /// Its outputs are an angle at the joint and the velocity of that, in this order.
+    pub shows_motion: bool,
     /// Modes of its own (per site).
     pub modes: usize,
     /// Event indicators of its own (per site).
@@ -349,6 +351,7 @@ impl Spec {
         inputs: &[],
         states: &[],
         outputs: &[],
+        shows_motion: false,
         modes: 0,
         indicators: 0,
         friction: false,

@@ -26,6 +26,8 @@ impl PlantModel for FlexibleArm {
         };
         compiled::positive(&mut t);
         compiled::rates_of(&self.coordinates(), &mut t);
+        let angles = self.bodies().table().outputs.into_iter().enumerate();
+        t.joint_angles(angles.filter(|(_, q)| q.is_joint_angle()).map(|(k, _)| k));
         t
     }
 

@@ -42,13 +42,12 @@ impl PlantModel for TwoMassJoint {
         for k in [parameter::GEAR_RATIO, parameter::LOAD_INERTIA, parameter::MOTOR_INERTIA] {
             t.parameters[k].positive = true;
         }
-        for c in self.coordinates() {
-            VariableTable::rate(&mut t.parameters, c.initial_rate, c.initial_position);
-            VariableTable::rate(&mut t.outputs, c.rate_output, c.position_output);
-            if let Some(position) = c.position {
-                VariableTable::rate(&mut t.states, c.rate, position);
-            }
-        }
+        compiled::rates_of(&self.coordinates(), &mut t);
+        // The load's too, whose position is no state; of a rigid joint it is no coordinate.
+        let (rate, of) = (parameter::INITIAL_LOAD_VELOCITY, parameter::INITIAL_LOAD_ANGLE);
+        VariableTable::rate(&mut t.parameters, rate, of);
+        VariableTable::rate(&mut t.outputs, output::LOAD_VELOCITY, output::LOAD_ANGLE);
+        t.joint_angles([output::MOTOR_ANGLE, output::LOAD_ANGLE]);
         VariableTable::rate(&mut t.outputs, output::MOTOR_ACCELERATION, output::MOTOR_VELOCITY);
         VariableTable::rate(&mut t.outputs, output::LOAD_ACCELERATION, output::LOAD_VELOCITY);
         compiled::add_effects(self.effects(), EffectPlant::Joint, &mut t);

@@ -57,11 +57,11 @@ pub mod parameter {
         STATIC_FRICTION "staticFriction" "N.m", Parameter::tunable(NotNegative),
             "Break-away level at the motor, tau_s (TMJ-4); taken as tau_c where it is below";
         VISCOUS_FRICTION "viscousFriction" "N.m.s/rad", Parameter::tunable(NotNegative), "At the motor, D_m (TMJ-4)";
-        INITIAL_MOTOR_ANGLE "initialMotorAngle" "rad", Parameter::fixed(Any), "q_m at the start";
-        INITIAL_MOTOR_VELOCITY "initialMotorVelocity" "rad/s", Parameter::fixed(Any), "d(q_m)/dt at the start";
-        INITIAL_LOAD_ANGLE "initialLoadAngle" "rad", Parameter::fixed(Any),
+        INITIAL_MOTOR_ANGLE "initialMotorAngle" "rad", Parameter::initial(), "q_m at the start";
+        INITIAL_MOTOR_VELOCITY "initialMotorVelocity" "rad/s", Parameter::initial(), "d(q_m)/dt at the start";
+        INITIAL_LOAD_ANGLE "initialLoadAngle" "rad", Parameter::initial(),
             unless_flexible!(s, "q_l at the start", " (unused: the joint is rigid, the load follows the motor)");
-        INITIAL_LOAD_VELOCITY "initialLoadVelocity" "rad/s", Parameter::fixed(Any),
+        INITIAL_LOAD_VELOCITY "initialLoadVelocity" "rad/s", Parameter::initial(),
             unless_flexible!(s, "d(q_l)/dt at the start", " (unused: the joint is rigid, the load follows the motor)");
     }
 }

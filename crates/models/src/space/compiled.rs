@@ -62,6 +62,8 @@ impl PlantModel for SpatialFreeFlyer {
         };
         compiled::positive(&mut t);
         compiled::rates_of(&self.coordinates(), &mut t);
+        let to = Outputs::new(s);
+        t.joint_angles((0..s.bodies()).flat_map(|j| [to.joint_angle + j, to.motor_angle + j]));
         t
     }
 

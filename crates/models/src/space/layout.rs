@@ -16,7 +16,7 @@ pub static COUPLING: Items = Items {
         ("geared", "rotor behind a gear: the carrier takes that of I_m/N and I_m/N^2"),
     ],
 };
-const FIXED: Parameter = Parameter::fixed(AllowedValues::Any);
+const INITIAL: Parameter = Parameter::initial();
 const fn tunable(allowed: AllowedValues) -> Parameter {
     Parameter::tunable(allowed)
 }
@@ -91,20 +91,20 @@ layout! {
     link_mode_shift "linkModeEndShift" [s.linked_tabled(), 3], "", tunable(AllowedValues::Any), "Shift of the end per unit of the mass-normalised mode, own axes, S (kg^-0.5; LNK-1)";
     link_mode_turn "linkModeEndTurn" [s.linked_tabled(), 3], "", tunable(AllowedValues::Any), "Turn of the end per unit of the mass-normalised mode, own axes, Theta (kg^-0.5/m; LNK-1)";
     gravity "gravity" [3] if s.held, "m/s2", tunable(AllowedValues::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
-    initial_base_position "initialBasePosition" [3], "m", FIXED, "r at the start; of a base that is held: always";
-    initial_base_quaternion "initialBaseQuaternion" [4], "1", FIXED, "Q at the start (w, x, y, z), taken with length 1";
-    initial_base_velocity "initialBaseVelocity" [3] if !s.held, "m/s", FIXED, "v at the start, inertial axes";
-    initial_base_angular_velocity "initialBaseAngularVelocity" [3] if !s.held, "rad/s", FIXED, "omega at the start, base axes";
-    initial_joint_angle "initialJointAngle" [s.bodies()], "rad", FIXED, "q_i at the start (m of a prismatic joint)";
-    initial_joint_velocity "initialJointVelocity" [s.bodies()], "rad/s", FIXED, "d(q_i) at the start (m/s of a prismatic joint)";
+    initial_base_position "initialBasePosition" [3], "m", INITIAL, "r at the start; of a base that is held: always";
+    initial_base_quaternion "initialBaseQuaternion" [4], "1", INITIAL, "Q at the start (w, x, y, z), taken with length 1";
+    initial_base_velocity "initialBaseVelocity" [3] if !s.held, "m/s", INITIAL, "v at the start, inertial axes";
+    initial_base_angular_velocity "initialBaseAngularVelocity" [3] if !s.held, "rad/s", INITIAL, "omega at the start, base axes";
+    initial_joint_angle "initialJointAngle" [s.bodies()], "rad", INITIAL, "q_i at the start (m of a prismatic joint)";
+    initial_joint_velocity "initialJointVelocity" [s.bodies()], "rad/s", INITIAL, "d(q_i) at the start (m/s of a prismatic joint)";
     initial_motor_angle "initialMotorAngle" [s.bodies()], "rad", following("initialJointAngle"),
         "q_mi at the start; unset: the joint's, so that the spring is unstrained";
     initial_motor_velocity "initialMotorVelocity" [s.bodies()], "rad/s", following("initialJointVelocity"),
         "d(q_mi) at the start; unset: the joint's";
-    initial_modal_coordinate "initialModalCoordinate" [s.modes() - s.linked()], "m", FIXED, "eta at the start (rad of torsion)";
-    initial_modal_velocity "initialModalVelocity" [s.modes() - s.linked()], "m/s", FIXED, "d(eta) at the start (rad/s of torsion)";
-    initial_link_coordinate "initialLinkModalCoordinate" [s.linked()], "m", FIXED, "xi of the links at the start (rad of torsion)";
-    initial_link_velocity "initialLinkModalVelocity" [s.linked()], "m/s", FIXED, "d(xi) of the links at the start (rad/s of torsion)";
+    initial_modal_coordinate "initialModalCoordinate" [s.modes() - s.linked()], "m", INITIAL, "eta at the start (rad of torsion)";
+    initial_modal_velocity "initialModalVelocity" [s.modes() - s.linked()], "m/s", INITIAL, "d(eta) at the start (rad/s of torsion)";
+    initial_link_coordinate "initialLinkModalCoordinate" [s.linked()], "m", INITIAL, "xi of the links at the start (rad of torsion)";
+    initial_link_velocity "initialLinkModalVelocity" [s.linked()], "m/s", INITIAL, "d(xi) of the links at the start (rad/s of torsion)";
     arm_mount "armMount" [s.tips.len(), 3] if s.analysis, "m", tunable(AllowedValues::Any),
         "Point of the base that the measures take this tip's arm's torques about, base axes (SFF-3)";
 }
