@@ -1,4 +1,4 @@
-//! Roles of the variables of every plant: those that their names announce to whoever reads a recording.
+//! Roles of the variables of every plant: those that their names announce to a reader of a recording.
 
 use crate::draws::Draws;
 use trueup_models::compiled::PlantModel;

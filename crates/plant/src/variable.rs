@@ -41,7 +41,7 @@ pub struct PlantQuantity {
     pub description: Cow<'static, str>,
     /// The variable of the same list that it is the rate of.
     pub rate_of: Option<usize>,
-    /// What it is in its plant.
+    /// Its role in the plant.
     pub role: QuantityRole,
 }
 

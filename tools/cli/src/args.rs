@@ -67,7 +67,7 @@ pub(crate) enum FmuCommand {
     Pack(Box<Pack>),
     /// List models, presets and effects
     List,
-    /// Describe an FMU
+    /// Describe an FMU: its model, interfaces, variables and platforms
     Info(Info),
     /// Check anybody's FMU and say what is wrong with it
     Validate(Validate),

@@ -194,7 +194,7 @@ fn a_sidecar_counts_and_the_system_is_none() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// The line of a mistake is a field of the error, and stands behind the file in its text.
+    /// The line of a mistake is a field of the error, and is after the file in its text.
     #[test]
     fn an_error_of_inputs_has_its_line(rows in 2_usize..9, wrong in 0_usize..9, comments in 0_usize..3) {
         let wrong = wrong % rows;

@@ -211,7 +211,7 @@ impl PlantModel for Replay {
     }
 }
 
-/// What an arm computes beside what every plant does, at either scalar of a plant. Not inlined, so that it is compiled here alone.
+/// What an arm computes in addition to what every plant does, at either scalar of a plant. Not inlined, so that it is compiled here alone.
 pub trait ArmScalar: PlantScalar {
     /// See [`PlanarManipulator::rates_led`].
     fn rates_led(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]);

@@ -136,7 +136,7 @@ impl PlantModel for SpatialFreeFlyer {
     }
 }
 
-/// What a robot computes beside what every plant does, at either scalar of a plant. Not inlined, so that it is compiled here alone.
+/// What a robot computes in addition to what every plant does, at either scalar of a plant. Not inlined, so that it is compiled here alone.
 pub trait RobotScalar: PlantScalar {
     /// See [`SpatialFreeFlyer::mass_matrix`].
     fn mass_matrix(robot: &SpatialFreeFlyer, at: &At<Self>, m: &mut [Self]) -> usize;
