@@ -10,6 +10,7 @@ mod documents;
 mod graph;
 mod names;
 mod plants;
+mod roles;
 mod rust;
 mod sources;
 mod symbols;

@@ -2,17 +2,7 @@
 
 use super::rust::{Source, is_test_file};
 use super::{Complaints, File, files, none};
-
-/// Names of our plants as cases and configurations have them.
-const PLANTS: [&str; 7] = [
-    "TwoMassJoint",
-    "PlanarManipulator",
-    "SpatialFreeFlyer",
-    "FlexibleArm",
-    "FreeBody",
-    "GripperContact",
-    "CaptureScene",
-];
+use fmu_plant::MODELS;
 
 /// Where a plant is made, bound, described or packed; a path or the beginning of one.
 const HOMES: &[&str] = &[
@@ -68,7 +58,7 @@ fn names(file: &File) -> Complaints {
     let literals = Source::of(file).literals;
     let lines = literals.lines().enumerate();
     lines
-        .filter_map(|(i, line)| Some((i, PLANTS.iter().find(|name| line.contains(*name))?)))
+        .filter_map(|(i, line)| Some((i, MODELS.iter().find(|name| line.contains(*name))?)))
         .map(|(i, name)| {
             format!(
                 "{}:{}: names the plant {name}; use `dyn Plant`, or put it into the list of models (crates/models/src/plants.rs)",
