@@ -12,11 +12,12 @@ use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep};
 use trueup_hypotheses::innovations::along::JointAlong;
 use trueup_hypotheses::innovations::candidate::EffectCandidate;
 use trueup_hypotheses::innovations::laws::law_of;
+use trueup_hypotheses::innovations::levels::LogisticWeights;
 use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
 use trueup_hypotheses::innovations::screen::{all_shapes, sift};
 use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_from};
 use trueup_hypotheses::innovations::shape::LawShape;
-use trueup_hypotheses::innovations::verdict::judge;
+use trueup_hypotheses::innovations::verdict::judge_by;
 use trueup_signals::Loaded;
 
 /// Names that the goldens have for the parameters, in our order.
@@ -391,9 +392,29 @@ fn effects(found: &JointFindings, golden: &Value, said: &mut Complaints) {
     }
 }
 
+/// Weights of the program that made the goldens.
+const GOLDEN_RIGHT: LogisticWeights = &[
+    ("bias", -13.657_457_150_587_987),
+    ("gain", 3.797_237_734_998_746),
+    ("power", 0.896_448_806_093_905_9),
+    ("left", -0.933_316_051_614_741_5),
+    ("rate", -1.199_337_434_690_606),
+    ("had", -0.185_688_339_888_601_62),
+];
+const GOLDEN_SECOND: LogisticWeights = &[
+    ("bias", -6.986_940_783_750_443),
+    ("gain", 0.912_721_903_742_204_9),
+    ("share", 10.647_341_121_528_513),
+    ("power", 0.898_230_870_771_200_2),
+    ("left", -0.701_845_359_859_537),
+    ("same", -3.594_084_483_797_503),
+];
+
 fn verdict(found: &JointFindings, golden: &Value, said: &mut Complaints) {
     let g = &golden["verdict"];
-    let Some(own) = judge(found) else { return said.0.push("verdict: none".into()) };
+    let Some(own) = judge_by(found, GOLDEN_RIGHT, GOLDEN_SECOND) else {
+        return said.0.push("verdict: none".into());
+    };
     said.say(own.verdict.name() != text(g, "verdict"), || {
         format!("verdict: {:?}, golden {}", own.verdict, g["verdict"])
     });

@@ -82,6 +82,15 @@ fn is_void(h: &FittedEffect) -> bool {
 
 /// Judges a search; `None` where it has no effect at all.
 pub fn judge(findings: &JointFindings) -> Option<JointJudgement> {
+    judge_by(findings, RIGHT, SECOND)
+}
+
+/// [`judge`] with other weights: of a leader, and of a second next to it.
+pub fn judge_by(
+    findings: &JointFindings,
+    right: LogisticWeights,
+    of_second: LogisticWeights,
+) -> Option<JointJudgement> {
     let null = &findings.null;
     let mut effects: Vec<&FittedEffect> = findings.effects.iter().filter(|h| !is_void(h)).collect();
     if effects.is_empty() {
@@ -104,7 +113,7 @@ pub fn judge(findings: &JointFindings) -> Option<JointJudgement> {
         ("had", largest(&null.q).log10()),
     ];
     let fall = |q: &[f64]| (start / power(q)).log10();
-    let mut probability = logistic(RIGHT, &numbers);
+    let mut probability = logistic(right, &numbers);
     let small = if start > FLOOR { SMALL[0] } else { SMALL[1] };
     if gain < small && fall(&leader.fit.q) < FALL[0] {
         // Little is gained, and what is left stays as it was.
@@ -114,7 +123,10 @@ pub fn judge(findings: &JointFindings) -> Option<JointJudgement> {
         probability = 0.0;
     }
     let mut set = vec![leader.key()];
-    let chance = |p: &FittedPair| Some((second_chance(findings, leader, p, &effects)?, p.clone()));
+    let chance = |p: &FittedPair| {
+        let numbers = second_numbers(findings, leader, p, &effects)?;
+        Some((logistic(of_second, &numbers), p.clone()))
+    };
     let best = findings.pairs.iter().filter_map(chance);
     let best = best.reduce(|a, b| if b.0 > a.0 { b } else { a });
     let mut second = None;
@@ -151,21 +163,20 @@ pub fn judge(findings: &JointFindings) -> Option<JointJudgement> {
     Some(JointJudgement { verdict, set, probability, second, gain, margin, numbers })
 }
 
-/// Probability that the second of a pair is right; `None` where its first is no effect.
-fn second_chance(
+/// Numbers of the second of a pair by name; `None` where its first is no effect.
+fn second_numbers(
     findings: &JointFindings,
     leader: &FittedEffect,
     pair: &FittedPair,
     effects: &[&FittedEffect],
-) -> Option<f64> {
+) -> Option<[(&'static str, f64); 5]> {
     let first = effects.iter().find(|h| h.key() == pair.first)?;
     let gain = pair.evidence - leader.evidence;
-    let numbers = [
+    Some([
         ("gain", decades(gain)),
         ("same", f64::from(u8::from(pair.first.1 == pair.second.1))),
         ("share", gain / (pair.evidence - findings.null.evidence).max(1.0)),
         ("power", (first.power() / power(&pair.fit.q)).log10().clamp(-1.0, 4.0)),
         ("left", largest(&pair.fit.q).log10()),
-    ];
-    Some(logistic(SECOND, &numbers))
+    ])
 }
