@@ -1,11 +1,11 @@
 //! The master: runs an FMU of FMI 2.0 or 3.0 of any origin in Co-Simulation.
 //!
 //! ```no_run
-//! use trueup_cosim::{Options, Results, simulate};
-//! use trueup_fmi_import::Fmu;
+//! use trueup_cosim::{SimulateOptions, Results, simulate};
+//! use trueup_fmi_import::UnpackedFmu;
 //!
-//! let fmu = Fmu::open("BouncingBall.fmu")?;
-//! let options = Options { stop: Some(3.0), set: vec![("e".into(), "0.8".into())], ..Options::default() };
+//! let fmu = UnpackedFmu::open("BouncingBall.fmu")?;
+//! let options = SimulateOptions { stop: Some(3.0), set: vec![("e".into(), "0.8".into())], ..SimulateOptions::default() };
 //! let mut results = Results::create("results.csv".as_ref())?;
 //! match simulate(&fmu, &options, &mut results) {
 //!     Ok(_) => results.finish()?,

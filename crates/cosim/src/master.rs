@@ -1,9 +1,9 @@
 //! A run of a plan, from start to stop.
 //!
 //! ```no_run
-//! use trueup_cosim::{Master, Results, check, system::System};
+//! use trueup_cosim::{Master, Results, check, system::CosimSystem};
 //!
-//! let plan = check(&System::read("loop.toml".as_ref())?)?;
+//! let plan = check(&CosimSystem::read("loop.toml".as_ref())?)?;
 //! let mut results = Results::create("loop.csv".as_ref())?;
 //! let mut master = Master::new(plan)?;
 //! match master.run(&mut results) {
@@ -13,7 +13,7 @@
 //!     }
 //!     Err(error) => eprintln!("{error}; kept: {:?}", results.keep_partial()?),
 //! }
-//! # Ok::<(), trueup_cosim::Error>(())
+//! # Ok::<(), trueup_cosim::CosimError>(())
 //! ```
 
 use trueup_fmi_import::{ExperimentSetup, Folder};

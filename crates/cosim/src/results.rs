@@ -6,19 +6,19 @@
 //! grow excepted.
 //!
 //! ```
-//! use trueup_cosim::{Column, Kind, Memory, Row, Sink, Values};
+//! use trueup_cosim::{ResultColumn, ColumnKind, SeriesMemory, ResultRow, ResultSink, RowValues};
 //!
-//! let columns = [Column::new("plant.angle", Kind::Real, "rad"), Column::new("plant.stuck", Kind::Boolean, "")];
-//! let mut values = Values::of(&columns);
-//! let mut memory = Memory::default();
+//! let columns = [ResultColumn::new("plant.angle", ColumnKind::Real, "rad"), ResultColumn::new("plant.stuck", ColumnKind::Boolean, "")];
+//! let mut values = RowValues::of(&columns);
+//! let mut memory = SeriesMemory::default();
 //! memory.begin(&columns)?;
 //! for point in 0..3 {
 //!     values.reals[0] = 0.5 * point as f64; // the first column that is a float
 //!     values.integers[0] = i64::from(point > 0); // the first one that is an integer or a Boolean
-//!     memory.row(Row { time: point as f64, point: Some(point), values: &values })?;
+//!     memory.row(ResultRow { time: point as f64, point: Some(point), values: &values })?;
 //! }
 //! assert_eq!(memory.column("plant.angle"), Some(&[0.0, 0.5, 1.0][..]));
-//! # Ok::<(), trueup_cosim::Error>(())
+//! # Ok::<(), trueup_cosim::CosimError>(())
 //! ```
 
 mod csv;

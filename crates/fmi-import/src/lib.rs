@@ -1,15 +1,15 @@
 //! Loads an FMU of FMI 2.0 or 3.0 and calls it, of any vendor.
 //!
 //! ```no_run
-//! use trueup_fmi_import::{Experiment, Fmu, Options, fmi3};
+//! use trueup_fmi_import::{ExperimentSetup, UnpackedFmu, InstanceOptions, fmi3};
 //!
-//! let fmu = Fmu::open("BouncingBall.fmu")?;
-//! let mut ball = fmi3::Instance::co_simulation(&fmu, Options::named("ball"), fmi3::CoSimulation::default())?;
-//! ball.enter_initialization_mode(Experiment { stop: Some(3.0), ..Experiment::default() })?;
+//! let fmu = UnpackedFmu::open("BouncingBall.fmu")?;
+//! let mut ball = fmi3::Fmi3Instance::co_simulation(&fmu, InstanceOptions::named("ball"), fmi3::CoSimulationOptions::default())?;
+//! ball.enter_initialization_mode(ExperimentSetup { stop: Some(3.0), ..ExperimentSetup::default() })?;
 //! ball.exit_initialization_mode()?;
 //! let step = ball.do_step(0.0, 0.01, true)?;
 //! assert!(!step.terminate);
-//! # Ok::<(), trueup_fmi_import::Error>(())
+//! # Ok::<(), trueup_fmi_import::ImportError>(())
 //! ```
 //!
 //! An FMU is native code of somebody else: opening it means trusting it. What this crate answers for is its own

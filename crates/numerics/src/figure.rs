@@ -6,10 +6,10 @@ use core::fmt::{Display, Formatter, Result};
 /// sums and products leave behind them. For messages only; what is written to be read again has all its digits.
 ///
 /// ```
-/// use trueup_numerics::Figure;
+/// use trueup_numerics::ShortNumber;
 ///
-/// assert_eq!(format!("t = {} s", Figure(0.1 + 0.2)), "t = 0.3 s");
-/// assert_eq!(Figure(4.300000000000001e-10).to_string(), "4.3e-10");
+/// assert_eq!(format!("t = {} s", ShortNumber(0.1 + 0.2)), "t = 0.3 s");
+/// assert_eq!(ShortNumber(4.300000000000001e-10).to_string(), "4.3e-10");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShortNumber(pub f64);

@@ -7,16 +7,16 @@
 //! - [`SignalVariable`]: what the caller declares of a model, so that this crate depends on none;
 //!
 //! ```
-//! use trueup_signals::{Recording, Variable, Role};
+//! use trueup_signals::{Recording, SignalVariable, VariableRole};
 //!
-//! let known = [Variable::new("motorCurrent", "A", Role::Input), Variable::new("motorAngle", "rad", Role::Output)];
+//! let known = [SignalVariable::new("motorCurrent", "A", VariableRole::Input), SignalVariable::new("motorAngle", "rad", VariableRole::Output)];
 //! let text = "time,motorCurrent,motorAngle\n0,0.5,1.0\n0.1,,1.5\n0.2,0.7,\n";
 //! let (run, findings) = Recording::parse_csv("run.csv", text.as_bytes(), &known)?;
 //! assert!(findings.iter().all(|f| !f.is_error()));
 //! let current = run.channel("motorCurrent").unwrap();
 //! assert_eq!(current.time, [0.0, 0.2]); // what is missing is left out
 //! assert!((current.at(0.1) - 0.6).abs() < 1e-15); // on the line between samples
-//! # Ok::<(), trueup_signals::Error>(())
+//! # Ok::<(), trueup_signals::SignalsError>(())
 //! ```
 
 mod case;

@@ -2,11 +2,11 @@
 //! compiler `cc` from the sources in `c/`.
 //!
 //! ```no_run
-//! use trueup_testkit::{Version, problems};
+//! use trueup_testkit::{BlockVersion, problems};
 //!
 //! let folder = tempfile::tempdir()?;
 //! for block in problems::two_mass().blocks {
-//!     let file = block.build(Version::Two, folder.path())?; // folder/<name>.fmi2.fmu
+//!     let file = block.build(BlockVersion::Two, folder.path())?; // folder/<name>.fmi2.fmu
 //! }
 //! # Ok::<(), std::io::Error>(())
 //! ```
