@@ -25,7 +25,7 @@ BROKEN = {
     "parameter no number": ({"case.toml": CASE + '[parameters]\nstiffness = "much"\n'}, "stiffness"),
     "negative inertia": ({"case.toml": CASE + "[parameters]\nmotorInertia = -1\n"}, "motorInertia"),
     "uncertainty without a value": ({"case.toml": CASE + "[uncertain]\nstiffness = 0.1\n"}, "[parameters] has no value"),
-    "uncertainty below 0": ({"case.toml": CASE + "[parameters]\nstiffness = 1\n[uncertain]\nstiffness = -0.1\n"}, "doubt"),
+    "uncertainty below 0": ({"case.toml": CASE + "[parameters]\nstiffness = 1\n[uncertain]\nstiffness = -0.1\n"}, "the uncertainty of `stiffness` is -0.1"),
     "fit of nothing": ({"case.toml": CASE + '[fit]\nparameters = ["mass"]\n'}, "no parameter `mass`"),
     "fit of an initial state": ({"case.toml": CASE + '[fit]\nparameters = ["initialLoadAngle"]\n'}, "initialLoadAngle"),
     "holdout in train": ({"case.toml": CASE + 'holdout = ["run.csv"]\n'}, "in `holdout` and in `train`"),

@@ -17,10 +17,10 @@ def done(process):
 
 @pytest.fixture(scope="module")
 def trials(trueup, tmp_path_factory):
-    """A joint without a gap, diagnosed for its verdict alone."""
+    """A joint without a gap, diagnosed for its verdict alone, by the engine whose decisions can be made again."""
     folder = tmp_path_factory.mktemp("trials") / "t"
     done(trueup("trial", "generate", "-o", folder, *CASE))
-    said = done(trueup("trial", "run", folder, "--verdict-only")).stdout
+    said = done(trueup("trial", "run", folder, "--verdict-only", "--engine", "balances")).stdout
     assert said.startswith("joint: 1 of 1 cases right; processor time "), said
     return folder
 

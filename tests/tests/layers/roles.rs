@@ -3,7 +3,7 @@
 use super::rust::{Source, is_test_file};
 use super::{Complaints, File, files, none};
 
-/// Crates that ask a plant for its variables.
+/// Crates that query a plant for its variables.
 const CRATES: [&str; 5] = ["identification", "diagnosis", "hypotheses", "report", "python"];
 
 /// Calls that take a name apart.
@@ -68,7 +68,7 @@ fn taken_apart(file: &File) -> Complaints {
         .filter_map(|(i, (code, literals))| Some((i + 1, on(code, literals)?)))
         .map(|(line, part)| {
             format!(
-                "{}:{line}: decides by `{part}` in a name; ask the table (crates/plant/src/variable.rs: role, rate_of) or the coordinates",
+                "{}:{line}: decides by `{part}` in a name; query the table (crates/plant/src/variable.rs: role, rate_of) or the coordinates",
                 file.path
             )
         })

@@ -59,15 +59,25 @@ fn along_own(z: &mut InnovationsFrame, h: &FittedEffect, sizes: &UsualSizes) -> 
     Ok(())
 }
 
+/// What a search for second effects found.
+#[derive(Default)]
+pub struct SecondEffects {
+    /// Both together.
+    pub pairs: Vec<FittedPair>,
+    /// Seconds without the first: where a second gains more than the first did, the first may only have been in its place.
+    pub alone: Vec<FittedEffect>,
+}
+
 /// Everything else in addition to an effect. The effect itself is fitted once more from where the two came to, as it may have ended early.
+/// `null` is the evidence without any effect.
 ///
 /// # Errors
 /// Where no filter was made for the plant's size.
-pub fn beside(h: &mut FittedEffect, sizes: &UsualSizes) -> Result<Vec<FittedPair>, SizeError> {
+pub fn beside(h: &mut FittedEffect, null: f64, sizes: &UsualSizes) -> Result<SecondEffects, SizeError> {
     let shared = h.frame.clone();
     let z = &mut *shared.borrow_mut();
     let kept = std::mem::replace(&mut z.start, h.fit.theta.clone());
-    let out = seconds(z, h, sizes);
+    let out = seconds(z, h, null, sizes);
     z.start = kept;
     out
 }
@@ -75,8 +85,10 @@ pub fn beside(h: &mut FittedEffect, sizes: &UsualSizes) -> Result<Vec<FittedPair
 fn seconds(
     z: &mut InnovationsFrame,
     h: &mut FittedEffect,
+    null: f64,
     sizes: &UsualSizes,
-) -> Result<Vec<FittedPair>, SizeError> {
+) -> Result<SecondEffects, SizeError> {
+    let gained = h.evidence - null;
     along_own(z, h, sizes)?;
     let standing = held(applied(&h.parts, z, sizes), &h.fit.amplitudes);
     let mut all = all_shapes(z, sizes);
@@ -94,7 +106,7 @@ fn seconds(
     let best = elsewhere.first().map_or(f64::NEG_INFINITY, |c| c.evidence);
     let same = same.into_iter().take(1).filter(|c| c.evidence > best);
     let chosen: Vec<EffectCandidate> = elsewhere.into_iter().take(ELSEWHERE).chain(same).collect();
-    let mut out = Vec::new();
+    let mut out = SecondEffects::default();
     for c in chosen {
         if c.evidence < alone + GAIN {
             continue;
@@ -104,7 +116,12 @@ fn seconds(
         if second.law.id() != PUSHES.id() {
             second = refine(z, second, sizes, &standing, 2)?;
         }
-        out.push(together(z, h, &second, sizes)?);
+        let before = h.of_fit;
+        let (pair, part) = together(z, h, &second, sizes)?;
+        if h.is_plain() && pair.fit.evidence - before > gained.max(GAIN) {
+            out.alone.push(without_first(z, h, &pair, part, sizes)?);
+        }
+        out.pairs.push(pair);
     }
     Ok(out)
 }
@@ -114,7 +131,7 @@ fn together(
     h: &mut FittedEffect,
     second: &EffectCandidate,
     sizes: &UsualSizes,
-) -> Result<FittedPair, SizeError> {
+) -> Result<(FittedPair, (LawRef, LawShape)), SizeError> {
     let of_first = h.fit.amplitudes.len();
     let mut parts = h.parts.clone();
     parts.push((second.law, second.shape.clone()));
@@ -127,22 +144,48 @@ fn together(
         }
     }
     if fit.evidence - h.of_fit > GAIN {
-        z.theta.clone_from(&z.start);
-        for k in &z.unknown {
-            z.theta[*k] = fit.theta[*k];
-        }
-        let laws = applied(&h.parts, z, sizes);
-        z.put_in_force(&laws, &fit.amplitudes[..of_first], &fit.zeros, &fit.q)?;
-        let alone = z.fit(&|f| applied(&h.parts, f, sizes), &fit.q, 5, false)?;
+        let alone = from_both(z, &h.parts, &fit, &fit.amplitudes[..of_first], sizes)?;
         if alone.evidence > h.of_fit + 1.0 {
             h.evidence += alone.evidence - h.of_fit;
             h.of_fit = alone.evidence;
             h.fit = alone;
         }
     }
-    let shape = parts.last().map_or_else(LawShape::default, |p| p.1.clone());
+    let part = parts.pop().unwrap_or((second.law, second.shape.clone()));
+    let shape = part.1.clone();
     let evidence = fit.evidence - (h.of_fit - h.evidence) - EACH * shape.pulses.len() as f64;
-    Ok(FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first })
+    Ok((FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first }, part))
+}
+
+/// One of two effects alone, fitted from where both came to.
+fn from_both(
+    z: &mut InnovationsFrame,
+    parts: &[(LawRef, LawShape)],
+    both: &FixedPoint,
+    amplitudes: &[f64],
+    sizes: &UsualSizes,
+) -> Result<FixedPoint, SizeError> {
+    z.theta.clone_from(&z.start);
+    for k in &z.unknown {
+        z.theta[*k] = both.theta[*k];
+    }
+    let laws = applied(parts, z, sizes);
+    z.put_in_force(&laws, amplitudes, &both.zeros, &both.q)?;
+    z.fit(&|f| applied(parts, f, sizes), &both.q, 5, false)
+}
+
+/// The second of a pair, with its shape there, as an effect of its own.
+fn without_first(
+    z: &mut InnovationsFrame,
+    h: &FittedEffect,
+    pair: &FittedPair,
+    part: (LawRef, LawShape),
+    sizes: &UsualSizes,
+) -> Result<FittedEffect, SizeError> {
+    let parts = [part];
+    let fit = from_both(z, &parts, &pair.fit, &pair.fit.amplitudes[pair.of_first..], sizes)?;
+    let [(law, shape)] = parts;
+    Ok(FittedEffect::of_law(&h.frame, law, shape, fit))
 }
 
 /// Both shapes once more, each next to the other.

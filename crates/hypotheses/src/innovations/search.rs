@@ -165,7 +165,7 @@ pub fn search_from(
         effects.extend(with_spring(&frame.borrow(), plant)?);
     }
     let mut effects = best_each(effects);
-    let mut pairs = Vec::new();
+    let (mut pairs, mut alone_after) = (Vec::new(), Vec::new());
     let mut lead: Vec<usize> = (0..effects.len().min(1)).collect();
     if let Some(h) = effects.first() {
         let loud = h.fit.q.iter().any(|q| *q > 2.0 * INTENSITY[0]);
@@ -174,9 +174,12 @@ pub fn search_from(
     for k in lead {
         let best = effects[0].evidence;
         if effects[k].evidence - null.evidence > (0.5 * (best - null.evidence)).max(30.0) {
-            pairs.extend(beside(&mut effects[k], sizes)?);
+            let seconds = beside(&mut effects[k], null.evidence, sizes)?;
+            pairs.extend(seconds.pairs);
+            alone_after.extend(seconds.alone);
         }
     }
+    effects.extend(alone_after);
     pairs.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     Ok(JointFindings { effects: best_each(effects), null, pairs })
 }
