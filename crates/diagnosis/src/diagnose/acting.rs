@@ -65,6 +65,17 @@ impl<'a> Acting<'a> {
         (0..self.led.channels.len()).filter(|c| self.led.shows_acceleration(&self.links, *c))
     }
 
+    /// The channel that shows an output, if it is compared as an acceleration.
+    pub(super) fn showing(&self, output: usize) -> Option<usize> {
+        self.accelerated().find(|at| self.led.channels[*at].output == output)
+    }
+
+    /// Power of what accelerates a channel, over that of its measured acceleration.
+    pub(super) fn share(&self, along: &[f64], at: usize) -> f64 {
+        let square = |x: &[f64]| x[self.led.counts.clone()].iter().map(|x| x * x).sum::<f64>();
+        square(along) / square(&self.led.channels[at].ddy).max(f64::MIN_POSITIVE)
+    }
+
     /// What an input accelerates a channel by.
     pub(super) fn along(&self, input: usize, at: usize) -> Option<Vec<f64>> {
         let silent = self.silent.get(input)?.as_ref()?;
@@ -84,14 +95,10 @@ impl<'a> Acting<'a> {
 
     /// The output that an input accelerates most, compared with how it moves, over all recordings.
     pub(super) fn most_driven(all: &[Self], input: usize) -> Option<usize> {
-        let square = |a: &Self, x: &[f64]| x[a.led.counts.clone()].iter().map(|x| x * x).sum::<f64>();
         let share = |output: usize| -> f64 {
             let of = |a: &Self| {
-                let at = a.accelerated().find(|at| a.led.channels[*at].output == output)?;
-                Some(
-                    square(a, &a.along(input, at)?)
-                        / square(a, &a.led.channels[at].ddy).max(f64::MIN_POSITIVE),
-                )
+                let at = a.showing(output)?;
+                Some(a.share(&a.along(input, at)?, at))
             };
             all.iter().filter_map(of).sum()
         };

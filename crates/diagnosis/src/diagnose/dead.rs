@@ -32,6 +32,8 @@ const COUNTS: f64 = 10.0;
 const RIVAL: f64 = 0.5;
 /// Share of the parts that show it: a short disturbance is none.
 const MOST: f64 = 0.5;
+/// Share of the parts in which a drive is active, and of those that are nearer without it.
+const MOSTLY: f64 = 0.75;
 
 /// Sums over the rows of a part of a recording.
 #[derive(Clone)]
@@ -58,8 +60,7 @@ impl DeadSpan {
     }
 
     fn when(&self, led: &GriddedRecording) -> String {
-        let n = led.counts.len();
-        let at = |part: usize| led.t[(led.counts.start + part * n / PARTS).min(led.t.len() - 1)];
+        let at = |part: usize| led.t[rows(led, &(part..part)).start.min(led.t.len() - 1)];
         match (self.0.start, self.0.end) {
             (0, PARTS) => "all along".to_owned(),
             (0, end) => format!("up to about {:.3} s", at(end)),
@@ -148,7 +149,7 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
     let runs: Vec<(&Acting<'_>, usize, Vec<DeadPart>)> = all
         .iter()
         .filter_map(|a| {
-            let at = a.accelerated().find(|at| a.led.channels[*at].output == output)?;
+            let at = a.showing(output)?;
             let along = a.along(input, at)?;
             Some((a, at, parts(a, at, &along, &a.led.inputs[input])?))
         })
@@ -184,15 +185,13 @@ fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dea
         let idle = |span: &DeadSpan| {
             let own = &parts[span.0.clone()];
             let active = own.iter().filter(|p| p.varies >= ACTIVE * usual).count();
-            let others =
-                runs.iter().enumerate().flat_map(|(k, r)| r.2.iter().enumerate().map(move |p| (k, p)));
             let others = || {
-                others
-                    .clone()
-                    .filter(|(k, (i, p))| (*k != index || !span.0.contains(i)) && !quiet(p))
+                let all =
+                    runs.iter().enumerate().flat_map(|(k, r)| r.2.iter().enumerate().map(move |p| (k, p)));
+                all.filter(|(k, (i, p))| (*k != index || !span.0.contains(i)) && !quiet(p))
                     .map(|(_, (_, p))| p)
             };
-            active as f64 >= 0.75 * own.len() as f64
+            active as f64 >= MOSTLY * own.len() as f64
                 && !stands(a, *at, span)
                 && ChannelRegression::new(others()).is_some_and(|r| does_nothing(&r, own, others()))
         };
@@ -215,7 +214,7 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
         let runs: Vec<(&Acting<'_>, usize, Vec<DeadPart>)> = all
             .iter()
             .filter_map(|a| {
-                let at = a.accelerated().find(|at| a.led.channels[*at].output == output)?;
+                let at = a.showing(output)?;
                 let along = a.driven(at);
                 Some((a, at, parts(a, at, &along, &a.led.channels[at].enters[0])?))
             })
@@ -242,7 +241,7 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
                 let own = &parts[span.0.clone()];
                 let active = own.iter().filter(|p| p.acts >= ACTIVE * usual && p.acts > 0.0).count();
                 stands(a, *at, span)
-                    && active as f64 >= 0.75 * own.len() as f64
+                    && active as f64 >= MOSTLY * own.len() as f64
                     && goes(span.0.len()) > COUNTS * a.led.channels[*at].sigma
                     && {
                         let left = regression.leaves(own.iter())[0].min(rms(own, missed));
@@ -250,8 +249,7 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
                     }
             };
             if let Some(span) = DeadSpan::all().find(dead) {
-                let value =
-                    a.led.channels[*at].y[a.led.counts.start + span.0.start * a.led.counts.len() / PARTS];
+                let value = a.led.channels[*at].y[rows(a.led, &span.0).start];
                 let text = format!(
                     "{name}: it stays at {value:.6} {} although the drives act on it as elsewhere: the channel is dead, the joint is blocked or its drive was off; \
                      look at the sensor and its cable, and leave these readings out",
@@ -301,7 +299,7 @@ fn does_nothing<'p>(
         && with > DEAD * without
         && without < DEAD * r.left
         && elsewhere > DEAD * r.left
-        && shows.count() as f64 >= 0.75 * own.len() as f64
+        && shows.count() as f64 >= MOSTLY * own.len() as f64
 }
 
 fn drive_of(p: &DeadPart) -> usize {

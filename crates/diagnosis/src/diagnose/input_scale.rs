@@ -124,13 +124,15 @@ fn seen<'a>(run: &Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
     let led = run.led;
     let (with, without) = (&run.with, run.without(inputs)?);
     let counts = led.counts.clone();
-    let square = |x: &[f64]| x[counts.clone()].iter().map(|x| x * x).sum::<f64>();
     let along = |c: usize| -> Vec<f64> { with[c].iter().zip(&without[c]).map(|(a, b)| a - b).collect() };
-    let one = |at: usize| Seen {
-        name: &led.name,
-        output: led.channels[at].output,
-        acts: square(&along(at)) / square(&led.channels[at].ddy).max(f64::MIN_POSITIVE),
-        gain: ScaleGain::new(&without[at][counts.clone()], &along(at)[counts.clone()]),
+    let one = |at: usize| {
+        let along = along(at);
+        Seen {
+            name: &led.name,
+            output: led.channels[at].output,
+            acts: run.share(&along, at),
+            gain: ScaleGain::new(&without[at][counts.clone()], &along[counts.clone()]),
+        }
     };
     Some((0..with.len()).map(one).collect())
 }
