@@ -17,6 +17,10 @@ use super::kernel::SizeError;
 
 /// Numbers that are summed side by side.
 const STRIDE: usize = 8;
+/// Numbers of so many columns, filled up to whole vectors.
+fn stride(columns: usize) -> usize {
+    columns.next_multiple_of(STRIDE)
+}
 /// Rows after which sums of a block go back to memory.
 const ROWS: usize = 32;
 /// Most columns of a group.
@@ -74,7 +78,7 @@ impl BaseGram {
     }
     /// Columns of the base, filled up to whole vectors.
     pub fn stride(&self) -> usize {
-        self.size.next_multiple_of(STRIDE)
+        stride(self.size)
     }
     /// Product of two columns.
     pub fn product(&self, i: usize, j: usize) -> f64 {
@@ -147,7 +151,7 @@ impl PackedColumns {
         let Some(one) = gains.first() else { return Ok(()) };
         let rows = one.input.counted_rows();
         let size = self.width + 1;
-        let stride = self.nothing().stride();
+        let stride = stride(size);
         let PassBuffers { lanes, innovations: e } = &mut *self.buffers.borrow_mut();
         for (pair, (gains, sums)) in gains.chunks(2).zip(sums.chunks_mut(2)).enumerate() {
             for (gains, e) in gains.iter().zip(&mut *e) {
@@ -271,7 +275,7 @@ impl WithSimd for BaseSums<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (size, stride) = (self.size, self.size.next_multiple_of(STRIDE));
+        let (size, stride) = (self.size, stride(self.size));
         // Rows of the matrix in whole vectors; what is beyond the diagonal is not kept.
         let mut sums = vec![simd.splat_f64s(0.0); size];
         for first in (0..size).step_by(S::F64_LANES) {
@@ -309,7 +313,7 @@ impl WithSimd for BlockSums<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let size = self.with_base.len();
-        let stride = size.next_multiple_of(STRIDE);
+        let stride = stride(size);
         let parts = || (0..LANES).step_by(S::F64_LANES);
         // Zeros behind the lanes, for those that are further.
         let mut wide = [[0.0; LANES + GROUP]; ROWS];

@@ -55,9 +55,8 @@ impl InnovationsFrame {
                 .flat_map(|k| [1.0 / factor, factor].map(|by| moved(&best.q, k, by)))
                 .collect();
             around.retain(|q| *q != best.q);
-            let mut known: Vec<(Vec<f64>, SetEvidence)> = Vec::new();
             let found = self.evidences_of(base, &around)?;
-            known.extend(around.into_iter().zip(found));
+            let known: Vec<(Vec<f64>, SetEvidence)> = around.into_iter().zip(found).collect();
             for k in 0..best.q.len() {
                 let mut improved = false;
                 for by in [1.0 / factor, factor] {
