@@ -313,8 +313,8 @@ fn evidence(
 ) -> Result<(EngineDecision, JudgedCase), String> {
     let findings = search_joint(loaded).map_err(|e| e.to_string())?;
     let judged = judge(&findings).ok_or("no hypothesis of the innovations engine could be compared")?;
-    let told = DecisionBuilder::new(search, &findings, options.effort).told(&judged, &options.limits)?;
-    Ok((told, JudgedCase::from(&judged)))
+    let decision = DecisionBuilder::new(search, &findings, options.effort).build(&judged, &options.limits)?;
+    Ok((decision, JudgedCase::from(&judged)))
 }
 
 /// By the evidence of the innovations.
@@ -322,12 +322,12 @@ fn by_innovations(
     loaded: &Loaded,
     search: &CaseSearch<'_>,
     (raw, noticed): (f64, Vec<NoticedMistake>),
-    (told, judged): (EngineDecision, JudgedCase),
+    (by_engine, judged): (EngineDecision, JudgedCase),
     options: &DiagnoseOptions,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     tell(SEARCHED, "fitting and running freely what was found");
-    let EngineDecision { found, decision, own, evidence } = told;
+    let EngineDecision { found, decision, own, evidence } = by_engine;
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = FreeRunComparison { ground: &ground, contenders: &[], effort: options.effort };

@@ -7,7 +7,9 @@ mod values;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use trueup_hypotheses::innovations::hypothesis::FittedEffect;
+use trueup_estimation::innovations::intensity::power;
+use trueup_hypotheses::innovations::hypothesis::{FittedEffect, SharedFrame};
+use trueup_hypotheses::innovations::pairs::FittedPair;
 use trueup_hypotheses::innovations::search::JointFindings;
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict};
@@ -63,14 +65,18 @@ pub(super) struct EngineDecision {
 
 /// An effect of the engine's with the numbers that it takes in a set.
 struct EffectPart<'a> {
-    effect: &'a FittedEffect,
+    /// Effect and place.
+    key: (&'static str, &'static str),
+    /// In which it was fitted.
+    frame: &'a SharedFrame,
     shape: &'a LawShape,
     amplitudes: &'a [f64],
 }
 
 impl<'a> EffectPart<'a> {
     fn alone(effect: &'a FittedEffect) -> Self {
-        Self { effect, shape: &effect.shape, amplitudes: &effect.fit.amplitudes }
+        let FittedEffect { shape, fit, frame, .. } = effect;
+        Self { key: effect.key(), frame, shape, amplitudes: &fit.amplitudes }
     }
 }
 
@@ -91,7 +97,7 @@ impl<'a> DecisionBuilder<'a> {
     ///
     /// # Errors
     /// Which effect cannot be put into the model, or why that cannot be simulated.
-    pub(super) fn told(
+    pub(super) fn build(
         &self,
         judged: &JointJudgement,
         limits: &Thresholds,
@@ -105,17 +111,12 @@ impl<'a> DecisionBuilder<'a> {
         let own = match &judged.set[..] {
             [] => plain.clone(),
             [first, second] if pair => {
-                let both = |p: &&trueup_hypotheses::innovations::pairs::FittedPair| {
-                    [p.first, p.second] == [*first, *second]
-                };
+                let both = |p: &&FittedPair| [p.first, p.second] == [*first, *second];
                 let p = self.findings.pairs.iter().find(both).ok_or("the pair has no fit")?;
                 let (a, b) = p.fit.amplitudes.split_at(p.of_first.min(p.fit.amplitudes.len()));
-                let lead = of(first)?;
-                let second = FittedEffect { id: p.second.0, place: p.second.1, ..lead.clone() };
-                let parts = [
-                    EffectPart { amplitudes: a, ..EffectPart::alone(lead) },
-                    EffectPart { effect: &second, shape: &p.shape, amplitudes: b },
-                ];
+                let first = EffectPart { amplitudes: a, ..EffectPart::alone(of(first)?) };
+                let second = EffectPart { key: *second, shape: &p.shape, amplitudes: b, ..first };
+                let parts = [first, second];
                 self.set(&parts, &p.fit.theta)?
             }
             [first, ..] => self.single(of(first)?)?,
@@ -177,7 +178,7 @@ impl<'a> DecisionBuilder<'a> {
             JointVerdict::Ambiguous => Verdict::Ambiguous,
             JointVerdict::Unknown => Verdict::Unknown,
         };
-        let power = |q: &[f64]| q.iter().map(|q| q * q).sum::<f64>().max(f64::MIN_POSITIVE);
+        let power = |q: &[f64]| power(q).max(f64::MIN_POSITIVE);
         let left =
             self.findings.effects.first().map_or(1.0, |h| power(&h.fit.q) / power(&self.findings.null.q));
         let taken = (1.0 - left).clamp(0.0, 1.0);
@@ -213,9 +214,9 @@ impl<'a> DecisionBuilder<'a> {
         }
         for (part, h) in parts.iter().zip(&stated.set) {
             let HypothesisClaim::Effect(choice) = h.claim else { continue };
-            let frame = part.effect.frame.borrow();
+            let frame = part.frame.borrow();
             let units = ColumnUnits::of(&frame, &self.findings.null.sizes);
-            let fit = ColumnFit { id: part.effect.id, shape: part.shape, amplitudes: part.amplitudes, theta };
+            let fit = ColumnFit { id: part.key.0, shape: part.shape, amplitudes: part.amplitudes, theta };
             let start = |name: &str| {
                 let name = choice.variable(name);
                 stated.unknowns.iter().find(|u| u.stem() == name).map(|u| u.start)
@@ -248,7 +249,7 @@ impl<'a> DecisionBuilder<'a> {
     }
 
     fn cause(&self, part: &EffectPart<'_>) -> Result<Hypothesis, String> {
-        let FittedEffect { id, place, .. } = *part.effect;
+        let (id, place) = part.key;
         let several = part.shape.pulses.len().min(PUSHES) > 1;
         let times = if several { Times::Several } else { Times::Once };
         let named = |h: &&Hypothesis| {

@@ -406,6 +406,14 @@ impl InnovationsFrame {
         Ok(grams.iter().map(|gram| log_evidence(gram, priors)).collect())
     }
 
+    /// Takes the unknown ones of these parameters; the others are those with which hypotheses begin.
+    pub fn take_unknowns(&mut self, theta: &[f64]) {
+        self.theta.clone_from(&self.start);
+        for k in &self.unknown {
+            self.theta[*k] = theta[*k];
+        }
+    }
+
     /// Parameters and trajectory with which hypotheses begin.
     ///
     /// # Errors

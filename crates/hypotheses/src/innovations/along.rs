@@ -69,13 +69,19 @@ impl UsualSizes {
     pub fn order(&self) -> f64 {
         2.0 * PI / self.range
     }
+    /// Unit of angle of reading errors along a frame, rad at the motor: of nominal values, so that amplitudes keep their meaning.
+    pub fn angle_unit(&self, frame: &InnovationsFrame) -> f64 {
+        let usual = frame.plant.usual_deflection();
+        if usual > 0.0 { usual } else { 0.1 * self.motor_speed * 0.05 }
+    }
 }
 
 fn current(r: &IntakeRecording) -> Option<&RecordedInput> {
     r.inputs.first().and_then(Option::as_ref)
 }
 
-fn gear_ratio(frame: &InnovationsFrame) -> f64 {
+/// Turns of the motor per turn of the load; 1 where the load is not read.
+pub fn gear_ratio(frame: &InnovationsFrame) -> f64 {
     frame.plant.readings().iter().find(|r| r.state == 2).map_or(1.0, |r| r.factor)
 }
 
@@ -141,7 +147,7 @@ pub struct JointAlong<'a> {
     pub runs: Vec<JointSeries>,
     /// Unit of torque, N.m.
     pub unit: f64,
-    /// Unit of angle of reading errors, rad: of nominal values, so that amplitudes keep their meaning.
+    /// Unit of angle of reading errors, rad; see [`UsualSizes::angle_unit`].
     pub angle_unit: f64,
     /// Stiffness in hand, N.m/rad; 0: rigid.
     pub stiffness: f64,
@@ -173,14 +179,12 @@ impl<'a> JointAlong<'a> {
                 within: OnceCell::new(),
             }
         });
-        let usual = frame.plant.usual_deflection();
-        let rigid = 0.1 * sizes.motor_speed * 0.05;
         Self {
             frame,
             sizes,
             runs: runs.collect(),
             unit: frame.plant.usual_force(),
-            angle_unit: if usual > 0.0 { usual } else { rigid },
+            angle_unit: sizes.angle_unit(frame),
             stiffness,
             damping,
             gear_ratio: gear_ratio(frame),

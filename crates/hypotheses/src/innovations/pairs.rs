@@ -117,9 +117,9 @@ fn seconds(
             second = refine(z, second, sizes, &standing, 2)?;
         }
         let before = h.of_fit;
-        let (pair, part) = together(z, h, &second, sizes)?;
+        let pair = together(z, h, &second, sizes)?;
         if h.is_plain() && pair.fit.evidence - before > gained.max(GAIN) {
-            out.alone.push(without_first(z, h, &pair, part, sizes)?);
+            out.alone.push(without_first(z, h, &pair, second.law, sizes)?);
         }
         out.pairs.push(pair);
     }
@@ -131,7 +131,7 @@ fn together(
     h: &mut FittedEffect,
     second: &EffectCandidate,
     sizes: &UsualSizes,
-) -> Result<(FittedPair, (LawRef, LawShape)), SizeError> {
+) -> Result<FittedPair, SizeError> {
     let of_first = h.fit.amplitudes.len();
     let mut parts = h.parts.clone();
     parts.push((second.law, second.shape.clone()));
@@ -151,10 +151,9 @@ fn together(
             h.fit = alone;
         }
     }
-    let part = parts.pop().unwrap_or((second.law, second.shape.clone()));
-    let shape = part.1.clone();
+    let shape = parts.pop().map_or_else(|| second.shape.clone(), |part| part.1);
     let evidence = fit.evidence - (h.of_fit - h.evidence) - EACH * shape.pulses.len() as f64;
-    Ok((FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first }, part))
+    Ok(FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first })
 }
 
 /// One of two effects alone, fitted from where both came to.
@@ -165,24 +164,21 @@ fn from_both(
     amplitudes: &[f64],
     sizes: &UsualSizes,
 ) -> Result<FixedPoint, SizeError> {
-    z.theta.clone_from(&z.start);
-    for k in &z.unknown {
-        z.theta[*k] = both.theta[*k];
-    }
+    z.take_unknowns(&both.theta);
     let laws = applied(parts, z, sizes);
     z.put_in_force(&laws, amplitudes, &both.zeros, &both.q)?;
     z.fit(&|f| applied(parts, f, sizes), &both.q, 5, false)
 }
 
-/// The second of a pair, with its shape there, as an effect of its own.
+/// The second of a pair, of this law and with its shape there, as an effect of its own.
 fn without_first(
     z: &mut InnovationsFrame,
     h: &FittedEffect,
     pair: &FittedPair,
-    part: (LawRef, LawShape),
+    law: LawRef,
     sizes: &UsualSizes,
 ) -> Result<FittedEffect, SizeError> {
-    let parts = [part];
+    let parts = [(law, pair.shape.clone())];
     let fit = from_both(z, &parts, &pair.fit, &pair.fit.amplitudes[pair.of_first..], sizes)?;
     let [(law, shape)] = parts;
     Ok(FittedEffect::of_law(&h.frame, law, shape, fit))

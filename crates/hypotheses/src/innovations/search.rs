@@ -233,10 +233,7 @@ fn is_shaped(h: &FittedEffect) -> bool {
 fn polish(frame: &SharedFrame, h: &FittedEffect, sizes: &UsualSizes) -> Result<FittedEffect, SizeError> {
     let (law, shape) = h.parts[0].clone();
     let f = &mut *frame.borrow_mut();
-    f.theta.clone_from(&f.start);
-    for k in &f.unknown {
-        f.theta[*k] = h.fit.theta[*k];
-    }
+    f.take_unknowns(&h.fit.theta);
     f.feedback = Feedback::default();
     f.smooth(&h.fit.q, None)?;
     for _ in 0..2 {

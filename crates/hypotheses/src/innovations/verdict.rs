@@ -125,9 +125,9 @@ pub fn judge_by(
     let mut set = vec![leader.key()];
     let chance = |p: &FittedPair| {
         let numbers = second_numbers(findings, leader, p, &effects)?;
-        Some((logistic(of_second, &numbers), p.clone()))
+        Some(logistic(of_second, &numbers))
     };
-    let best = findings.pairs.iter().filter_map(chance);
+    let best = findings.pairs.iter().filter_map(|p| Some((chance(p)?, p)));
     let best = best.reduce(|a, b| if b.0 > a.0 { b } else { a });
     let mut second = None;
     if let Some((chance, pair)) = best {

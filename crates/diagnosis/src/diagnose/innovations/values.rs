@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::two_mass::parameter as p;
-use trueup_hypotheses::innovations::along::UsualSizes;
+use trueup_hypotheses::innovations::along::{UsualSizes, gear_ratio};
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_models::joint::parameter::{self as joint, NAMES};
 
@@ -30,10 +30,7 @@ pub(super) struct ColumnUnits<'a> {
 impl<'a> ColumnUnits<'a> {
     /// Of a frame.
     pub(super) fn of(frame: &InnovationsFrame, sizes: &'a UsualSizes) -> Self {
-        let usual = frame.plant.usual_deflection();
-        let rigid = 0.1 * sizes.motor_speed * 0.05;
-        let gear = frame.plant.readings().iter().find(|r| r.state == 2).map_or(1.0, |r| r.factor);
-        let angle = if usual > 0.0 { usual } else { rigid };
+        let (angle, gear) = (sizes.angle_unit(frame), gear_ratio(frame));
         Self { torque: frame.plant.usual_force(), angle, gear, sizes }
     }
 }
