@@ -45,7 +45,10 @@ def power(q: list[float]) -> float:
 
 def cases(source: str) -> Iterator[tuple[str, dict, dict]]:
     """Name, key and stages of every case of `STAGES=TRIALS`."""
-    stages, trials = (Path(part) for part in source.split("="))
+    first, equals, second = source.partition("=")
+    if not equals:
+        raise SystemExit(f"{source}: give STAGES=TRIALS")
+    stages, trials = Path(first), Path(second)
     for file in sorted(stages.glob("*.json")) if stages.is_dir() else [stages]:
         for line in file.read_text().splitlines():
             said = json.loads(line)
@@ -53,7 +56,9 @@ def cases(source: str) -> Iterator[tuple[str, dict, dict]]:
             if "error" in said["stages"]:
                 print(f"{name} is left out: {said['stages']['error']}", file=sys.stderr)
                 continue
-            key = next((trials / "keys").glob(f"*{name}*"))
+            key = next((trials / "keys").glob(f"*{name}*"), None)
+            if key is None:
+                raise SystemExit(f"{trials / 'keys'} has no key of {name}: give the trials that {stages} was made of")
             yield name, tomllib.loads((key / "key.toml" if key.is_dir() else key).read_text()), said["stages"]
 
 
