@@ -144,81 +144,115 @@ pub(super) fn channels(all: &[Acting<'_>], inputs: &[String], outputs: &[String]
     found
 }
 
+/// A recording with the channel that is looked at, and its parts.
+type ChannelParts<'a> = (&'a Acting<'a>, usize, Vec<DeadPart>);
+
+/// All recordings in which an output is compared as an acceleration; `of`: what acts on its channel, and the series in question.
+fn shown<'a, A: AsRef<[f64]>>(
+    all: &'a [Acting<'a>],
+    output: usize,
+    of: impl Fn(&'a Acting<'a>, usize) -> Option<(A, &'a [f64])>,
+) -> Vec<ChannelParts<'a>> {
+    let one = |a: &'a Acting<'a>| {
+        let at = a.showing(output)?;
+        let (along, varies) = of(a, at)?;
+        Some((a, at, parts(a, at, along.as_ref(), varies)?))
+    };
+    all.iter().filter_map(one).collect()
+}
+
 /// A drive that is quiet while the readings accelerate, or that does nothing while it is active.
 fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dead> {
-    let runs: Vec<(&Acting<'_>, usize, Vec<DeadPart>)> = all
-        .iter()
-        .filter_map(|a| {
-            let at = a.showing(output)?;
-            let along = a.along(input, at)?;
-            Some((a, at, parts(a, at, &along, &a.led.inputs[input])?))
-        })
-        .collect();
+    let runs = shown(all, output, |a, at| Some((a.along(input, at)?, &a.led.inputs[input][..])));
     let usual = usual(runs.iter().flat_map(|r| &r.2).map(|p| p.varies));
-    let quiet = |p: &DeadPart| p.varies <= QUIET * usual;
-    let live = || runs.iter().flat_map(|r| &r.2).filter(|p| !quiet(p));
-    let regression = ChannelRegression::new(live());
-    let mut found = Vec::new();
-    for (index, (a, at, parts)) in runs.iter().enumerate() {
-        let u = &a.led.inputs[input][a.led.counts.clone()];
+    let mut drive = DriveParts { runs: &runs, input, name, usual, regression: None };
+    drive.regression = ChannelRegression::new(drive.live());
+    let one = |run: usize| drive.unrecorded(run).or_else(|| drive.idle(run));
+    (0..runs.len()).filter_map(one).collect()
+}
+
+/// A drive in all recordings, by the output that it accelerates most.
+struct DriveParts<'r, 'a> {
+    runs: &'r [ChannelParts<'a>],
+    input: usize,
+    name: &'r str,
+    /// Standard deviation that is usual for it.
+    usual: f64,
+    /// Of all parts in which it is not quiet; `None`: there are too few.
+    regression: Option<ChannelRegression>,
+}
+
+impl DriveParts<'_, '_> {
+    fn quiet(&self, part: &DeadPart) -> bool {
+        part.varies <= QUIET * self.usual
+    }
+
+    fn live(&self) -> impl Iterator<Item = &DeadPart> {
+        self.runs.iter().flat_map(|r| &r.2).filter(|p| !self.quiet(p))
+    }
+
+    /// It is not recorded while it acts.
+    fn unrecorded(&self, run: usize) -> Option<Dead> {
+        let (a, _, parts) = &self.runs[run];
+        let regression = self.regression.as_ref();
+        let u = &a.led.inputs[self.input][a.led.counts.clone()];
         let constant = u.iter().all(|v| *v == u[0]);
-        let unrecorded = |span: &DeadSpan| {
-            let parts = &parts[span.0.clone()];
-            parts.iter().all(quiet)
-                && regression.as_ref().map_or(constant, |r| unexplained(r, parts))
-                && (regression.is_some() || rms(parts, missed) > rms(parts, |p| p.moved))
+        let dead = |span: &DeadSpan| {
+            let own = &parts[span.0.clone()];
+            own.iter().all(|p| self.quiet(p))
+                && regression.map_or(constant, |r| unexplained(r, own))
+                && (regression.is_some() || rms(own, missed) > rms(own, |p| p.moved))
         };
-        if let Some(span) = DeadSpan::all().find(unrecorded) {
-            let how = if constant { format!("it stays at {}", u[0]) } else { "it hardly changes".to_owned() };
-            let text = format!(
-                "{name}: {how} {} while the readings accelerate as under a drive: the channel is dead; look at the sensor and the logger, and \
-                 leave these readings out",
-                span.when(a.led)
-            );
+        let span = DeadSpan::all().find(dead)?;
+        let how = if constant { format!("it stays at {}", u[0]) } else { "it hardly changes".to_owned() };
+        let text = format!(
+            "{}: {how} {} while the readings accelerate as under a drive: the channel is dead; look at the sensor and the logger, and \
+             leave these readings out",
+            self.name,
+            span.when(a.led)
+        );
+        let own = &parts[span.0.clone()];
+        let left = regression.map_or_else(|| rms(own, missed), |r| r.leaves(own.iter())[0]);
+        let usual = rms(self.live(), |p| p.products[(drive_of(p), drive_of(p))]);
+        let lacks = if usual > 0.0 { left / usual } else { 1.0 };
+        Some(Dead { finding: finding(a.led, self.name, text), constant, lacks })
+    }
+
+    /// It is recorded while it does nothing.
+    fn idle(&self, run: usize) -> Option<Dead> {
+        let (a, at, parts) = &self.runs[run];
+        let dead = |span: &DeadSpan| {
             let own = &parts[span.0.clone()];
-            let left = regression.as_ref().map_or_else(|| rms(own, missed), |r| r.leaves(own.iter())[0]);
-            let usual = rms(live(), |p| p.products[(drive_of(p), drive_of(p))]);
-            let lacks = if usual > 0.0 { left / usual } else { 1.0 };
-            found.push(Dead { finding: finding(a.led, name, text), constant, lacks });
-            continue;
-        }
-        let idle = |span: &DeadSpan| {
-            let own = &parts[span.0.clone()];
-            let active = own.iter().filter(|p| p.varies >= ACTIVE * usual).count();
+            let active = own.iter().filter(|p| p.varies >= ACTIVE * self.usual).count();
             let others = || {
-                let all =
-                    runs.iter().enumerate().flat_map(|(k, r)| r.2.iter().enumerate().map(move |p| (k, p)));
-                all.filter(|(k, (i, p))| (*k != index || !span.0.contains(i)) && !quiet(p))
+                let all = self
+                    .runs
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(k, r)| r.2.iter().enumerate().map(move |p| (k, p)));
+                all.filter(|(k, (i, p))| (*k != run || !span.0.contains(i)) && !self.quiet(p))
                     .map(|(_, (_, p))| p)
             };
             active as f64 >= MOSTLY * own.len() as f64
                 && !stands(a, *at, span)
                 && ChannelRegression::new(others()).is_some_and(|r| does_nothing(&r, own, others()))
         };
-        if let Some(span) = DeadSpan::all().find(idle) {
-            let text = format!(
-                "{name}: {} it has no effect, the readings move as without it, and elsewhere they follow it: the drive was off or not \
-                 connected; leave these readings out",
-                span.when(a.led)
-            );
-            found.push(Dead { finding: finding(a.led, name, text), constant: false, lacks: 0.0 });
-        }
+        let span = DeadSpan::all().find(dead)?;
+        let text = format!(
+            "{}: {} it has no effect, the readings move as without it, and elsewhere they follow it: the drive was off or not \
+             connected; leave these readings out",
+            self.name,
+            span.when(a.led)
+        );
+        Some(Dead { finding: finding(a.led, self.name, text), constant: false, lacks: 0.0 })
     }
-    found
 }
 
 /// Readings that are constant although what is recorded of the drives accelerates them.
 fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) -> Vec<Dead> {
     let mut found = Vec::new();
     for (output, name) in outputs.iter().enumerate().filter(|(o, _)| driven.contains(&Some(*o))) {
-        let runs: Vec<(&Acting<'_>, usize, Vec<DeadPart>)> = all
-            .iter()
-            .filter_map(|a| {
-                let at = a.showing(output)?;
-                let along = a.driven(at);
-                Some((a, at, parts(a, at, &along, &a.led.channels[at].enters[0])?))
-            })
-            .collect();
+        let runs = shown(all, output, |a, at| Some((a.driven(at), &a.led.channels[at].enters[0][..])));
         let usual = usual(runs.iter().flat_map(|r| &r.2).map(|p| p.acts));
         let live = runs.iter().flat_map(|(a, at, parts)| {
             parts.iter().enumerate().filter(|(i, _)| !stands(a, *at, &DeadSpan(*i..i + 1))).map(|p| p.1)
