@@ -58,10 +58,9 @@ use record::DecisionRecord;
 const SEARCHED: f64 = 0.35;
 
 /// What weighs the causes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiagnosisEngine {
     /// Balances of accelerations along the measured motion, and free runs.
-    #[default]
     Balances,
     /// The evidence of the innovations about a smoothed trajectory; for a TwoMassJoint of which nothing further is known.
     Innovations,
