@@ -84,8 +84,8 @@ def found(case):
         pytest.skip("TRUEUP_BIN is not set: run ./test")
     done = subprocess.run([program, "diagnose", case, "-o", case / "out", "--verdict-only", "--json"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    return told, {(f["file"], f["channel"]) for f in told["findings"] if f["severity"] == "grave"}
+    diagnosis = json.loads(done.stdout)
+    return diagnosis, {(f["file"], f["channel"]) for f in diagnosis["findings"] if f["severity"] == "grave"}
 
 
 KINDS = ["zero all", "zero from", "stuck from", "noise all", "noise from", "idle from"]
@@ -100,16 +100,16 @@ def test_a_dead_channel_is_named_with_its_file(tmp_path, kind, gap):
     seed = [SEED, KINDS.index(kind), list(GAPS).index(gap)]
     print("seed", seed)
     file = drawn(np.random.default_rng(seed), tmp_path / "case", kind, gap)
-    told, grave = found(tmp_path / "case")
+    diagnosis, grave = found(tmp_path / "case")
     # A motor that comes to rest while its current goes on: the reading or the drive may be dead.
     channels = {"motorCurrent", "motorAngle"} if kind.startswith("idle") else {"motorCurrent"}
-    assert grave and {f for f, _ in grave} == {file} and {c for _, c in grave} <= channels, told["findings"]
-    assert told["verdict"] == "unknown" and told["capped"] and not told["effects"]
+    assert grave and {f for f, _ in grave} == {file} and {c for _, c in grave} <= channels, diagnosis["findings"]
+    assert diagnosis["verdict"] == "unknown" and diagnosis["capped"] and not diagnosis["effects"]
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("gap", GAPS)
 def test_a_healthy_case_has_none(tmp_path, gap):
     drawn(np.random.default_rng([SEED, 99]), tmp_path / "case", "healthy all", gap)
-    told, grave = found(tmp_path / "case")
-    assert not grave, told["findings"]
+    diagnosis, grave = found(tmp_path / "case")
+    assert not grave, diagnosis["findings"]

@@ -1,6 +1,6 @@
 //! A type's name is defined once in the sources of the workspace, so that it can be searched for and means one thing (decision 60).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::rust::code_of;
 use super::{Complaints, File, files, none};
@@ -17,11 +17,13 @@ const IMAGES: &[&str] = &[
     "Said", "Shown", "Sought", "Told", "Took", "Wanted", "Wish",
 ];
 
-/// Names of the types that a file defines, functions' and test modules' own ones too.
-fn types(code: &str) -> BTreeSet<&str> {
-    let mut found = BTreeSet::new();
+/// Names of the types that a file defines, functions' and test modules' own ones too, each as often as it is defined.
+fn types(code: &str) -> Vec<&str> {
+    let mut found = Vec::new();
     for line in code.lines() {
-        let mut words = line.split_whitespace().skip_while(|w| w.starts_with("pub") || *w == "unsafe");
+        let mut words = line
+            .split_whitespace()
+            .skip_while(|w| w.starts_with("pub") || w.ends_with(')') || *w == "unsafe");
         let Some(keyword) = words.next() else { continue };
         // A `type` within braces is an associated one.
         let defines = match keyword {
@@ -32,7 +34,7 @@ fn types(code: &str) -> BTreeSet<&str> {
         let name = words.next().unwrap_or_default();
         let end = name.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(name.len());
         if defines && name.starts_with(|c: char| c.is_ascii_uppercase()) {
-            found.insert(&name[..end]);
+            found.push(&name[..end]);
         }
     }
     found
@@ -76,6 +78,9 @@ fn names_that_stand_twice_are_found() {
         "pub enum Gear { Link }\n// struct Link;\nimpl X for Gear {\n    type Item = u8;\n}\n#[cfg(test)]\nmod tests {\n    struct Link<T>(T);\n}\n",
     );
     super::found(&complaints(&[one, two]), &["Link", "one.rs, crates/b/src/two.rs", "longer name"]);
+    let inside =
+        file("crates/a/src/one.rs", "struct Gear;\nmod tests {\n    pub(in crate::one) struct Gear;\n}\n");
+    super::found(&complaints(&[inside]), &["Gear", "one.rs, crates/a/src/one.rs"]);
     let image = file("crates/a/src/one.rs", "pub(crate) trait Along {}\n");
     super::found(&complaints(&[image]), &["one.rs", "Along", "term"]);
     let alone = [

@@ -2,11 +2,12 @@
 //! functions of them. Pointers are the importer's: NULL is refused, what else they point to is its responsibility.
 #![allow(non_snake_case, missing_docs, clippy::missing_safety_doc)]
 
-use super::{enter, free, slice, slice_mut, status, text, usable, write};
-use crate::fault::{CallOutcome, CallStatus, error};
+use super::fmi3_status::call;
+use super::{enter, free, slice, slice_mut, text, usable, write};
+use crate::fault::{CallStatus, error};
 use crate::instance::{InstanceSettings, ModelInstance};
 use crate::log::{LogSink, MessageLog};
-use crate::model::{Exported, FmuModel};
+use crate::model::Exported;
 use crate::state_machine::{CallGroup, InstanceVersion, InterfaceType};
 use core::ffi::{CStr, c_int, c_void};
 use trueup_fmi::abi::fmi3::*;
@@ -17,15 +18,6 @@ pub use super::fmi3_values::*;
 
 pub unsafe fn fmi3GetVersion<E: Exported>() -> fmi3String {
     c"3.0".as_ptr()
-}
-
-pub(super) unsafe fn call<M: FmuModel>(
-    c: fmi3Instance,
-    function: &str,
-    f: impl FnOnce(&mut ModelInstance<M>) -> CallOutcome,
-) -> fmi3Status {
-    // SAFETY: the importer's pointer, see the module.
-    fmi3Status(unsafe { status(c, function, f) })
 }
 
 /// The importer's pointer, carried along to be handed back only.

@@ -1,7 +1,7 @@
 //! The functions of FMI 3.0 that store and restore FMU states; part of [`super::fmi3`].
 #![allow(non_snake_case, missing_docs, clippy::missing_safety_doc)]
 
-use super::fmi3::call;
+use super::fmi3_status::call;
 use super::{slice, slice_mut, usable, write};
 use crate::model::Exported;
 use trueup_fmi::abi::fmi3::*;

@@ -1,7 +1,7 @@
 //! The functions of FMI 3.0 that read and set values, one pair per data type; part of [`super::fmi3`].
 #![allow(non_snake_case, missing_docs, clippy::missing_safety_doc)]
 
-use super::fmi3::call;
+use super::fmi3_status::call;
 use super::{slice, slice_mut};
 use crate::fault::error;
 use crate::model::Exported;

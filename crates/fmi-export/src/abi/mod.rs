@@ -11,6 +11,7 @@
 pub mod fmi2;
 pub mod fmi3;
 mod fmi3_states;
+mod fmi3_status;
 mod fmi3_values;
 
 use crate::co_simulation::{StepEnd, StepRequest};

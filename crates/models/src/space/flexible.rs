@@ -13,7 +13,6 @@
 //! geometric stiffness). Above about a fifth of the first frequency the spin softens it falsely: bending in the plane of the
 //! spin by the square of the spin's rate. Of links it may be counted ([`super::second_order`]).
 
-pub use super::bent::{BentPart, DeformationView, DeformedAppendages};
 use super::second_order::SecondOrder;
 use super::spatial::{Rigid, SpatialMotion, SpatialWrench};
 use super::vector::Vector3;

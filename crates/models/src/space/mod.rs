@@ -6,6 +6,7 @@ pub mod analysis;
 pub mod appendage;
 pub mod articulated;
 pub mod attitude;
+mod bending_links;
 pub mod bent;
 mod body_check;
 mod compiled;

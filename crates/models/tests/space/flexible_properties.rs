@@ -221,7 +221,7 @@ fn sff_5_a_table_of_modes_is_the_beam_that_it_was_made_of() {
     own.add_beam(0, shapes, &Beam { frame: here, ..b }).unwrap();
     let at_rest = |a: &Appendages<f64>| {
         let base = trueup_models::space::tree::PlacedBody::base(here, SpatialMotion::zero());
-        let mut bent = trueup_models::space::flexible::DeformedAppendages::new();
+        let mut bent = trueup_models::space::bent::DeformedAppendages::new();
         a.bend(&[base], &[0.0; 8], &[0.0; 8], &mut bent);
         (0..5).map(|j| bent.of(a).coupling[j]).collect::<Vec<_>>()
     };

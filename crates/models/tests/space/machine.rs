@@ -3,8 +3,9 @@
 use trueup_models::space::appendage::{Beam, Shapes, TableMode};
 use trueup_models::space::articulated::{JointDrive, Moves, Rotor, SweepResult, accelerations};
 use trueup_models::space::attitude::{rate, rotation};
+use trueup_models::space::bent::DeformedAppendages;
 use trueup_models::space::composite::momentum;
-use trueup_models::space::flexible::{Appendages, DeformedAppendages};
+use trueup_models::space::flexible::Appendages;
 use trueup_models::space::snapshot::RobotSnapshot;
 use trueup_models::space::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
 use trueup_models::space::tree::{PerBody, Tree, TreeBody};

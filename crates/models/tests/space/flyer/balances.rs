@@ -2,7 +2,8 @@
 
 use trueup_models::space::appendage::Beam;
 use trueup_models::space::attitude::rotation;
-use trueup_models::space::flexible::{Appendages, DeformedAppendages};
+use trueup_models::space::bent::DeformedAppendages;
+use trueup_models::space::flexible::Appendages;
 use trueup_models::space::spatial::{SpatialFrame, SpatialMotion, SpatialWrench};
 use trueup_models::space::tree::PlacedBody;
 use trueup_models::space::vector::{add, cross, dot, scale, sub, times, transposed_times};

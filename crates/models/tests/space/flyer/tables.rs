@@ -1,7 +1,8 @@
 //! Appendages by tables of modes: against the beams that they are of, and one by hand. Spin that is too fast.
 
+use trueup_models::space::bent::DeformedAppendages;
 use trueup_models::space::design::{Appendage, RobotDesign};
-use trueup_models::space::flexible::{Appendages, DeformedAppendages};
+use trueup_models::space::flexible::Appendages;
 use trueup_models::space::presets;
 use trueup_models::space::spatial::{SpatialFrame, SpatialMotion};
 use trueup_models::space::table::{ModeTable, TabledMode};
