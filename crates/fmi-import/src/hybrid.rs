@@ -21,7 +21,7 @@ use trueup_plant::{Coordinate, LANES, Lanes, Plant, PlantError, VariableTable};
 use crate::{FmiStatus, ImportError, StateColumns, UnpackedFmu};
 use seat::Seat;
 use table::ElementReferences;
-pub use table::array_lengths;
+pub use table::{MAX_ELEMENTS, element_quantities};
 
 /// Half the width of a central difference, as a share of what is moved.
 const WIDTH: f64 = 6e-6;

@@ -255,7 +255,8 @@ impl FmuSubject {
         let start = plan.time(0);
         // What is not given stays as the FMU has it.
         let changed = |place: &&super::VariablePlace| {
-            (place.begin..place.begin + place.len).any(|i| p[i].to_bits() != self.starts[i].to_bits())
+            (place.begin..place.begin + place.len)
+                .any(|i| p[i].to_bits() != self.parameters[i].start.to_bits())
         };
         for (reference, kind, value) in &self.chosen {
             instance.set_number(*reference, *kind, *value)?;
