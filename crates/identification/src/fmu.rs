@@ -14,6 +14,7 @@ mod lane;
 mod simulate;
 
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
@@ -37,12 +38,11 @@ use crate::predictor::Predictor;
 use crate::subject::IdentificationSubject;
 use trueup_plant::{LANES, Lanes};
 
-/// A variable that is set or read, with its place among the elements of its kind.
+/// A variable that is set or read, with the places of its elements among all of its kind.
 #[derive(Clone, Debug)]
 struct VariablePlace {
     reference: u32,
-    begin: usize,
-    len: usize,
+    elements: Range<usize>,
 }
 
 /// A parameter that is no real number: chosen by the case, not fitted.
@@ -174,9 +174,11 @@ impl FmuSubject {
         let Some(elements) = element_quantities(d, v) else { return };
         let with_role = |q: PlantQuantity| PlantQuantity { role: role(&q.name), ..q };
         let elements: Vec<PlantQuantity> = elements.into_iter().map(with_role).collect();
-        let len = elements.len();
         let put = |list: &mut Vec<PlantQuantity>, places: &mut Vec<VariablePlace>| {
-            places.push(VariablePlace { reference: v.value_reference, begin: list.len(), len });
+            places.push(VariablePlace {
+                reference: v.value_reference,
+                elements: list.len()..list.len() + elements.len(),
+            });
             list.extend_from_slice(&elements);
         };
         let exact = v.effective_initial() == Some(Initial::Exact);
@@ -185,7 +187,7 @@ impl FmuSubject {
             let begin = self.parameters.len();
             put(&mut self.parameters, &mut self.parameter_places);
             if !parameter {
-                self.states.extend((0..len).map(|k| (begin + k, self.outputs.len() + k)));
+                self.states.extend((0..elements.len()).map(|k| (begin + k, self.outputs.len() + k)));
             }
         }
         match v.causality {
