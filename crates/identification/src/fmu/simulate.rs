@@ -12,7 +12,7 @@ use trueup_plant::Lanes;
 
 use super::lane::LaneDirection;
 use super::{FmuSubject, VariablePlace, WIDTH};
-use crate::predict::{InputMap, PredictError, PredictionPlan};
+use crate::predict::{InputMap, MOST_EVENTS, PredictError, PredictionPlan};
 
 /// Why a run ended.
 enum FmuRunEnd {
@@ -48,11 +48,6 @@ impl FmuRunEnd {
         }
     }
 }
-
-/// Events between two samples that count as without end.
-const EVENTS: usize = 200;
-/// Steps between two samples after which the stiff method is tried.
-const STEPS: usize = 5000;
 
 /// The FMU with its inputs on their lines.
 struct Driven<'a> {
@@ -278,8 +273,9 @@ impl FmuSubject {
             integrator,
             tolerance: self.tolerance,
             span: plan.time(plan.nodes().saturating_sub(1)) - start,
-            most_steps: STEPS,
-            most_events: EVENTS,
+            // Then the stiff method is tried.
+            most_steps: plan.most_steps as usize,
+            most_events: MOST_EVENTS,
             ..IntegrationSettings::default()
         };
         let (mut group, settled) = IntegratedGroup::start(&mut driven, start, settings)?;
