@@ -134,7 +134,7 @@ pub fn predict<T: PlantScalar>(
     follow(model, plan, p, map, at_rest, &mut |_| ())
 }
 
-/// [`predict`] with an onlooker.
+/// [`predict`] with an observer.
 ///
 /// # Errors
 /// See [`PredictError`].

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Errors of one kind that are reported one by one; the rest is counted.
-pub(crate) const TOLD: usize = 5;
+pub(crate) const MAX_REPORTED: usize = 5;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
