@@ -185,6 +185,15 @@ pub trait BlockAccess {
     /// # Errors
     /// Whatever the FMU returns.
     fn set(&mut self, block: &VariableBlock) -> Result<(), ImportError>;
+    /// Reads a block again: has one of its values changed?
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    fn get_changed(&mut self, block: &mut VariableBlock) -> Result<bool, ImportError> {
+        let before = block.values.clone();
+        self.get(block)?;
+        Ok(before != block.values)
+    }
 }
 
 impl BlockAccess for AnyInstance {

@@ -74,9 +74,9 @@ impl InputFileTable {
         let first = errors.next();
         // Another file's name, as the sidecar's, is in the text.
         let own = first.filter(|f| f.file == file);
-        let said = own.map(Finding::said).or_else(|| first.map(ToString::to_string));
+        let message = own.map(Finding::message).or_else(|| first.map(ToString::to_string));
         let rest = errors.map(ToString::to_string);
-        let reason = said.into_iter().chain(rest).collect::<Vec<_>>().join("\n  ");
+        let reason = message.into_iter().chain(rest).collect::<Vec<_>>().join("\n  ");
         CosimError::Inputs { file: file.into(), line: own.and_then(|f| f.line), reason }
     }
 

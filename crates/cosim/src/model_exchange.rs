@@ -73,9 +73,7 @@ impl Fmus for Members<'_> {
     fn inputs_changed(&mut self) -> Result<bool, FmuError> {
         let mut changed = false;
         for (node, block) in &mut *self.inputs {
-            let before = block.values.clone();
-            self.nodes[*node].slave.get(block)?;
-            changed |= before != block.values;
+            changed |= self.nodes[*node].slave.get_changed(block)?;
         }
         Ok(changed)
     }

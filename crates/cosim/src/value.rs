@@ -1,8 +1,6 @@
 //! Variables by the names that a user writes.
 
-use trueup_fmi_description::description::{
-    ArrayDimension, Description, DescriptionVariable, StartValues, VariableType,
-};
+use trueup_fmi_description::description::{Description, DescriptionVariable, StartValues, VariableType};
 
 use crate::buffer::ValueBuffer;
 
@@ -17,7 +15,7 @@ pub(crate) fn find<'a>(
     }
     let (array, indices) = name.strip_suffix(']').and_then(|n| n.rsplit_once('[')).ok_or_else(unknown)?;
     let v = d.find(array).ok_or_else(unknown)?;
-    let lengths = lengths(d, v).ok_or_else(|| format!("the size of `{array}` is not known"))?;
+    let lengths = d.lengths(v).ok_or_else(|| format!("the size of `{array}` is not known"))?;
     let outside = || format!("`{name}` is outside of `{array}`, whose size is {lengths:?} (indices from 1)");
     let indices: Vec<usize> =
         indices.split(',').map(|i| i.trim().parse().map_err(|_| outside())).collect::<Result<_, _>>()?;
@@ -27,22 +25,13 @@ pub(crate) fn find<'a>(
     Ok((v, Some(indices.iter().zip(&lengths).fold(0, |at, (i, n)| at * n + i - 1))))
 }
 
-/// Lengths of the dimensions.
-fn lengths(d: &Description, v: &DescriptionVariable) -> Option<Vec<usize>> {
-    let one = |dimension: &ArrayDimension| {
-        let single = DescriptionVariable { dimensions: vec![*dimension], ..v.clone() };
-        d.elements(&single)
-    };
-    v.dimensions.iter().map(one).collect()
-}
-
 /// Names of a variable's elements: `a[1,2]`, row by row; its own if it is a scalar.
 pub(crate) fn elements(d: &Description, v: &DescriptionVariable) -> Option<Vec<String>> {
     if v.dimensions.is_empty() {
         return Some(vec![v.name.clone()]);
     }
     let mut names = vec![String::new()];
-    for length in lengths(d, v)? {
+    for length in d.lengths(v)? {
         let with = |name: &String| {
             (1..=length)
                 .map(|i| format!("{name}{}{i}", if name.is_empty() { "" } else { "," }))

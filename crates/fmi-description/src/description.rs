@@ -99,20 +99,28 @@ impl Description {
     /// Number of elements: of an array the product of its dimensions, as sized by the start values of structural
     /// parameters; `None` where a dimension cannot be resolved.
     pub fn elements(&self, variable: &DescriptionVariable) -> Option<usize> {
-        variable.dimensions.iter().try_fold(1usize, |product, dimension| {
-            let length = match dimension {
-                ArrayDimension::Fixed(n) => usize::try_from(*n).ok()?,
-                ArrayDimension::Variable(reference) => {
-                    let parameter = self.variables.get(*self.by_reference.get(reference)?)?;
-                    match parameter.start.as_ref()? {
-                        StartValues::Unsigned(v) => usize::try_from(*v.first()?).ok()?,
-                        StartValues::Signed(v) => usize::try_from(*v.first()?).ok()?,
-                        _ => return None,
-                    }
+        variable
+            .dimensions
+            .iter()
+            .try_fold(1usize, |product, dimension| product.checked_mul(self.length(dimension)?))
+    }
+    /// Length of each dimension, outermost first; of a scalar none at all. `None` where one cannot be resolved.
+    pub fn lengths(&self, variable: &DescriptionVariable) -> Option<Vec<usize>> {
+        variable.dimensions.iter().map(|dimension| self.length(dimension)).collect()
+    }
+    /// Length of a dimension, as the start value of a structural parameter sizes it; `None` where it cannot be resolved.
+    fn length(&self, dimension: &ArrayDimension) -> Option<usize> {
+        match dimension {
+            ArrayDimension::Fixed(n) => usize::try_from(*n).ok(),
+            ArrayDimension::Variable(reference) => {
+                let parameter = self.variables.get(*self.by_reference.get(reference)?)?;
+                match parameter.start.as_ref()? {
+                    StartValues::Unsigned(v) => usize::try_from(*v.first()?).ok(),
+                    StartValues::Signed(v) => usize::try_from(*v.first()?).ok(),
+                    _ => None,
                 }
-            };
-            product.checked_mul(length)
-        })
+            }
+        }
     }
     /// Number of event indicators.
     pub fn event_indicators(&self) -> usize {

@@ -21,14 +21,14 @@ use trueup_plant::{Coordinate, LANES, Lanes, Plant, PlantError, VariableTable};
 use crate::{FmiStatus, ImportError, StateColumns, UnpackedFmu};
 use seat::Seat;
 use table::ElementReferences;
-pub use table::array_lengths;
+pub use table::{MAX_ELEMENTS, element_quantities};
 
 /// Half the width of a central difference, as a share of what is moved.
 const WIDTH: f64 = 6e-6;
 
-/// An FMU for Model Exchange as a [`Plant`]: one run at a time ([`Plant::with`] no effects is another instance). It has no coordinates: an FMU takes no forces but its inputs. What it refuses
-/// (Discard) becomes NaN, at which an integrator tries a shorter step; of any other failure the results are NaN and
-/// [`HybridFmu::failure`] gives the reason.
+/// An FMU for Model Exchange as a [`Plant`]: one run at a time ([`Plant::with`] no effects is another instance). It has no
+/// coordinates: an FMU takes no forces but its inputs. What it refuses (Discard) becomes NaN, at which an integrator tries a
+/// shorter step; of any other failure the results are NaN and [`HybridFmu::failure`] gives the reason.
 pub struct HybridFmu {
     fmu: Arc<UnpackedFmu>,
     start: f64,
@@ -75,6 +75,10 @@ fn values(lanes: &[Lanes]) -> Vec<f64> {
 }
 fn lane(lanes: &[Lanes], k: usize) -> Vec<f64> {
     lanes.iter().map(|v| v.eps[k]).collect()
+}
+/// The largest part of a direction, relative to max(|value|, 1).
+fn relative_size(along: &[f64], at: &[f64]) -> f64 {
+    along.iter().zip(at).map(|(a, v)| a.abs() / v.abs().max(1.0)).fold(0.0, f64::max)
 }
 fn moved(at: &[f64], by: f64, along: &[f64]) -> Vec<f64> {
     at.iter().zip(along).map(|(v, a)| v + by * a).collect()
@@ -270,11 +274,8 @@ impl HybridFmu {
         } else {
             (by_difference.x, by_difference.u) = (along.x, along.u);
         }
-        let size = |a: &[f64], v: &[f64]| {
-            a.iter().zip(v).map(|(a, v)| a.abs() / v.abs().max(1.0)).fold(0.0, f64::max)
-        };
-        let size = size(by_difference.x, at.x)
-            .max(size(by_difference.u, at.u))
+        let size = relative_size(by_difference.x, at.x)
+            .max(relative_size(by_difference.u, at.u))
             .max(along.t.abs() / at.t.abs().max(1.0));
         if size == 0.0 {
             return;
@@ -344,7 +345,7 @@ impl Plant for HybridFmu {
         let mut column = vec![0.0; x.len()];
         for k in 0..LANES {
             let along = lane(p, k);
-            let size = along.iter().zip(&plain).map(|(a, v)| a.abs() / v.abs().max(1.0)).fold(0.0, f64::max);
+            let size = relative_size(&along, &plain);
             if size == 0.0 {
                 x.iter_mut().for_each(|v| v.eps[k] = 0.0);
                 continue;

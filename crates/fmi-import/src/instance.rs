@@ -297,3 +297,12 @@ impl StateColumns {
         Some(columns)
     }
 }
+
+/// Value references of the event indicators, where all `count` of them are scalar variables (FMI 3.0); `None`: they are not.
+pub(crate) fn indicator_references(d: &Description, count: usize) -> Option<Vec<u32>> {
+    let variables =
+        d.structure.event_indicators.iter().filter_map(|u| d.variables.get(d.resolve(u.reference)?));
+    let scalars: Vec<u32> =
+        variables.filter(|v| v.dimensions.is_empty()).map(|v| v.value_reference).collect();
+    (scalars.len() == count).then_some(scalars)
+}

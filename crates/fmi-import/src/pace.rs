@@ -16,13 +16,14 @@ const STORM: f64 = 1e-2;
 pub struct Pace {
     steps: (usize, f64),
     events: (usize, f64),
-    told: bool,
+    /// Very many events have been reported.
+    reported: bool,
 }
 
 impl Pace {
     /// From this time in s on.
     pub fn at(time: f64) -> Self {
-        Self { steps: (0, time), events: (0, time), told: false }
+        Self { steps: (0, time), events: (0, time), reported: false }
     }
 
     /// More steps have reached `time` in a run of `span` s: a message if that is almost no progress.
@@ -54,8 +55,8 @@ impl Pace {
         }
         self.events = (0, time);
         let gone = time - since;
-        let storm = !self.told && gone < STORM * span;
-        self.told |= storm;
+        let storm = !self.reported && gone < STORM * span;
+        self.reported |= storm;
         storm.then(|| {
             let rate = ShortNumber(EVENTS as f64 / gone);
             format!(
@@ -81,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_lead_nowhere_are_found_at_any_length_of_run_and_others_never() {
+    fn steps_without_progress_are_found_at_any_length_of_run_and_others_never() {
         for span in [1e-3, 1.0, 3600.0] {
             let many = 3 * STEPS;
             assert_eq!(stops(span, std::iter::repeat_n(0.5 * LEAST, many)), Some(STEPS - 1));
@@ -95,12 +96,13 @@ mod tests {
     }
 
     #[test]
-    fn many_events_are_told_once_with_their_rate() {
-        for (each, told) in [(5e-7, 1), (1e-4, 0)] {
+    fn many_events_are_reported_once_with_their_rate() {
+        for (each, reported) in [(5e-7, 1), (1e-4, 0)] {
             let mut pace = Pace::at(0.0);
-            let said: Vec<_> = (1..=30_000).filter_map(|k| pace.event(f64::from(k) * each, 1.0)).collect();
-            assert_eq!(said.len(), told, "{said:?}");
-            assert!(said.iter().all(|s| s.starts_with("2000000 events per s")), "{said:?}");
+            let messages: Vec<_> =
+                (1..=30_000).filter_map(|k| pace.event(f64::from(k) * each, 1.0)).collect();
+            assert_eq!(messages.len(), reported, "{messages:?}");
+            assert!(messages.iter().all(|s| s.starts_with("2000000 events per s")), "{messages:?}");
         }
     }
 }

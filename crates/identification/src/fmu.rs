@@ -14,6 +14,7 @@ mod lane;
 mod simulate;
 
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
@@ -23,14 +24,13 @@ use trueup_fmi_description::description::{
     Description, DescriptionCausality, DescriptionVariability, DescriptionVariable, Initial, StartValues,
     VariableType,
 };
-use trueup_fmi_import::{AnyInstance, UnpackedFmu, array_lengths};
+use trueup_fmi_import::{AnyInstance, MAX_ELEMENTS, UnpackedFmu, element_quantities};
 use trueup_numerics::hybrid::ModelSizes;
 use trueup_numerics::{Dual, Scalar};
-use trueup_plant::{QuantityRole, elements};
+use trueup_plant::QuantityRole;
 use trueup_signals::{ParameterValue, VariableRole, base_name};
 
 pub use error::FmuError;
-use error::MAX_ELEMENTS;
 
 use crate::model::{CoordinateIndices, ModelError, NamedVariables, PlantQuantity};
 use crate::predict::{InputMap, PredictError, PredictionPlan};
@@ -38,12 +38,11 @@ use crate::predictor::Predictor;
 use crate::subject::IdentificationSubject;
 use trueup_plant::{LANES, Lanes};
 
-/// A variable that is set or read, with its place among the elements of its kind.
+/// A variable that is set or read, with the places of its elements among all of its kind.
 #[derive(Clone, Debug)]
 struct VariablePlace {
     reference: u32,
-    begin: usize,
-    len: usize,
+    elements: Range<usize>,
 }
 
 /// A parameter that is no real number: chosen by the case, not fitted.
@@ -66,7 +65,6 @@ pub struct FmuSubject {
     parameter_places: Vec<VariablePlace>,
     input_places: Vec<VariablePlace>,
     output_places: Vec<VariablePlace>,
-    starts: Vec<f64>,
     choices: HashMap<String, StructuralChoice>,
     /// What the case chose: reference, type, value.
     chosen: Vec<(u32, VariableType, f64)>,
@@ -83,7 +81,7 @@ pub struct FmuSubject {
 
 impl std::fmt::Debug for FmuSubject {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("FmuModel").field("file", &self.fmu.file()).finish_non_exhaustive()
+        f.debug_struct("FmuSubject").field("file", &self.fmu.file()).finish_non_exhaustive()
     }
 }
 
@@ -140,7 +138,6 @@ impl FmuSubject {
             parameter_places: Vec::new(),
             input_places: Vec::new(),
             output_places: Vec::new(),
-            starts: Vec::new(),
             choices: HashMap::new(),
             chosen: Vec::new(),
             states: Vec::new(),
@@ -174,31 +171,23 @@ impl FmuSubject {
             }
             return;
         }
-        let (Some(lengths), Some(_)) = (array_lengths(d, v), d.elements(v)) else { return };
-        let a = d.attributes(v);
-        // As long as the program: a few words per FMU that is opened.
-        let unit: &'static str = a.unit.map_or("", |u| Box::leak(u.into_boxed_str()));
-        let (min, max) = (a.min.unwrap_or(f64::NEG_INFINITY), a.max.unwrap_or(f64::INFINITY));
-        let names = elements(&v.name, &lengths);
-        let len = names.len();
+        let Some(elements) = element_quantities(d, v) else { return };
+        let with_role = |q: PlantQuantity| PlantQuantity { role: role(&q.name), ..q };
+        let elements: Vec<PlantQuantity> = elements.into_iter().map(with_role).collect();
         let put = |list: &mut Vec<PlantQuantity>, places: &mut Vec<VariablePlace>| {
-            places.push(VariablePlace { reference: v.value_reference, begin: list.len(), len });
-            list.extend(names.iter().map(|n| PlantQuantity {
-                min,
-                max,
-                role: role(n),
-                ..PlantQuantity::new(n.clone(), unit)
-            }));
+            places.push(VariablePlace {
+                reference: v.value_reference,
+                elements: list.len()..list.len() + elements.len(),
+            });
+            list.extend_from_slice(&elements);
         };
         let exact = v.effective_initial() == Some(Initial::Exact);
         let shown = matches!(v.causality, DescriptionCausality::Output | DescriptionCausality::Local);
         if parameter || shown && exact && state {
             let begin = self.parameters.len();
             put(&mut self.parameters, &mut self.parameter_places);
-            let start = v.start.as_ref().and_then(StartValues::as_f64).unwrap_or_default();
-            self.starts.extend((0..len).map(|k| start.get(k).or(start.first()).copied().unwrap_or(0.0)));
             if !parameter {
-                self.states.extend((0..len).map(|k| (begin + k, self.outputs.len() + k)));
+                self.states.extend((0..elements.len()).map(|k| (begin + k, self.outputs.len() + k)));
             }
         }
         match v.causality {
@@ -220,7 +209,7 @@ impl FmuSubject {
     }
     /// Start values of its parameters, as its description has them.
     pub fn defaults(&self) -> Vec<f64> {
-        self.starts.clone()
+        self.parameters.iter().map(|q| q.start).collect()
     }
     /// All that recordings and cases may name.
     pub fn variables(&self) -> Vec<trueup_signals::SignalVariable> {

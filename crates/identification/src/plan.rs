@@ -6,6 +6,7 @@ use trueup_numerics::order::ascending;
 use crate::run::{IdentificationRun, InputInterpolation};
 use crate::sensors::InputMap;
 
+/// Steps between two nodes after which a simulation gives up.
 const MOST_STEPS: f64 = 5000.0;
 
 /// An instant at which something happens.

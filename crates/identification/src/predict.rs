@@ -64,9 +64,10 @@ pub enum PredictError {
     },
 }
 
-const MOST_EVENTS: usize = 200;
+/// Events between two nodes after which a simulation gives up.
+pub(crate) const MOST_EVENTS: usize = 200;
 
-/// What an onlooker of a simulation sees, and may change.
+/// What an observer of a simulation sees, and may change.
 #[derive(Debug)]
 pub enum SimulationMoment<'a, T> {
     /// At each instant, before anything is read: time in s, states, inputs.
@@ -133,7 +134,7 @@ pub fn predict<T: PlantScalar>(
     follow(model, plan, p, map, at_rest, &mut |_| ())
 }
 
-/// [`predict`] with an onlooker.
+/// [`predict`] with an observer.
 ///
 /// # Errors
 /// See [`PredictError`].

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Errors of one kind that are reported one by one; the rest is counted.
-pub(crate) const TOLD: usize = 5;
+pub(crate) const MAX_REPORTED: usize = 5;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -166,7 +166,7 @@ impl Finding {
     }
 
     /// The message without file and line: `motorAngle at 0.5 s: what; mend`.
-    pub fn said(&self) -> String {
+    pub fn message(&self) -> String {
         let place = match (&self.channel, self.time) {
             (Some(name), Some(time)) => format!("{name} at {time} s: "),
             (Some(name), None) => format!("{name}: "),
@@ -195,6 +195,6 @@ impl fmt::Display for Finding {
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
         }
-        write!(f, ": {}", self.said())
+        write!(f, ": {}", self.message())
     }
 }

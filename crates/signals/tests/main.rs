@@ -5,6 +5,7 @@
 mod broken;
 mod common;
 mod formats;
+mod implausible;
 mod mutants;
 mod noise;
 mod parameters;

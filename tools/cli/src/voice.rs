@@ -8,7 +8,7 @@ use std::io::Write;
 #[cfg(unix)]
 use std::sync::OnceLock;
 
-/// Standard error as it was when the program began: an FMU may close it or lead it elsewhere.
+/// Standard error as it was when the program began: an FMU may close or redirect it.
 #[cfg(unix)]
 static KEPT: OnceLock<Option<File>> = OnceLock::new();
 

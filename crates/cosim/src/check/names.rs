@@ -1,6 +1,6 @@
 //! Variables and elements by the names that a user writes.
 
-use trueup_fmi_description::description::{ArrayDimension, Description, DescriptionVariable};
+use trueup_fmi_description::description::{Description, DescriptionVariable};
 
 use crate::mistake::suggestion;
 
@@ -54,16 +54,7 @@ pub fn find(d: &Description, name: &str) -> Result<ResolvedName, String> {
 fn shape(d: &Description, v: &DescriptionVariable) -> Result<Vec<usize>, String> {
     let unknown = || format!("the size of `{}` is not known", v.name);
     // A size that no memory holds is no size.
-    let total = d.elements(v).filter(|n| *n < 1 << 22).ok_or_else(unknown)?;
-    if v.dimensions.len() < 2 {
-        return Ok(vec![total; v.dimensions.len()]);
-    }
-    let one = |dimension: &ArrayDimension| {
-        let mut single = v.clone();
-        single.dimensions = vec![*dimension];
-        d.elements(&single).ok_or_else(unknown)
-    };
-    v.dimensions.iter().map(one).collect()
+    d.elements(v).filter(|n| *n < 1 << 22).and_then(|_| d.lengths(v)).ok_or_else(unknown)
 }
 
 /// An array of FMI 2.0.

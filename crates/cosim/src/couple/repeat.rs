@@ -31,7 +31,7 @@ pub struct Attempt {
 pub struct Followed {
     /// Node.
     pub node: usize,
-    /// Slot among [`Exchange::reals`].
+    /// Slot among [`Exchange::reals`](crate::exchange::Exchange::reals).
     pub slot: usize,
     /// Value that was assumed for the end of the step.
     pub assumed: f64,

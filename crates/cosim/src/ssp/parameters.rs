@@ -46,10 +46,10 @@ pub(super) fn set(root: SspNode) -> Result<Vec<StartValue>> {
         return Err(root.wrong(format!("the element is `{}`, not `ParameterSet`", root.name())));
     }
     let units = units(root)?;
-    let mut starts = Vec::new();
+    let (mut starts, mut names) = (Vec::new(), HashSet::new());
     for parameter in root.list("Parameters").filter(|n| n.name() == "Parameter") {
         let name = parameter.required("name")?;
-        if starts.iter().any(|s: &StartValue| s.variable == name) {
+        if !names.insert(name) {
             return Err(parameter
                 .wrong(format!("the parameter `{name}` is in this set already; take one of them out")));
         }
@@ -134,7 +134,8 @@ pub(super) fn mapped(root: SspNode, starts: &[StartValue]) -> Result<(Vec<StartV
         return Err(root.wrong(format!("the element is `{}`, not `ParameterMapping`", root.name())));
     }
     let by_name: HashMap<&str, &StartValue> = starts.iter().map(|s| (s.variable.as_str(), s)).collect();
-    let (mut mapped, mut used, mut unknown) = (Vec::<StartValue>::new(), HashSet::new(), Vec::new());
+    let (mut mapped, mut unknown) = (Vec::new(), Vec::new());
+    let (mut used, mut targets) = (HashSet::new(), HashSet::new());
     for entry in root.children().filter(|n| n.name() == "MappingEntry") {
         let (source, target) = (entry.required("source")?, entry.required("target")?);
         let t = transformation(entry)?;
@@ -144,7 +145,7 @@ pub(super) fn mapped(root: SspNode, starts: &[StartValue]) -> Result<(Vec<StartV
             continue;
         };
         used.insert(source);
-        if mapped.iter().any(|m| m.variable == target) {
+        if !targets.insert(target) {
             return Err(entry.wrong(format!(
                 "`{target}` is the target of an entry before this one; take one of them out"
             )));

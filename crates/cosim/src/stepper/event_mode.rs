@@ -205,9 +205,8 @@ impl EventStepper {
     fn changed(&mut self, nodes: &mut [InstanceNode], time: f64) -> Result<bool, CosimError> {
         let mut changed = false;
         for block in &mut self.inputs {
-            let before = block.values.clone();
-            nodes[self.node].slave.get(block).map_err(|source| CosimError::Call { time, source })?;
-            changed |= before != block.values;
+            let slave = &mut nodes[self.node].slave;
+            changed |= slave.get_changed(block).map_err(|source| CosimError::Call { time, source })?;
         }
         Ok(changed)
     }

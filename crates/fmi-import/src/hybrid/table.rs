@@ -4,13 +4,14 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use trueup_fmi_description::description::{
-    ArrayDimension, Description, DescriptionCausality, DescriptionVariability, DescriptionVariable,
-    StartValues, VariableType,
+    Description, DescriptionCausality, DescriptionVariability, DescriptionVariable, StartValues, VariableType,
 };
 use trueup_plant::{PlantQuantity, VariableTable, elements};
 
-/// Elements of all variables together: each is kept by name.
-const MOST: usize = 1 << 20;
+use crate::instance::indicator_references;
+
+/// Most elements of all `Float64` variables of an FMU together: each is kept by name.
+pub const MAX_ELEMENTS: usize = 1 << 20;
 
 /// A parameter and its elements in the list.
 #[derive(Clone, Debug)]
@@ -37,24 +38,15 @@ pub(super) struct ElementReferences {
     pub(super) indicators: Option<Vec<u32>>,
 }
 
-/// Lengths of the dimensions of a variable, as the description starts them; `None`: it does not say one.
-pub fn array_lengths(d: &Description, v: &DescriptionVariable) -> Option<Vec<usize>> {
-    let length = |dimension: &ArrayDimension| match dimension {
-        ArrayDimension::Fixed(n) => usize::try_from(*n).ok(),
-        ArrayDimension::Variable(reference) => {
-            let parameter = d.variables.iter().find(|v| v.value_reference == *reference)?;
-            parameter.start.as_ref()?.as_f64()?.first().map(|n| *n as usize)
-        }
-    };
-    v.dimensions.iter().map(length).collect()
-}
-
-fn quantities(d: &Description, v: &DescriptionVariable, lengths: &[usize]) -> Vec<PlantQuantity> {
+/// The elements of a `Float64` variable, arrays row by row, with unit, bounds, start value and description; `None`: the
+/// description does not give its size.
+pub fn element_quantities(d: &Description, v: &DescriptionVariable) -> Option<Vec<PlantQuantity>> {
+    let (lengths, _) = (d.lengths(v)?, d.elements(v)?);
     let a = d.attributes(v);
     // As long as the program: a few words per FMU that is opened.
     let unit: &'static str = a.unit.map_or("", |u| Box::leak(u.into_boxed_str()));
     let start = v.start.as_ref().and_then(StartValues::as_f64).unwrap_or_default();
-    let names = elements(&v.name, lengths).into_iter().enumerate();
+    let names = elements(&v.name, &lengths).into_iter().enumerate();
     let one = |(k, name)| PlantQuantity {
         min: a.min.unwrap_or(f64::NEG_INFINITY),
         max: a.max.unwrap_or(f64::INFINITY),
@@ -62,20 +54,20 @@ fn quantities(d: &Description, v: &DescriptionVariable, lengths: &[usize]) -> Ve
         description: Cow::Owned(v.description.clone()),
         ..PlantQuantity::new(name, unit)
     };
-    names.map(one).collect()
+    Some(names.map(one).collect())
 }
 
 /// `Float64` variables by their part; a message where there are too many.
 pub(super) fn read(d: &Description) -> Result<(VariableTable, ElementReferences), String> {
     let (mut table, mut places) = (VariableTable::default(), ElementReferences::default());
-    let mut left = MOST;
+    let mut left = MAX_ELEMENTS;
     for v in &d.variables {
         if v.kind != VariableType::Float64 || v.variability == DescriptionVariability::Constant {
             continue;
         }
-        let (Some(lengths), Some(count)) = (array_lengths(d, v), d.elements(v)) else { continue };
+        let Some(count) = d.elements(v) else { continue };
         left = left.checked_sub(count).ok_or_else(|| {
-            format!("`{}` has {count} elements; at most {MOST} of all variables can be taken: export the FMU with shorter arrays", v.name)
+            format!("`{}` has {count} elements; at most {MAX_ELEMENTS} of all variables can be taken: export the FMU with shorter arrays", v.name)
         })?;
         let list = match v.causality {
             DescriptionCausality::Parameter => &mut table.parameters,
@@ -84,7 +76,7 @@ pub(super) fn read(d: &Description) -> Result<(VariableTable, ElementReferences)
             _ => continue,
         };
         let begin = list.len();
-        list.extend(quantities(d, v, &lengths));
+        list.extend(element_quantities(d, v).unwrap_or_default());
         match v.causality {
             DescriptionCausality::Parameter => places.parameters.push(ElementReference {
                 reference: v.value_reference,
@@ -100,16 +92,9 @@ pub(super) fn read(d: &Description) -> Result<(VariableTable, ElementReferences)
         let rate = d.resolve(unknown.reference).and_then(|at| d.variables.get(at));
         let state = rate.and_then(|v| v.derivative).and_then(|r| d.resolve(r));
         if let Some(state) = state.and_then(|at| d.variables.get(at)) {
-            let lengths = array_lengths(d, state).unwrap_or_default();
-            table.states.extend(quantities(d, state, &lengths));
+            table.states.extend(element_quantities(d, state).unwrap_or_default());
         }
     }
-    let shown = &d.structure.event_indicators;
-    let all: Vec<u32> = (shown.iter())
-        .filter_map(|u| d.variables.get(d.resolve(u.reference)?))
-        .filter(|v| v.dimensions.is_empty())
-        .map(|v| v.value_reference)
-        .collect();
-    places.indicators = (all.len() == d.event_indicators()).then_some(all);
+    places.indicators = indicator_references(d, d.event_indicators());
     Ok((table, places))
 }

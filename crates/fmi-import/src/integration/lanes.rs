@@ -43,7 +43,7 @@ pub struct Sensitivities {
 pub(super) struct CarriedSensitivity {
     pub(super) of: Sensitivities,
     pub(super) columns: StateColumns,
-    /// Event indicators as variables (FMI 3.0).
+    /// Value references of the event indicators (FMI 3.0); empty: they are no variables.
     pub(super) shown: Vec<u32>,
     pub(super) departed: Option<Departed>,
 }

@@ -4,12 +4,11 @@ use trueup_fmi_description::description::Description;
 use trueup_plant::elements;
 
 use super::{Failure, Fmus, IntegratedGroup};
-use crate::array_lengths;
 
 /// Name of an element of a variable.
 fn element(d: &Description, variable: usize, element: usize) -> String {
     let v = &d.variables[variable];
-    let names = array_lengths(d, v).map(|lengths| elements(&v.name, &lengths)).unwrap_or_default();
+    let names = d.lengths(v).map(|lengths| elements(&v.name, &lengths)).unwrap_or_default();
     names.into_iter().nth(element).unwrap_or_else(|| v.name.clone())
 }
 

@@ -12,6 +12,7 @@
 use super::field::place;
 use super::lanes::{CarriedSensitivity, Departed, Late, Sensitivities, SensitivityLane};
 use super::{Failure, Fmus, IntegratedGroup, IntegrationEvent, Integrator, Member};
+use crate::instance::indicator_references;
 use trueup_numerics::driver::ErrorControlledStepper;
 
 /// Nominal value of a sensitivity: steps follow the states alone.
@@ -35,11 +36,7 @@ impl IntegratedGroup {
             let reason = "derivatives along the way are for one FMU that gives directional derivatives";
             return Err(Failure::NoDerivative { time: self.time, reason });
         };
-        let d = fmus.description(0);
-        let shown =
-            d.structure.event_indicators.iter().filter_map(|u| d.variables.get(d.resolve(u.reference)?));
-        let shown = shown.filter(|v| v.dimensions.is_empty()).map(|v| v.value_reference).collect::<Vec<_>>();
-        let shown = if shown.len() == self.indicators { shown } else { Vec::new() };
+        let shown = indicator_references(fmus.description(0), self.indicators).unwrap_or_default();
         let n = self.state_count();
         let mut nominal = self.stepper.nominal_mut()[..n].to_vec();
         self.x.truncate(n);

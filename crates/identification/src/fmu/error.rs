@@ -1,9 +1,6 @@
 //! Why an FMU cannot be fitted.
 
-use trueup_fmi_import::ImportError;
-
-/// Elements of all variables together: each is kept by name.
-pub(super) const MAX_ELEMENTS: usize = 1 << 20;
+use trueup_fmi_import::{ImportError, MAX_ELEMENTS};
 
 /// An FMU that cannot be fitted.
 #[derive(Debug, thiserror::Error)]

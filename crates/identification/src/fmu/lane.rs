@@ -36,14 +36,12 @@ impl FmuSubject {
             }
             // What sets the beginning acts through it alone.
             let acts = |place: &&VariablePlace| {
-                (place.begin..place.begin + place.len)
-                    .any(|i| moves_of_all[i] != 0.0 && !self.initial.contains(&i))
+                place.elements.clone().any(|i| moves_of_all[i] != 0.0 && !self.initial.contains(&i))
             };
             for place in self.parameter_places.iter().filter(acts) {
                 lane.parameters.push(place.reference);
-                let elements = place.begin..place.begin + place.len;
-                lane.by.extend(&moves_of_all[elements.clone()]);
-                lane.at.extend(p[elements].iter().map(|v| v.re));
+                lane.by.extend(&moves_of_all[place.elements.clone()]);
+                lane.at.extend(p[place.elements.clone()].iter().map(|v| v.re));
             }
             LaneDirection { lane, moves: moves_of_all, map }
         };

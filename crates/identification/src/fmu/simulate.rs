@@ -11,8 +11,8 @@ use trueup_numerics::driver::DriveError;
 use trueup_plant::Lanes;
 
 use super::lane::LaneDirection;
-use super::{FmuSubject, WIDTH};
-use crate::predict::{InputMap, PredictError, PredictionPlan};
+use super::{FmuSubject, VariablePlace, WIDTH};
+use crate::predict::{InputMap, MOST_EVENTS, PredictError, PredictionPlan};
 
 /// Why a run ended.
 enum FmuRunEnd {
@@ -48,11 +48,6 @@ impl FmuRunEnd {
         }
     }
 }
-
-/// Events between two samples that count as without end.
-const EVENTS: usize = 200;
-/// Steps between two samples after which the stiff method is tried.
-const STEPS: usize = 5000;
 
 /// The FMU with its inputs on their lines.
 struct Driven<'a> {
@@ -183,16 +178,15 @@ impl FmuSubject {
         let mut y = vec![Lanes::default(); plan.len()];
         let each: EachReading = &mut |run, at, output| {
             y[at].re = self.output_of(run, output)?;
-            let place = self.output_places.iter().rfind(|p| p.begin <= output);
-            let Some(place) = place else { return Ok(()) };
+            let Some(place) = self.output_place(output) else { return Ok(()) };
             let state = columns.states.iter().position(|r| *r == place.reference);
             for (lane, &k) in acting.iter().enumerate() {
                 y[at].eps[k] = if let Some(i) = state {
                     run.group.sensitivity(lane)[i]
                 } else {
-                    let mut column = vec![0.0; place.len];
+                    let mut column = vec![0.0; place.elements.len()];
                     run.group.derivative(&mut run.driven, lane, &[place.reference], &mut column)?;
-                    column[output - place.begin]
+                    column[output - place.elements.start]
                 };
             }
             Ok(())
@@ -202,12 +196,16 @@ impl FmuSubject {
         done.ok().map(|()| y)
     }
 
+    /// The variable that has this output.
+    fn output_place(&self, output: usize) -> Option<&VariablePlace> {
+        self.output_places.iter().find(|place| place.elements.contains(&output))
+    }
+
     fn output_of(&self, run: &mut Under, output: usize) -> Result<f64, FmuRunEnd> {
-        let place = self.output_places.iter().rfind(|p| p.begin <= output);
-        let Some(place) = place else { return Err(FmuRunEnd::NoOutput(output)) };
-        let mut values = vec![0.0; place.len];
+        let place = self.output_place(output).ok_or(FmuRunEnd::NoOutput(output))?;
+        let mut values = vec![0.0; place.elements.len()];
         run.driven.instance.get_float64(&[place.reference], &mut values)?;
-        Ok(values[output - place.begin])
+        Ok(values[output - place.elements.start])
     }
 
     fn start(
@@ -254,14 +252,14 @@ impl FmuSubject {
     ) -> Result<Under<'_>, FmuRunEnd> {
         let start = plan.time(0);
         // What is not given stays as the FMU has it.
-        let changed = |place: &&super::VariablePlace| {
-            (place.begin..place.begin + place.len).any(|i| p[i].to_bits() != self.starts[i].to_bits())
+        let changed = |place: &&VariablePlace| {
+            place.elements.clone().any(|i| p[i].to_bits() != self.parameters[i].start.to_bits())
         };
         for (reference, kind, value) in &self.chosen {
             instance.set_number(*reference, *kind, *value)?;
         }
         for place in self.parameter_places.iter().filter(changed) {
-            instance.set_float64(&[place.reference], &p[place.begin..place.begin + place.len])?;
+            instance.set_float64(&[place.reference], &p[place.elements.clone()])?;
         }
         instance.enter_initialization_mode(ExperimentSetup { start, ..ExperimentSetup::default() })?;
         let references: Vec<u32> = self.input_places.iter().map(|p| p.reference).collect();
@@ -275,8 +273,9 @@ impl FmuSubject {
             integrator,
             tolerance: self.tolerance,
             span: plan.time(plan.nodes().saturating_sub(1)) - start,
-            most_steps: STEPS,
-            most_events: EVENTS,
+            // Then the stiff method is tried.
+            most_steps: plan.most_steps as usize,
+            most_events: MOST_EVENTS,
             ..IntegrationSettings::default()
         };
         let (mut group, settled) = IntegratedGroup::start(&mut driven, start, settings)?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::clock::{self, ClockUse};
 use super::sidecar::{Sidecar, SidecarColumn};
 use super::table::{ReadTable, TableColumn, mend, unit_of};
-use crate::finding::{Finding, FindingKind, TOLD};
+use crate::finding::{Finding, FindingKind, MAX_REPORTED};
 use crate::names::{base_name, nearest, suggestion};
 use crate::recording::{Channel, DeclaredFigures, Recording};
 use crate::unit::SignalUnit;
@@ -183,7 +183,7 @@ impl ColumnSource<'_> {
                 sample(&mut times, &mut values, t, x);
             } else if x.is_infinite() {
                 infinite += 1;
-                if infinite <= TOLD {
+                if infinite <= MAX_REPORTED {
                     let mend = "leave the cell empty if nothing was measured";
                     let finding =
                         Finding::error(FindingKind::InfiniteValue, self.file, "an infinite value", mend);
@@ -222,8 +222,9 @@ impl ColumnSource<'_> {
                 finding.line(self.table.line(row)).channel(name)
             })
         };
-        let mut wrong: Vec<_> = own.texts.iter().enumerate().filter_map(word).take(TOLD + 1).collect();
-        if let Some(rest) = wrong.get_mut(TOLD) {
+        let mut wrong: Vec<_> =
+            own.texts.iter().enumerate().filter_map(word).take(MAX_REPORTED + 1).collect();
+        if let Some(rest) = wrong.get_mut(MAX_REPORTED) {
             (rest.what, rest.channel) = ("and more of this kind".into(), None);
         }
         if wrong.is_empty() {

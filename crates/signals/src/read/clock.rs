@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::sidecar::Sidecar;
 use super::table::{ClockTicks, ReadTable, TableColumn, unit_of};
-use crate::finding::{Finding, FindingKind, TOLD};
+use crate::finding::{Finding, FindingKind, MAX_REPORTED};
 use crate::names::short;
 use crate::outlier::LARGEST;
 use crate::recording::Recording;
@@ -259,13 +259,13 @@ fn check(file: &Path, time: &[f64], table: &ReadTable, wanted: ClockUse, finding
             last = Some(t);
         }
         wrong += 1;
-        if wrong <= TOLD {
+        if wrong <= MAX_REPORTED {
             let line = table.line(row);
             let finding = Finding::error(kind, file, what, mend).line(line);
             findings.push(if t.is_finite() { finding.time(t) } else { finding });
         }
     }
-    if wrong > TOLD {
+    if wrong > MAX_REPORTED {
         let what = format!("so it is in {wrong} of {} rows", time.len());
         findings.push(Finding::error(
             FindingKind::MissingTime,

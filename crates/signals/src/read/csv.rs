@@ -9,7 +9,7 @@ use std::path::Path;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::table::{LONG, ReadTable, TableColumn, WantedColumns, mend};
-use crate::finding::{Finding, FindingKind, TOLD};
+use crate::finding::{Finding, FindingKind, MAX_REPORTED};
 use dialect::{CsvCell, Dialect};
 use head::CsvHead;
 
@@ -350,8 +350,8 @@ fn told(wrong: &mut Vec<Finding>, findings: &mut Vec<Finding>) {
         });
         counts[at].1 += 1;
         match counts[at].1 {
-            n if n <= TOLD => findings.push(finding),
-            n if n == TOLD + 1 => {
+            n if n <= MAX_REPORTED => findings.push(finding),
+            n if n == MAX_REPORTED + 1 => {
                 findings.push(Finding { what: "and more of this kind".into(), channel: None, ..finding });
             }
             _ => {}

@@ -232,17 +232,7 @@ fn of_bytes(bytes: &[u8], meaning: Meaning) -> f64 {
                 rest.iter().fold(f64::from(first.cast_signed()), |sum, b| 256.0 * sum + f64::from(*b));
             whole / 10_f64.powi(scale)
         }
-        (Meaning::Half, [low, high]) => {
-            let bits = u16::from_le_bytes([*low, *high]);
-            let (exponent, fraction) = (i32::from((bits >> 10) & 31), f64::from(bits & 1023) / 1024.0);
-            let size = match exponent {
-                0 => fraction * 2_f64.powi(-14),
-                31 if fraction == 0.0 => f64::INFINITY,
-                31 => f64::NAN,
-                _ => (1.0 + fraction) * 2_f64.powi(exponent - 15),
-            };
-            if bits >> 15 == 1 { -size } else { size }
-        }
+        (Meaning::Half, [low, high]) => half::f16::from_le_bytes([*low, *high]).to_f64(),
         _ => f64::NAN,
     }
 }

@@ -4,7 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Finding, SignalVariable, SignalsError, Takes, VariableRole};
+use trueup_signals::{
+    Case, Finding, FindingKind, Severity, SignalVariable, SignalsError, Takes, VariableRole,
+};
 
 /// The scalar variables of a joint.
 pub(crate) fn joint() -> Vec<SignalVariable> {
@@ -93,4 +95,14 @@ pub(crate) fn with_links() -> Vec<SignalVariable> {
         ..SignalVariable::new("baseInertia", "kg.m2", VariableRole::Parameter)
     });
     all
+}
+
+/// One of the findings is of this kind and severity, and its text has all these parts.
+pub(crate) fn says(label: &str, findings: &[Finding], severity: Severity, kind: FindingKind, parts: &[&str]) {
+    let hit = findings.iter().any(|f| {
+        let text = f.to_string();
+        f.severity == severity && f.kind == kind && parts.iter().all(|p| text.contains(p))
+    });
+    let all: Vec<_> = findings.iter().map(|f| format!("{:?} {:?} {f}", f.severity, f.kind)).collect();
+    assert!(hit, "{label}: no {severity:?} {kind:?} with {parts:?} in\n{}", all.join("\n"));
 }

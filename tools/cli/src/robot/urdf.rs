@@ -222,6 +222,18 @@ fn design(document: &Document<'_>) -> Result<UrdfRobot, UrdfFault> {
         joints.push(joint(node, &bodies)?);
     }
     once("the joint", joints.iter().map(|j| (j.name, j.line)))?;
+    let root = root(robot, &bodies, &joints)?;
+    let mut made = assemble(robot.attribute("name").unwrap_or("robot"), root, &bodies, &joints)?;
+    made.notes.extend(written::transmissions(robot, &joints));
+    Ok(made)
+}
+
+/// The link on which all others hang: the links are a tree.
+fn root<'b, 'a>(
+    robot: Node<'_, '_>,
+    bodies: &'b [UrdfBody<'a>],
+    joints: &[UrdfJoint<'a>],
+) -> Result<&'b UrdfBody<'a>, UrdfFault> {
     if let Some((joint, first)) = joints.iter().enumerate().find_map(|(k, j)| {
         joints[..k].iter().find(|other: &&UrdfJoint<'_>| other.child == j.child).map(|other| (j, other))
     }) {
@@ -256,9 +268,7 @@ fn design(document: &Document<'_>) -> Result<UrdfRobot, UrdfFault> {
         );
         return Err((joint.line, why));
     }
-    let mut made = assemble(robot.attribute("name").unwrap_or("robot"), root, &bodies, &joints)?;
-    made.notes.extend(written::transmissions(robot, &joints));
-    Ok(made)
+    Ok(root)
 }
 
 fn joint<'a>(node: Node<'a, '_>, bodies: &[UrdfBody<'_>]) -> Result<UrdfJoint<'a>, UrdfFault> {
