@@ -405,10 +405,11 @@ impl<'a> CaseSearch<'a> {
         self.standing(stated, start)
     }
 
-    /// A set as it is, instead of a fit of it.
+    /// A set as it is, instead of a fit of it; `None`: its model cannot be simulated there.
     pub fn standing(&self, stated: PosedSet, theta: Vec<f64>) -> Option<FittedSet> {
         let (residuals, jacobian) = evaluate(&self.compare(&stated), &theta).ok()?;
-        Some(self.fitted(stated, theta, residuals, jacobian))
+        let finite = residuals.norm_squared().is_finite();
+        finite.then(|| self.fitted(stated, theta, residuals, jacobian))
     }
 
     fn fitted(
