@@ -1,6 +1,7 @@
 //! Where the gap between a simulation and recordings is, which effect causes it, and how far it shrinks.
 //!
-//! - [`engine`]: which effect;
+//! - [`diagnose`]: from a case to a diagnosis, by either engine; [`outcome`]: its result;
+//! - [`engine`]: which effect, by balances and free runs (by innovations: crate `trueup_hypotheses`);
 //! - [`experiment`]: what to record next where causes were not distinguished;
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
 //! - [`inputs`]: what a case was read from;

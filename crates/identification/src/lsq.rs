@@ -254,7 +254,11 @@ pub fn solve<P: LeastSquares>(
     Ok(Solution { x, cost: best, residuals: here.0, jacobian: here.1, at_bound, iterations, stop })
 }
 
-fn evaluate<P: LeastSquares>(problem: &P, x: &[f64]) -> Result<(DVector<f64>, DMatrix<f64>), P::Error> {
+/// Residuals and their Jacobian at a point, of which every column is finite: factors of one that is not have no end.
+///
+/// # Errors
+/// Where the problem cannot be evaluated.
+pub fn evaluate<P: LeastSquares>(problem: &P, x: &[f64]) -> Result<(DVector<f64>, DMatrix<f64>), P::Error> {
     let e = problem.evaluate(x, true)?;
     let mut jacobian = e.jacobian.unwrap_or_else(|| DMatrix::zeros(e.residuals.len(), x.len()));
     // What has no finite derivative here stays where it is, as does one whose derivatives have no finite squares.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use trueup_identification::lsq::{LeastSquares, SolverOptions, solve};
+use trueup_identification::lsq::{SolverOptions, evaluate, solve};
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::IdentificationRun;
 use trueup_identification::sizes::{Rig, TypicalSizes};
@@ -388,12 +388,8 @@ impl<'a> CaseSearch<'a> {
         if !fitted.residuals.is_empty() {
             return Some(Cow::Borrowed(fitted));
         }
-        let there = self.compare(&fitted.stated).evaluate(&fitted.theta, true).ok()?;
-        Some(Cow::Owned(FittedSet {
-            residuals: there.residuals,
-            jacobian: there.jacobian?,
-            ..fitted.clone()
-        }))
+        let (residuals, jacobian) = evaluate(&self.compare(&fitted.stated), &fitted.theta).ok()?;
+        Some(Cow::Owned(FittedSet { residuals, jacobian, ..fitted.clone() }))
     }
 
     /// The model as it was given, instead of a fit of it.
@@ -409,10 +405,11 @@ impl<'a> CaseSearch<'a> {
         self.standing(stated, start)
     }
 
-    /// A set as it is, instead of a fit of it.
+    /// A set as it is, instead of a fit of it; `None`: its model cannot be simulated there.
     pub fn standing(&self, stated: PosedSet, theta: Vec<f64>) -> Option<FittedSet> {
-        let there = self.compare(&stated).evaluate(&theta, true).ok()?;
-        Some(self.fitted(stated, theta, there.residuals, there.jacobian?))
+        let (residuals, jacobian) = evaluate(&self.compare(&stated), &theta).ok()?;
+        let finite = residuals.norm_squared().is_finite();
+        finite.then(|| self.fitted(stated, theta, residuals, jacobian))
     }
 
     fn fitted(
