@@ -4,8 +4,8 @@ use crate::engine::search::CaseSearch;
 use crate::outcome::Verdict;
 
 /// Reports for which recordings for fitting balances give no information, where no cause is found.
-pub(super) fn told(search: &CaseSearch<'_>, verdict: Verdict) -> Option<String> {
-    let all = &search.led[..search.case.train.len()];
+pub(super) fn note(search: &CaseSearch<'_>, verdict: Verdict) -> Option<String> {
+    let all = &search.prescribed[..search.case.train.len()];
     let blind: Vec<&str> = all.iter().filter(|l| l.is_bridged()).map(|l| l.name.as_str()).collect();
     (verdict == Verdict::Unknown && !blind.is_empty()).then(|| text(&blind, all.len()))
 }
@@ -24,7 +24,7 @@ mod tests {
     use super::text;
 
     #[test]
-    fn says_which_recordings_are_blind() {
+    fn recordings_without_information_are_named() {
         assert!(text(&["a.csv", "c.csv"], 3).starts_with("of a.csv, c.csv accelerations say nothing"));
         assert!(text(&["a.csv"], 1).starts_with("of all recordings for fitting accelerations"));
     }
