@@ -72,7 +72,7 @@ impl TrajectoryFrame {
     fn moved_intensities(&self, q: &[f64], smoothed: &[SmoothedRecording], exponent: f64) -> Vec<f64> {
         let moved = q.iter().zip(ratios(smoothed)).zip(self.bounds());
         moved
-            .map(|((q, r), [low, high])| (q * r.clamp(RATIO[0], RATIO[1]).powf(exponent)).clamp(low, high)) // (EST-8)
+            .map(|((q, r), [low, high])| (q * r.clamp(RATIO[0], RATIO[1]).powf(exponent)).clamp(low, high)) // (EST-15)
             .collect()
     }
 

@@ -230,7 +230,7 @@ fn with_latents(a: &[f64], b: &[f64], defect: Vec<f64>, channels: usize, dt: f64
         all[size * i + 2 * n..][..n].copy_from_slice(&b[n * i..n * (i + 1)]);
         by_force[n * i..n * (i + 1)].copy_from_slice(&b[n * i..n * (i + 1)]);
     }
-    let kept = MEMORIES.map(|memory| (-dt / memory).exp());
+    let kept = MEMORIES.map(|memory| (-dt / memory).exp()); // (EST-14)
     (2 * n..size).for_each(|k| all[(size + 1) * k] = kept[usize::from(k >= 3 * n)]);
     PlantStep { stuck: Vec::new(), a: all, b: by_force, defect }
 }
