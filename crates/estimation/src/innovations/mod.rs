@@ -6,16 +6,20 @@
 //! log evidence of every set of columns follows from one Gram matrix ([`gram`], [`evidence`]). The engine requires a
 //! [`plant::ForcedPlant`] and names none; [`two_mass`] is the two-mass joint as such a plant.
 
+mod any_size;
+mod any_smoother;
 pub mod bank;
 pub mod column;
 pub mod evidence;
 pub mod filter;
+pub mod filter_data;
 pub mod fixed_point;
 pub mod frame;
 pub mod gram;
 pub mod intake;
 pub mod intensity;
 pub mod kernel;
+pub mod lanes;
 pub mod linear;
 pub mod nuisance;
 pub mod numeric;
@@ -24,4 +28,5 @@ pub mod recording;
 pub mod settle;
 pub mod signs;
 pub mod smoother;
+pub mod trajectory;
 pub mod two_mass;
