@@ -10,10 +10,10 @@ use std::rc::Rc;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::column::{self, FilterColumn};
-use super::filter::{
-    DataColumn, FilterGains, FilterLane, LANES, LaneBlock, LaneStream, data_innovations, pass_streams,
-};
+use super::filter::data_innovations;
+use super::filter_data::{DataColumn, FilterGains, FilterLane, LANES, LaneBlock, LaneStream};
 use super::kernel::SizeError;
+use super::lanes::pass_streams;
 
 /// Numbers that are summed side by side.
 const STRIDE: usize = 8;

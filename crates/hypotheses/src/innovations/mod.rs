@@ -6,18 +6,25 @@
 
 pub mod along;
 pub mod candidate;
+pub mod drive;
 pub mod hypothesis;
+pub mod joint_along;
 pub mod late;
 pub mod law;
 pub mod laws;
 pub mod levels;
+pub mod mechanics;
 pub mod null;
 pub mod operator;
 pub mod pairs;
+pub mod place;
 pub mod pushes;
+pub mod run_along;
 pub mod screen;
 pub mod search;
 pub mod shape;
 pub mod spectrum;
+pub mod spline;
 pub mod structure;
+pub mod tangent;
 pub mod verdict;
