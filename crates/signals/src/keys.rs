@@ -77,6 +77,12 @@ pub const CASE: Keys = Keys {
             "",
             "nothing is known",
         ),
+        key(
+            "columns",
+            "table: what columns of the recordings are, as in a sidecar; `[columns.\"log_04*.csv\"]` of those whose names match, see below",
+            "",
+            "columns bear names of variables",
+        ),
         key("recordings", "table: what holds for the rows of all recordings, see below", "", "none"),
     ],
 };
@@ -210,7 +216,7 @@ pub const SIDECAR: Keys = Keys {
             "columns",
             "table: what a column of the file is: the variable's name, a table as below, or `false` to leave it out",
             "",
-            "columns bear names of variables",
+            "as in `case.toml`",
         ),
         key(
             "channels",
@@ -233,7 +239,7 @@ pub const SIDECAR: Keys = Keys {
     ],
 };
 
-/// Of a column in a sidecar's `[columns]`.
+/// Of a column in `[columns]`.
 pub const COLUMNS: Keys = Keys {
     of: "columns",
     list: &[

@@ -21,6 +21,7 @@
 
 mod case;
 pub mod check;
+mod columns;
 mod error;
 mod finding;
 pub mod keys;
@@ -38,6 +39,7 @@ mod variable;
 mod write;
 
 pub use case::{Case, KnownEffect, Loaded, ParameterValue};
+pub use columns::{ColumnMapping, ColumnRule};
 pub use error::SignalsError;
 pub use finding::{Finding, FindingKind, Severity};
 pub use names::{base_name, element_name};

@@ -2,6 +2,7 @@
 
 mod assemble;
 mod clock;
+pub(crate) mod columns;
 mod csv;
 mod guard;
 mod input;
@@ -15,6 +16,7 @@ pub(crate) mod toml;
 
 use std::path::{Path, PathBuf};
 
+use crate::columns::inherit;
 use crate::error::{SignalsError, verdict};
 use crate::finding::{Finding, FindingKind};
 use crate::recording::{DeclaredFigures, Recording};
@@ -40,9 +42,10 @@ impl Recording {
         let mut findings = Vec::new();
         let sidecar = Sidecar::beside(file, None, known, &mut findings);
         let table = table_of(file, WantedColumns::Numbers, &mut findings);
-        let (Some(table), Some(sidecar)) = (table, sidecar) else {
+        let (Some(table), Some(mut sidecar)) = (table, sidecar) else {
             return Err(SignalsError::Wrong(findings));
         };
+        inherit(&mut sidecar.columns, &declared.columns);
         let recording = assemble::assemble(file, table, &sidecar, known, declared, &mut findings);
         verdict(recording, findings)
     }

@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::type_complexity)]
 
 mod broken;
+mod columns;
 mod common;
 mod formats;
 mod implausible;

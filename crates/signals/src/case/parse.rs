@@ -9,6 +9,7 @@ use crate::error::{SignalsError, verdict};
 use crate::finding::{Finding, FindingKind};
 use crate::keys;
 use crate::names::{base_name, suggestion};
+use crate::read::columns::rules;
 use crate::read::toml::{TomlReader, text};
 use crate::read::{doubts, parameters};
 use crate::variable::{SignalVariable, VariableRole};
@@ -98,6 +99,9 @@ impl Case {
         if let Some(table) = root.get("recordings").and_then(|n| reader.table(n, keys::RECORDINGS.of)) {
             reader.known(table, keys::RECORDINGS.of, keys::RECORDINGS);
             self.rate = table.get("rate").and_then(|n| reader.rate(n));
+        }
+        if let Some(table) = root.get("columns").and_then(|n| reader.table(n, "columns")) {
+            self.columns = rules(reader, table, &self.recordings(), known);
         }
         if let Some(table) = root.get("channels").and_then(|n| reader.table(n, "channels")) {
             for (key, node) in table.iter() {

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use super::clock::{self, ClockUse};
-use super::sidecar::{Sidecar, SidecarColumn};
+use super::sidecar::Sidecar;
 use super::table::{ReadTable, TableColumn, mend, unit_of};
-use crate::finding::{Finding, FindingKind, MAX_REPORTED};
+use crate::columns::ColumnMapping;
+use crate::finding::{Finding, FindingKind, MAX_REPORTED, Severity};
 use crate::names::{base_name, nearest, suggestion};
 use crate::recording::{Channel, DeclaredFigures, Recording};
 use crate::unit::SignalUnit;
@@ -84,9 +85,10 @@ pub(super) fn prepare(
         if !table.names().any(has) {
             let mend = suggestion(name, table.names(), "remove it");
             let what = format!("{} has no column `{name}`", file.display());
-            findings.push(
-                Finding::error(FindingKind::UnknownColumn, &sidecar.file, what, mend).line(column.line),
-            );
+            // Of a case another recording may have it: who reads the case decides.
+            let finding = Finding::error(FindingKind::UnknownColumn, &column.file, what, mend);
+            let severity = if column.file == sidecar.file { Severity::Error } else { Severity::Note };
+            findings.push(Finding { severity, ..finding }.line(column.line));
         }
     }
 }
@@ -241,9 +243,9 @@ impl ColumnSource<'_> {
             v.role != VariableRole::Parameter && !self.table.names().any(|n| n == v.name)
         };
         let mend = match nearest(name, known.iter().filter(free).map(|v| v.name.as_str())) {
-            Some(near) => format!("did you mean `{near}`? Rename it, or map it in the sidecar's [columns]"),
+            Some(near) => format!("did you mean `{near}`? Rename it, or map it under [columns] of case.toml"),
             None => {
-                format!("map it in the sidecar: [columns] \"{name}\" = \"...\", or false to leave it out")
+                format!("map it under [columns] of case.toml: \"{name}\" = \"...\", or false to leave it out")
             }
         };
         let what = "the model has no such input or output; the column is left out";
@@ -260,8 +262,8 @@ impl ColumnSource<'_> {
         let own = known.map(|v| v.unit.clone());
         let said = self.sidecar.column(&self.column().name);
         // The sidecar's word goes before that of the file itself.
-        let (place, line) = said.map_or((self.file, 1), |c| (self.sidecar.file.as_path(), c.line));
-        let scale = said.and_then(|c: &SidecarColumn| c.scale);
+        let (place, line) = said.map_or((self.file, 1), |c| (c.file.as_path(), c.line));
+        let scale = said.and_then(|c: &ColumnMapping| c.scale);
         let unit = said.and_then(|c| c.unit.clone()).or_else(|| unit_of(self.column()));
         let duration = || self.column().ticks.is_some().then(|| ("s".to_owned(), SignalUnit::SECOND));
         let unit = unit.or_else(duration);
