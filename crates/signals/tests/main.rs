@@ -5,8 +5,10 @@
 mod broken;
 mod columns;
 mod common;
+mod draft;
 mod formats;
 mod implausible;
+mod mcap;
 mod mutants;
 mod noise;
 mod parameters;

@@ -61,6 +61,21 @@ impl Case {
         gather(|known| Self::read(path, known), variables, read)
     }
 
+    /// The same of a `case.toml` that is not written yet: `text` would be in `file`.
+    ///
+    /// # Errors
+    /// As [`Case::load`].
+    pub fn load_text(
+        file: &Path,
+        text: &str,
+        variables: impl FnOnce(&Case) -> Result<Vec<SignalVariable>, SignalsError>,
+    ) -> Result<(Loaded, Vec<Finding>), SignalsError> {
+        let read = |case: &Case, name: &str, known: &[SignalVariable]| {
+            Recording::read(&case.folder.join(name), known, &case.declared(name))
+        };
+        gather(|known| Self::parse(file, text, known), variables, read)
+    }
+
     /// The same from memory: `text` is its `case.toml`, `tables` are the recordings that it names, each as columns
     /// (see [`Recording::of_columns`]).
     ///

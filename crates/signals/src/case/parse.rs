@@ -24,7 +24,7 @@ impl Case {
         let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
         let mut findings = Vec::new();
         let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-        if matches!(extension.as_str(), "csv" | "txt" | "parquet" | "mat") && file.is_file() {
+        if matches!(extension.as_str(), "csv" | "txt" | "parquet" | "mat" | "mcap") && file.is_file() {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mend = format!(
                 "put it into a folder with a case.toml that contains model = \"TwoMassJoint\" and train = [\"{name}\"], and give that folder"

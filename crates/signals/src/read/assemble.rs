@@ -7,7 +7,7 @@ use super::sidecar::Sidecar;
 use super::table::{ReadTable, TableColumn, mend, unit_of};
 use crate::columns::ColumnMapping;
 use crate::finding::{Finding, FindingKind, MAX_REPORTED, Severity};
-use crate::names::{base_name, nearest, suggestion};
+use crate::names::{base_name, element_name, nearest, suggestion};
 use crate::recording::{Channel, DeclaredFigures, Recording};
 use crate::unit::SignalUnit;
 use crate::variable::{SignalVariable, VariableRole};
@@ -67,6 +67,7 @@ pub(super) fn prepare(
     is_known: impl Fn(&str) -> bool,
     findings: &mut Vec<Finding>,
 ) {
+    findings.extend(from_zero(file, table, sidecar));
     let names: Vec<String> = table.names().map(str::to_owned).collect();
     for column in &mut table.columns {
         let mapped = sidecar.columns.contains_key(&column.name);
@@ -91,6 +92,27 @@ pub(super) fn prepare(
             findings.push(Finding { severity, ..finding }.line(column.line));
         }
     }
+}
+
+/// `[columns]` that names an element 0 counts the elements of that array from 0.
+fn from_zero(file: &Path, table: &mut ReadTable, sidecar: &Sidecar) -> Option<Finding> {
+    let first = |name: &&String| name.ends_with("[0]") && !table.names().any(|n| n == name.as_str());
+    let bases: Vec<&str> = sidecar.columns.keys().filter(first).map(|name| base_name(name)).collect();
+    let mut counted = Vec::new();
+    for column in &mut table.columns {
+        let base = base_name(&column.name).to_owned();
+        let index: Option<usize> = column.name[base.len()..].trim_matches(['[', ']']).parse().ok();
+        if let Some(k) = index.filter(|k| *k > 0 && bases.contains(&base.as_str())) {
+            column.name = element_name(&base, &[k - 1]);
+            if !counted.contains(&base) {
+                counted.push(base);
+            }
+        }
+    }
+    let name = counted.first()?;
+    let what = format!("elements of `{name}` are counted from 0, because [columns] has a `{name}[0]`");
+    let mend = "nothing, if that is meant; else begin with [1]";
+    Some(Finding::note(FindingKind::UnknownColumn, file, what, mend).channel(name))
 }
 
 /// `angle` and `deg` of `angle [deg]` or `angle (deg)`; an index is no unit.
