@@ -181,7 +181,7 @@ pub const EFFECTS: Keys = Keys {
             "joint",
             "at which joint of an arm it is, from 1",
             "",
-            "as arrays of its parameters say",
+            "as given by arrays of its parameters",
             Integer,
         ),
         key("doubt", "relative standard deviation of all its values", "1", "0: known exactly", Number),
