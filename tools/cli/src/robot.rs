@@ -8,6 +8,7 @@ mod wrong;
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, RobotDesign, Thruster};
@@ -19,7 +20,7 @@ use crate::near::suggestion;
 pub(crate) use urdf::JointFriction;
 use wrong::RobotFileError;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct File {
     name: Option<String>,
@@ -28,6 +29,7 @@ struct File {
     analysis: bool,
     /// Bending shortens links; left out: where the base is held and every link that bends is a beam.
     #[serde(rename = "axial-stiffening")]
+    #[schemars(with = "Option<bool>")]
     axial_stiffening: Option<Spanned<bool>>,
     base: BaseEntry,
     #[serde(default)]
@@ -40,7 +42,7 @@ struct File {
     appendage: Vec<panel::Panel>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BaseEntry {
     mass: f64,
@@ -50,7 +52,7 @@ struct BaseEntry {
     held: bool,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct DriveEntry {
     #[serde(default)]
@@ -65,14 +67,14 @@ struct DriveEntry {
     damping: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Nozzle {
     position: [f64; 3],
     direction: [f64; 3],
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct BodyEntry {
     name: Option<String>,
@@ -90,10 +92,11 @@ struct BodyEntry {
     axis: [f64; 3],
     motor: Option<DriveEntry>,
     /// What bends between its joint and what it carries.
+    #[schemars(with = "Option<flexure::BendingEntry>")]
     link: Option<Spanned<flexure::BendingEntry>>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum RobotJointKind {
     #[default]
@@ -101,7 +104,7 @@ enum RobotJointKind {
     Prismatic,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct HandEntry {
     name: Option<String>,
@@ -118,6 +121,11 @@ fn one() -> f64 {
 }
 fn along_z() -> [f64; 3] {
     [0.0, 0.0, 1.0]
+}
+
+/// JSON Schema of a robot's file, by what its reader takes.
+pub(crate) fn schema() -> serde_json::Value {
+    schemars::schema_for!(File).to_value()
 }
 
 /// A robot with what was read of it beyond its design.
