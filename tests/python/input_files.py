@@ -176,7 +176,6 @@ def a_urdf_with_a_mistake(desk, rng):
         ('iyy="0.03"', 'iyy="-0.03"', ("arm.urdf", "`base`", "above 0")),
         ('type="revolute"', 'type="planar"', ("arm.urdf:5", "planar")),
         ("</robot>", "", ("arm.urdf",)),
-        ("<axis", '<mimic joint="elbow"/><axis', ("arm.urdf:5", "mimics")),
     ])
     desk.write("arm.urdf", URDF.replace(old, new, 1))
     return refused("urdf", *words)
