@@ -189,7 +189,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let want = error.dot(&weighted) + factor.determinant().ln();
         assert!(close(gram.product(0, 0) + gram.log_variance, want, want.abs(), 1e-9), "seed {seed}");
         // Smoothed states.
-        let smoothed = smooth_recording(&gains, &d.data).unwrap();
+        let smoothed = smooth_recording(&gains, &d.data);
         let states = &w.mean + &w.covariance * w.rows.transpose() * &weighted;
         for i in 0..n {
             let size = (0..NODES).map(|t| states[n * t + i].abs()).fold(0.0, f64::max);

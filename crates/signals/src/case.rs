@@ -20,7 +20,7 @@ pub use crate::value::ParameterValue;
 pub struct KnownEffect {
     /// As in the list of effects, a place behind a colon.
     pub id: String,
-    /// Which joint of an arm, from 1; `None`: of a joint, at no joint, or as arrays of its parameters say.
+    /// Which joint of an arm, from 1; `None`: of a joint, at no joint, or as given by arrays of its parameters.
     pub joint: Option<usize>,
     /// Its parameters that the case gives, an array's element under its indexed name.
     pub given: Vec<String>,

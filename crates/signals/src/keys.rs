@@ -96,7 +96,7 @@ pub const RECORDINGS: Keys = Keys {
 pub const EFFECTS: Keys = Keys {
     of: "effects",
     list: &[
-        key("joint", "at which joint of an arm it is, from 1", "", "as arrays of its parameters say"),
+        key("joint", "at which joint of an arm it is, from 1", "", "as given by arrays of its parameters"),
         key("doubt", "relative standard deviation of all its values", "1", "0: known exactly"),
     ],
 };

@@ -310,8 +310,10 @@ fn runs(
     let span = said.as_ref().map_or(0..0, Spanned::span);
     let runs = match (kind, said.map(Spanned::into_inner)) {
         (SweepKind::Grid | SweepKind::List, Some(_)) => {
-            mistakes
-                .wrong(span, "of a grid or a list the factors say how many runs there are; take `runs` out");
+            mistakes.wrong(
+                span,
+                "of a grid or a list the factors define how many runs there are; take `runs` out",
+            );
             return 0;
         }
         (SweepKind::Grid, None) => lengths.fold(1, u64::saturating_mul),

@@ -42,33 +42,35 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "trueup simulate out/TwoMassJoint.fmi3.fmu --set motorCurrent=-0.02 --stop 1 -o run.csv",
             "trueup simulate out/TwoMassJoint.fmi3.fmu --input inputs.csv --plot run.html",
-            "trueup simulate examples/joint.toml --set controller.strategy=WBC -o joint.csv",
-            "trueup simulate examples/arm.toml --check",
+            "trueup simulate examples/01-joint/joint.toml --set controller.strategy=WBC -o joint.csv",
+            "trueup simulate examples/02-arm/arm.toml --check",
         ],
     ),
     (
         "scale",
         &[
-            "trueup scale examples/arm.toml --lambda 0.3",
-            "trueup scale examples/backlash --lambda 0.3 --exponent A=0 -o bench",
+            "trueup scale examples/02-arm/arm.toml --lambda 0.3",
+            "trueup scale examples/06-backlash --lambda 0.3 --exponent A=0 -o bench",
             "trueup scale out/TwoMassJoint.fmi3.fmu --lambda 0.3 --exponent A=0 -o bench.toml",
-            "trueup scale bench.csv --lambda 0.3 --back --units examples/arm.toml -o orbit.csv",
+            "trueup scale bench.csv --lambda 0.3 --back --units examples/02-arm/arm.toml -o orbit.csv",
         ],
     ),
     (
         "sweep",
         &[
-            "trueup sweep examples/sweep.toml",
-            "trueup sweep examples/sweep.toml --shard 1/2",
-            "trueup sweep examples/sweep.toml --slurm=64",
-            "trueup sweep examples/sweep.toml --run 17 -o run.csv",
+            "trueup sweep examples/03-sweep/sweep.toml",
+            "trueup sweep examples/03-sweep/sweep.toml --shard 1/2",
+            "trueup sweep examples/03-sweep/sweep.toml --slurm=64",
+            "trueup sweep examples/03-sweep/sweep.toml --run 17 -o run.csv",
         ],
     ),
     (
         "sweep map",
-        &["trueup sweep map examples/capture-cells.toml --beside examples/capture-cells.csv -o cells.html"],
+        &[
+            "trueup sweep map examples/04-capture/capture-cells.toml --beside examples/04-capture/capture-cells.csv -o cells.html",
+        ],
     ),
-    ("sweep merge", &["trueup sweep merge examples/sweep.toml -o runs.parquet"]),
+    ("sweep merge", &["trueup sweep merge examples/03-sweep/sweep.toml -o runs.parquet"]),
     (
         "identify",
         &[

@@ -49,6 +49,9 @@ pub(super) fn riccati(out: Riccati<'_>) {
     let mut p = input.first.clone();
     let (mut moved, mut next) = (vec![0.0; all * plain], vec![0.0; plain * plain]);
     let (mut g, mut k) = (vec![0.0; all], vec![0.0; all]);
+    if let Some(kept) = predicted.as_mut() {
+        kept.reserve_exact(all * all * input.order.nodes());
+    }
     for t in 0..input.order.nodes() {
         if t > 0 {
             predict(input, n, t - 1, &mut p, &mut moved, &mut next);

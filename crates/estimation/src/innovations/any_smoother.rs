@@ -113,7 +113,7 @@ impl ExpectedPower {
         let all = self.n.all;
         for (sums, k) in self.powers.iter_mut().zip(self.n.plain..) {
             let new = 1.0 - a[(all + 1) * k].powi(2);
-            sums[0] += new * l[k] * l[k]; // (EST-8)
+            sums[0] += new * l[k] * l[k]; // (EST-15)
             sums[1] += new * self.covariance[(all + 1) * k];
         }
     }

@@ -303,7 +303,7 @@ impl InnovationsFrame {
             }
             let data =
                 DataColumn { forces: self.known(k, Some(&own)), readings, first: self.first_with_latents(k) };
-            let smoothed = smooth_recording(&self.gains(k, q, true)?, &data)?;
+            let smoothed = smooth_recording(&self.gains(k, q, true)?, &data);
             let r = &mut self.runs[k];
             (r.states, r.scores, r.own) = (smoothed.states, smoothed.scores, own);
         }

@@ -5,14 +5,11 @@ use pulp::{Arch, Simd};
 use super::any_smoother;
 use super::filter::{Square, arrays, dot, error_of, moved, row};
 use super::filter_data::{DataColumn, FilterGains, SmoothedRecording};
-use super::kernel::{SizeError, SizedKernel, run};
+use super::kernel::{SizedKernel, run};
 
 /// Smooths a recording; `data` has its forces as they push and its first state.
-///
-/// # Errors
-/// Where no kernel has these sizes.
-pub fn smooth_recording(gains: &FilterGains<'_>, data: &DataColumn) -> Result<SmoothedRecording, SizeError> {
-    Ok(run(gains.input.sizes(), Smoothing { gains, data }))
+pub fn smooth_recording(gains: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
+    run(gains.input.sizes(), Smoothing { gains, data })
 }
 
 /// The same with the powers of the latents' scores.

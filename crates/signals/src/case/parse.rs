@@ -140,7 +140,7 @@ impl Case {
         for name in self.holdout.iter().filter(|n| self.train.contains(n)) {
             let span = root.get("holdout").map_or(0..0, |n| n.span());
             let what = format!("`{name}` is in `holdout` and in `train`");
-            let mend = "take it out of one: figures on what was fitted say nothing";
+            let mend = "take it out of one: figures on what was fitted are no test";
             reader.wrong(FindingKind::HoldoutInTrain, span, what, mend);
         }
         match root.get("repeats").map(|n| (n, n.get_ref())) {

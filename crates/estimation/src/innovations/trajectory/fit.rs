@@ -72,7 +72,7 @@ impl TrajectoryFrame {
     fn moved_intensities(&self, q: &[f64], smoothed: &[SmoothedRecording], exponent: f64) -> Vec<f64> {
         let moved = q.iter().zip(ratios(smoothed)).zip(self.bounds());
         moved
-            .map(|((q, r), [low, high])| (q * r.clamp(RATIO[0], RATIO[1]).powf(exponent)).clamp(low, high)) // (EST-8)
+            .map(|((q, r), [low, high])| (q * r.clamp(RATIO[0], RATIO[1]).powf(exponent)).clamp(low, high)) // (EST-15)
             .collect()
     }
 
@@ -82,7 +82,7 @@ impl TrajectoryFrame {
     /// See [`FitError`].
     pub fn start(&mut self) -> Result<(), FitError> {
         for _ in 0..SMOOTHINGS {
-            let smoothed = self.smoothed(&self.all_gains(&self.intensities, true)?, None);
+            let smoothed = self.smoothed_with_powers(&self.all_gains(&self.intensities, true)?, None);
             self.intensities = self.moved_intensities(&self.intensities, &smoothed, EXPONENT[0]);
             self.follow(smoothed, None, &[])?;
         }
@@ -139,7 +139,8 @@ impl TrajectoryFrame {
                 if last {
                     break;
                 }
-                let smoothed = self.smoothed(&gains, Some(&self.own_forces(&columns, &amplitudes)));
+                let own = self.own_forces(&columns, &amplitudes);
+                let smoothed = self.smoothed_with_powers(&gains, Some(&own));
                 let moved = self.moved_intensities(&q, &smoothed, EXPONENT[1]);
                 let calm = moved.iter().zip(&q).all(|(a, b)| (a / b).ln().abs() < INNER.1);
                 q = moved;

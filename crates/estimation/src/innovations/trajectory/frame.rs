@@ -16,7 +16,7 @@ use crate::innovations::filter_data::{DataColumn, FilterGains, FilterInput, Smoo
 use crate::innovations::gram::{BaseGram, GroupGram, GroupSums, PackedColumns, PassedBase};
 use crate::innovations::kernel::SizeError;
 use crate::innovations::linear::StepOrder;
-use crate::innovations::smoother::smooth_with_powers;
+use crate::innovations::smoother::{smooth_recording, smooth_with_powers};
 
 /// Least and largest intensity of a latent force, in usual forces.
 const FORCES: [f64; 2] = [5e-4, 30.0];
@@ -363,11 +363,18 @@ impl TrajectoryFrame {
         self.runs.iter().enumerate().map(one).collect()
     }
 
-    /// Smoothed deviations from the trajectories with these gains, `extra` being there besides, with the powers of the latents' scores.
+    /// Smoothed deviations from the trajectories with these gains, `extra` being there besides.
     pub fn smoothed(&self, gains: &[FilterGains<'_>], extra: Option<&[OwnForces]>) -> Vec<SmoothedRecording> {
-        let one = |(k, gains): (usize, &FilterGains<'_>)| {
-            smooth_with_powers(gains, &self.residual(k, extra.map(|e| &e[k])))
-        };
+        let one = |(k, gains)| smooth_recording(gains, &self.residual(k, extra.map(|e| &e[k])));
+        gains.iter().enumerate().map(one).collect()
+    }
+    /// The same with the powers of the latents' scores.
+    pub fn smoothed_with_powers(
+        &self,
+        gains: &[FilterGains<'_>],
+        extra: Option<&[OwnForces]>,
+    ) -> Vec<SmoothedRecording> {
+        let one = |(k, gains)| smooth_with_powers(gains, &self.residual(k, extra.map(|e| &e[k])));
         gains.iter().enumerate().map(one).collect()
     }
 

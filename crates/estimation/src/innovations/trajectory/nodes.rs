@@ -19,6 +19,8 @@ const PART: (f64, [usize; 2]) = (0.006, [2, 10]);
 const START: f64 = 0.55;
 /// Readings of a channel in every recording, below which it is not used.
 const FEW: usize = 20;
+/// Nodes below which a recording has no trajectory.
+const LEAST: usize = 8;
 /// A gap of so many steps is filled.
 const GAP: f64 = 1.6;
 /// Variance of rounding over that of a uniform distribution, where the declared noise is that of the rounding.
@@ -151,6 +153,9 @@ impl TrajectoryNodes {
             }
         }
         filled.extend(time.last());
+        if filled.len() < LEAST {
+            return Err(TrajectoryError::Short { recording: r.name.clone(), samples: all.len() });
+        }
         let mut step: Vec<f64> = filled.windows(2).map(|w| w[1] - w[0]).collect();
         step.extend(step.last().copied());
         let parts = ((usual / PART.0).ceil() as usize).clamp(PART.1[0], PART.1[1]);

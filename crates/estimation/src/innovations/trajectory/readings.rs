@@ -47,7 +47,7 @@ impl ReadOutputs {
         for ((own, rate), [m1, m2]) in self.places.iter().zip(moments) {
             match rate {
                 Some(rate) => {
-                    read.push(values[*own] + m1 * values[*rate] + m2 * along(*rate));
+                    read.push(values[*own] + m1 * values[*rate] + m2 * along(*rate)); // (EST-13)
                     rows.extend(gradient(*own).iter().zip(gradient(*rate)).map(|(y, v)| y + m1 * v));
                 }
                 None => {

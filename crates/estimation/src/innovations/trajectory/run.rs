@@ -49,8 +49,8 @@ pub(super) struct TrajectoryLinear {
     pub(super) rows: ReadingRows,
 }
 
-/// Sizes of coordinates with springs and channels.
-fn width(channels: usize, coordinates: usize) -> usize {
+/// States with latents: coordinates, rates, latent forces, latent errors.
+fn size_of(channels: usize, coordinates: usize) -> usize {
     3 * coordinates + channels
 }
 
@@ -155,7 +155,7 @@ impl TrajectoryRun {
                 self.accelerations.extend(a);
             }
         }
-        let size = width(channels, n);
+        let size = size_of(channels, n);
         let mut rows =
             ReadingRows { h: vec![0.0; size * channels * length], direct: vec![0.0; n * channels * length] };
         self.model_readings.clear();
@@ -223,14 +223,14 @@ impl TrajectoryRun {
 /// A step with latent forces, which it holds, and latent errors of readings behind them.
 fn with_latents(a: &[f64], b: &[f64], defect: Vec<f64>, channels: usize, dt: f64) -> PlantStep {
     let n = b.len().div_ceil(2).isqrt();
-    let size = width(channels, n);
+    let size = size_of(channels, n);
     let (mut all, mut by_force) = (vec![0.0; size * size], vec![0.0; size * n]);
     for i in 0..2 * n {
         all[size * i..][..2 * n].copy_from_slice(&a[2 * n * i..2 * n * (i + 1)]);
         all[size * i + 2 * n..][..n].copy_from_slice(&b[n * i..n * (i + 1)]);
         by_force[n * i..n * (i + 1)].copy_from_slice(&b[n * i..n * (i + 1)]);
     }
-    let kept = MEMORIES.map(|memory| (-dt / memory).exp());
+    let kept = MEMORIES.map(|memory| (-dt / memory).exp()); // (EST-14)
     (2 * n..size).for_each(|k| all[(size + 1) * k] = kept[usize::from(k >= 3 * n)]);
     PlantStep { stuck: Vec::new(), a: all, b: by_force, defect }
 }

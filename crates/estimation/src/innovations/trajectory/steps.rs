@@ -48,7 +48,7 @@ pub(super) fn step_between(from: &NodeTangent, to: &NodeTangent, dt: f64) -> [Ve
     let n = from.by_force.len().isqrt();
     let width = 2 * n;
     let mean = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect() };
-    let (f, w) = (mean(&from.by_state, &to.by_state), mean(&from.by_force, &to.by_force));
+    let (f, w) = (mean(&from.by_state, &to.by_state), mean(&from.by_force, &to.by_force)); // (EST-12)
     // A position moves as fast as the root of its stiffness.
     let size = |row: &[f64]| {
         row[..n].iter().map(|x| x.abs().sqrt()).sum::<f64>() + row[n..].iter().map(|x| x.abs()).sum::<f64>()

@@ -12,8 +12,8 @@ const GRAVITY: f64 = 0.12;
 
 /// A link hangs in a field that the simulation lacks; the motor alone is measured, and some nominal parameters are off by 4 %.
 #[test]
-fn what_one_sensor_misses_does_not_drag_what_is_believed() {
-    let owner = Joint {
+fn what_one_sensor_misses_does_not_bias_parameters() {
+    let nominal = Joint {
         gear: 120.0,
         motor_inertia: 2.72e-5,
         load_inertia: 0.882,
@@ -30,12 +30,12 @@ fn what_one_sensor_misses_does_not_drag_what_is_believed() {
         substeps: 40,
         ..Joint::default()
     };
-    let (torque_constant, stiffness) = (0.963 * owner.torque_constant, 0.96 * owner.stiffness);
-    let loaded = owner.recorded(|current, [q, w, l, v]| {
-        let spring = stiffness * (q - l) + owner.damping * (w - v);
-        let drive = torque_constant * current - owner.coulomb * (w / 0.02).tanh() - owner.viscous * w;
-        let weight = GRAVITY * (l / owner.gear).sin() / owner.gear;
-        [*w, (drive - spring) / owner.motor_inertia, *v, (spring - weight) / owner.reflected()]
+    let (torque_constant, stiffness) = (0.963 * nominal.torque_constant, 0.96 * nominal.stiffness);
+    let loaded = nominal.recorded(|current, [q, w, l, v]| {
+        let spring = stiffness * (q - l) + nominal.damping * (w - v);
+        let drive = torque_constant * current - nominal.coulomb * (w / 0.02).tanh() - nominal.viscous * w;
+        let weight = GRAVITY * (l / nominal.gear).sin() / nominal.gear;
+        [*w, (drive - spring) / nominal.motor_inertia, *v, (spring - weight) / nominal.reflected()]
     });
     let case = PreparedCase::new(&loaded).unwrap();
     let search = CaseSearch::new(&case, 1).unwrap();

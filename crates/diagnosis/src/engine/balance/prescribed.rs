@@ -67,7 +67,7 @@ pub struct Leading {
     pub coordinates: Vec<bool>,
     /// Channels whose coordinate another one prescribes in the model as it is: they prescribe nothing in any model. Where a joint that was
     /// assumed to be rigid is compliant its spring's torque would else follow from the small difference of two angles.
-    pub beside: Vec<usize>,
+    pub secondary: Vec<usize>,
     /// Channels next to another one that plainly differ from it: they are looked at as those that prescribe, and prescribe where their
     /// joint is compliant.
     pub apart: Vec<usize>,
