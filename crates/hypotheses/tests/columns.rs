@@ -14,8 +14,8 @@ use trueup_hypotheses::innovations::operator::resonance;
 use trueup_hypotheses::innovations::place::{BasePlace, ChannelPlace, JointPlace, MotionInStep, ShownBy};
 use trueup_hypotheses::innovations::run_along::RunAlong;
 use trueup_hypotheses::innovations::shape::LawShape;
+use trueup_hypotheses::innovations::slope::as_matrices;
 use trueup_hypotheses::innovations::spectrum::OrderPeaks;
-use trueup_hypotheses::innovations::tangent::as_matrices;
 
 const NODES: usize = 80;
 const STEP: f64 = 0.02;
@@ -36,7 +36,9 @@ const MOTION: [[f64; 3]; 6] = [
     [0.16, 0.2, -0.15],
     [-0.2, 0.3, 0.1],
 ];
-const [BASE, LINK, MOTOR]: [usize; 3] = [0, 3, 4];
+const BASE: usize = 0;
+const LINK: usize = 3;
+const MOTOR: usize = 4;
 
 fn position(c: usize, t: f64) -> f64 {
     let [a, b, d] = MOTION[c];
@@ -104,13 +106,9 @@ fn joint(motor: usize, link: usize) -> JointPlace {
 }
 
 fn along() -> PlantAlong<'static> {
-    let channel =
-        |shows| ChannelPlace { place: "sensor", shows, error: 0.01, turns: 1.0, compared: true };
-    let channels = vec![
-        channel(ShownBy::Position(LINK)),
-        channel(ShownBy::Position(MOTOR)),
-        channel(ShownBy::Tip(1)),
-    ];
+    let channel = |shows| ChannelPlace { place: "sensor", shows, error: 0.01, turns: 1.0, compared: true };
+    let channels =
+        vec![channel(ShownBy::Position(LINK)), channel(ShownBy::Position(MOTOR)), channel(ShownBy::Tip(1))];
     let times: Vec<f64> = (0..NODES).map(|t| t as f64 * STEP).collect();
     let series = |f: fn(usize, f64) -> f64| {
         (0..MOTION.len()).map(|c| times.iter().map(|t| f(c, *t)).collect()).collect::<Vec<Vec<f64>>>()
@@ -118,13 +116,11 @@ fn along() -> PlantAlong<'static> {
     let means: Vec<f64> = (0..NODES * PARTS).map(|k| torque(moment(k))).collect();
     let drive = || DriveAlong::recorded(1.0, means.clone(), STEP / PARTS as f64, None);
     let constant = |c: usize| [vec![2.0 * MOTION[c][2]; NODES], vec![2.0 * MOTION[c][2]; NODES]];
-    let run = RunAlong {
-        accelerations: (0..MOTION.len()).map(constant).collect(),
-        moments: vec![vec![0.003; NODES]; channels.len()],
-        shown: vec![Vec::new(), Vec::new(), times.iter().map(|t| t.powi(3)).collect()],
-        drives: vec![drive(), drive()],
-        ..RunAlong::new(times.clone(), vec![STEP; NODES], PARTS, series(position), series(rate))
-    };
+    let mut run = RunAlong::new(times.clone(), vec![STEP; NODES], PARTS, series(position), series(rate));
+    run.accelerations = (0..MOTION.len()).map(constant).collect();
+    run.moments = vec![vec![0.003; NODES]; channels.len()];
+    run.shown = vec![Vec::new(), Vec::new(), times.iter().map(|t| t.powi(3)).collect()];
+    run.drives = vec![drive(), drive()];
     let joints = vec![joint(MOTOR, LINK), joint(5, 5)];
     let mut along = PlantAlong::new(MotionInStep::Curved, joints, channels, vec![run]);
     along.mechanics = Some(&Levers);
@@ -165,7 +161,8 @@ fn same(what: &str, own: &[f64], expected: &[f64], tolerance: f64) {
 
 /// The force of a law on a coordinate is the mean over each step of `expected` of time.
 fn acts(id: &str, shape: &LawShape, amplitude: usize, on: usize, expected: impl Fn(f64) -> f64) {
-    let mean = |t: usize| (PARTS * t..PARTS * (t + 1)).map(|k| expected(moment(k))).sum::<f64>() / PARTS as f64;
+    let mean =
+        |t: usize| (PARTS * t..PARTS * (t + 1)).map(|k| expected(moment(k))).sum::<f64>() / PARTS as f64;
     let expected: Vec<f64> = (0..NODES).map(mean).collect();
     assert!(expected.iter().any(|x| *x != 0.0), "{id}: nothing is expected");
     let own = sum(&part(id, shape, amplitude).forces, on);
@@ -254,9 +251,9 @@ fn laws_of_the_spring_are_functions_of_its_twist() {
     for (k, p) in [1, 2, 4, 0].into_iter().enumerate() {
         in_spring("nonlinear-stiffness", &s, k, |w, _| STIFFNESS * w * (w / TWIST).abs().powi(p));
     }
-    let s = shape("transmission", "knees", &[("b", 0.01), ("b2", 0.02)]);
+    let s = shape("transmission", "knees", &[("b", 0.01), ("b2", 0.002)]);
     in_spring("nonlinear-stiffness", &s, 0, |w, _| STIFFNESS * (w - 0.01).max(0.0));
-    in_spring("nonlinear-stiffness", &s, 1, |w, _| STIFFNESS * (w + 0.02).min(0.0));
+    in_spring("nonlinear-stiffness", &s, 1, |w, _| STIFFNESS * (w + 0.002).min(0.0));
     let s = shape("transmission", "power", &[("p", 1.5), ("x", 0.03)]);
     let power = |r: f64| DAMPING * RATE * r.signum() * (r.abs() / RATE).powf(1.5);
     in_spring("nonlinear-damping", &s, 0, |_, r| power(r));

@@ -4,7 +4,9 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use trueup_estimation::innovations::numeric::{median, quantile};
+use nalgebra::DMatrix;
+
+use trueup_estimation::innovations::numeric::{median, over_steps, quantile};
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::{TrajectoryPlant, TrajectoryPoint};
 use trueup_estimation::innovations::trajectory::run::TrajectoryRun;
@@ -45,7 +47,8 @@ impl ChainSizes {
     /// Of a frame's trajectory.
     pub fn of(frame: &TrajectoryFrame) -> Self {
         let n = frame.coordinates();
-        let series = |k: usize| -> Vec<f64> { frame.runs.iter().flat_map(|r| column(&r.states, 2 * n, k)).collect() };
+        let series =
+            |k: usize| -> Vec<f64> { frame.runs.iter().flat_map(|r| column(&r.states, 2 * n, k)).collect() };
         let size = |values: &[f64], usual: f64| quantile(values.iter().map(|v| v.abs()).collect(), usual);
         let mut sizes = Self::default();
         for k in 0..n {
@@ -253,25 +256,33 @@ impl<'a> FrameMechanics<'a> {
         let n = plant.coordinates();
         let hinge = frame.plant.joints[link] + 1;
         let kept: Vec<usize> = (0..n).filter(|k| *k != hinge).collect();
-        let tip = ["tipPosition[1]", "tipPosition[2]", "tipAttitude"].map(|o| plant.plant().table().output(o));
+        let tip =
+            ["tipPosition[1]", "tipPosition[2]", "tipAttitude"].map(|o| plant.plant().table().output(o));
         let tip: Vec<usize> = tip.into_iter().collect::<Option<_>>()?;
         let rest = vec![0.0; plant.drives.len()];
         let mut out = HingeAlong { inertia: vec![Vec::new(); kept.len()], ..HingeAlong::default() };
+        let mut next = None;
         for t in 0..r.nodes.len() {
-            let state = self.with_rest(r.state(t), hinge);
+            let at = |node: usize| {
+                let state = self.with_rest(r.state(node), hinge);
+                let mass = plant.mass_matrix(&theta, &state).ok()?;
+                Some((state, DMatrix::from_row_slice(n, n, &mass)))
+            };
+            let begin = next.take().or_else(|| at(t))?;
+            let end = at((t + 1).min(r.nodes.len() - 1))?;
             let mut torque = 0.0;
-            for end in 0..2 {
-                let a = self.with_rest(r.acceleration(t, end), hinge);
-                torque += 0.5 * plant.needed(&theta, &state, &a).ok()?[hinge];
+            for (k, (state, _)) in [&begin, &end].into_iter().enumerate() {
+                let a = self.with_rest(r.acceleration(t, k), hinge);
+                torque += 0.5 * plant.needed(&theta, state, &a).ok()?[hinge];
             }
-            let mass = plant.mass_matrix(&theta, &state).ok()?;
-            let point = TrajectoryPoint { theta: &theta, state: &state, torque: &rest };
-            let [_, mobility] = plant.tangent(point, &vec![0.0; n]).ok()?;
+            let mass = 0.5 * (&begin.1 + &end.1);
+            let point = TrajectoryPoint { theta: &theta, state: &begin.0, torque: &rest };
             let gradient = plant.outputs(point, &tip).1;
             out.torque.push(torque);
-            out.mobility.push(mobility[(n + 1) * hinge]);
-            out.inertia.iter_mut().zip(&kept).for_each(|(m, k)| m.push(mass[n * k + hinge]));
+            out.inertia.iter_mut().zip(&kept).for_each(|(m, k)| m.push(mass[(*k, hinge)]));
+            out.mobility.push(mass.try_inverse()?[(hinge, hinge)]);
             out.tip.iter_mut().zip(gradient.chunks(2 * n)).for_each(|(j, g)| j.push(g[hinge]));
+            next = Some(end);
         }
         Some(out)
     }
@@ -295,7 +306,7 @@ impl ChainMechanics for FrameMechanics<'_> {
             };
             forces.iter_mut().zip(at).for_each(|(all, f)| all.push(f));
         }
-        Some(forces)
+        Some(forces.iter().map(|f| over_steps(f)).collect())
     }
     fn tip(&self, recording: usize, axis: usize) -> Option<Rc<Vec<Vec<f64>>>> {
         if let Some(found) = self.tips.borrow().get(&(recording, axis)) {

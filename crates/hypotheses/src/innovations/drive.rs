@@ -1,12 +1,17 @@
 //! A drive along a recording, and what else it could have done with its command.
 
+use std::rc::Rc;
+
 use trueup_estimation::innovations::intake::RecordedInput;
+use trueup_estimation::innovations::trajectory::nodes::TrajectoryNodes;
 
 /// Where the command of a drive stands.
 #[derive(Clone, Debug)]
 enum DriveCommand {
     /// An input as it was recorded.
     Recorded(RecordedInput),
+    /// An input of the nodes of a chain, by index.
+    OfNodes(Rc<TrajectoryNodes>, usize),
 }
 
 /// A drive along a recording. Series have one value a part of a step.
@@ -26,10 +31,18 @@ impl DriveAlong {
     pub fn recorded(gain: f64, means: Vec<f64>, step: f64, input: Option<RecordedInput>) -> Self {
         Self { gain, means, part: step, command: input.map(DriveCommand::Recorded) }
     }
+    /// Of input `input` of nodes, in parts of `part` s.
+    pub fn of_nodes(nodes: &Rc<TrajectoryNodes>, input: usize, part: f64) -> Self {
+        let places = (0..nodes.len()).flat_map(|t| (0..nodes.parts).map(move |p| (t, p)));
+        let means = places.map(|(t, p)| nodes.torque(t, p)[input]).collect();
+        Self { gain: 1.0, means, part, command: Some(DriveCommand::OfNodes(nodes.clone(), input)) }
+    }
+
     /// Means of the command a dead time earlier, s.
     pub fn delayed(&self, delay: f64) -> Vec<f64> {
         match &self.command {
             Some(DriveCommand::Recorded(i)) => i.delayed(delay),
+            Some(DriveCommand::OfNodes(nodes, input)) => nodes.late_torque(*input, delay),
             None => self.means.clone(),
         }
     }

@@ -4,8 +4,8 @@ use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 
 use super::along::PlantAlong;
 use super::shape::LawShape;
+use super::slope::LawSlopes;
 use super::spectrum::OrderPeaks;
-use super::tangent::LawSlopes;
 
 /// A column with the prior mean and standard deviation of its amplitude.
 pub type LawTerm = (FilterColumn, f64, f64);

@@ -2,7 +2,8 @@
 
 use std::rc::Rc;
 
-/// A passive hinge inside a link, held along the trajectory. Series by node.
+/// A passive hinge inside a link, held along the trajectory. Series by node: the tip's as it is there, others means over both ends of
+/// the step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HingeAlong {
     /// Torque n_0 that it carries, N.m.
@@ -18,7 +19,7 @@ pub struct HingeAlong {
 /// Mechanics of a chain along the trajectory in hand, at the parameters in hand and the model's own accelerations. `None`: the chain
 /// cannot have it.
 pub trait ChainMechanics {
-    /// Forces of a uniform field of 1 m/s2 along axis 0 or 1, by coordinate and node, of a recording.
+    /// Forces of a uniform field of 1 m/s2 along axis 0 or 1, means over the steps by coordinate and node, of a recording.
     fn field(&self, recording: usize, axis: usize) -> Option<Vec<Vec<f64>>>;
     /// Derivative of the tip's place along axis 0 or 1 with respect to each coordinate, by coordinate and node.
     fn tip(&self, recording: usize, axis: usize) -> Option<Rc<Vec<Vec<f64>>>>;

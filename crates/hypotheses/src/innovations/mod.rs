@@ -6,6 +6,9 @@
 
 pub mod along;
 pub mod candidate;
+pub mod chain_along;
+pub mod chain_orders;
+pub mod chain_screen;
 pub mod drive;
 pub mod hypothesis;
 pub mod joint_along;
@@ -23,6 +26,7 @@ pub mod run_along;
 pub mod screen;
 pub mod search;
 pub mod shape;
+pub mod slope;
 pub mod spectrum;
 pub mod spline;
 pub mod structure;

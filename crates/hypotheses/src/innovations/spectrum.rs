@@ -181,7 +181,7 @@ fn running_median(q: &[f64], half: usize) -> Vec<f64> {
 }
 
 /// Indices of the highest values, none within 8 of another.
-fn highest(mut y: Vec<f64>, peaks: usize) -> Vec<usize> {
+pub(super) fn highest(mut y: Vec<f64>, peaks: usize) -> Vec<usize> {
     let mut out = Vec::new();
     for _ in 0..peaks {
         let best = y.iter().enumerate().fold(None, |m: Option<(usize, f64)>, (i, v)| match m {

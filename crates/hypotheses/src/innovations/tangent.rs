@@ -5,27 +5,12 @@ use super::along::PlantAlong;
 use super::law::EffectLaw;
 use super::operator::dahl;
 use super::shape::LawShape;
+use super::slope::{ForceSlope, LawSlopes};
 
 /// Step of the differences of a law in a spring, in usual twists and rates.
 const STEP: f64 = 0.02;
 /// Least slope of a law in a spring, in its stiffness and damping: it keeps some of both.
 const LEAST: f64 = -0.9;
-
-/// Slope of the force on a coordinate by the position (`rate`: by the rate) of a coordinate, by node.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ForceSlope {
-    /// Coordinate of the force.
-    pub on: usize,
-    /// Coordinate whose position or rate changes.
-    pub by: usize,
-    /// Whether it is the rate.
-    pub rate: bool,
-    /// N.m/rad or N.m.s/rad by node.
-    pub values: Vec<f64>,
-}
-
-/// Slopes of a law: one list a recording.
-pub type LawSlopes = Vec<Vec<ForceSlope>>;
 
 /// A torque between motor and link by their twist (`rate`: its rate) with this slope: minus on the motor, plus on the link.
 fn between(along: &PlantAlong<'_>, joint: usize, rate: bool, slope: &[f64]) -> Vec<ForceSlope> {
@@ -47,8 +32,7 @@ pub fn of_spring(
 ) -> Option<LawSlopes> {
     let joint = &along.joints[shape.joint()];
     let mut all: LawSlopes = vec![Vec::new(); along.runs.len()];
-    for (rate, usual, own) in
-        [(false, joint.twist, joint.stiffness), (true, joint.twist_rate, joint.damping)]
+    for (rate, usual, own) in [(false, joint.twist, joint.stiffness), (true, joint.twist_rate, joint.damping)]
     {
         let step = STEP * usual;
         let forces = |by: f64| -> Option<Vec<Vec<f64>>> {
@@ -128,22 +112,4 @@ pub fn of_hysteresis(along: &PlantAlong<'_>, joint: usize, levels: &[[f64; 2]]) 
         between(along, joint, false, &along.runs[k].means(&sum))
     };
     (0..along.runs.len()).map(of_run).collect()
-}
-
-/// Slopes of laws as the filter's tangents take them: forces on the coordinates by positions and rates, n x 2n a node, one entry a
-/// recording; empty where no law has any.
-pub fn as_matrices(laws: &[LawSlopes], coordinates: usize, nodes: &[usize]) -> Vec<Vec<f64>> {
-    if laws.iter().flatten().all(Vec::is_empty) {
-        return Vec::new();
-    }
-    let n = coordinates;
-    let of_run = |(k, nodes): (usize, &usize)| {
-        let mut all = vec![0.0; 2 * n * n * nodes];
-        for s in laws.iter().flat_map(|l| &l[k]) {
-            let at = 2 * n * s.on + n * usize::from(s.rate) + s.by;
-            all.iter_mut().skip(at).step_by(2 * n * n).zip(&s.values).for_each(|(x, v)| *x += v);
-        }
-        all
-    };
-    nodes.iter().enumerate().map(of_run).collect()
 }

@@ -5,8 +5,9 @@ use trueup_estimation::innovations::numeric::sign;
 use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::shape::{LawShape, geometric};
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
-use crate::innovations::tangent::{LawSlopes, of_spring};
+use crate::innovations::tangent::of_spring;
 
 /// Whole play `gap` in rad at the motor's coordinate.
 pub(super) struct BacklashColumns {

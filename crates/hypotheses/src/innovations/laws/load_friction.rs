@@ -4,8 +4,9 @@ use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::operator::{balancing, dahl};
 use crate::innovations::shape::{LawShape, geometric};
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
-use crate::innovations::tangent::{LawSlopes, SlidingLevel, of_friction};
+use crate::innovations::tangent::{SlidingLevel, of_friction};
 
 /// Form `level` (level `a` in usual torques, which balances the spring below the speed `v`), form `length` (slips over `x` rad),
 /// or form `speed` (grows over `v` rad/s).

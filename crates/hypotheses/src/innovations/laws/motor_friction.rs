@@ -6,8 +6,9 @@ use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerm, LawTerms, Refinement};
 use crate::innovations::run_along::JointMotion;
 use crate::innovations::shape::LawShape;
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
-use crate::innovations::tangent::{LawSlopes, SlidingLevel, of_friction};
+use crate::innovations::tangent::{SlidingLevel, of_friction};
 
 /// Level with a viscous companion: of the frame's own dry pair, or slipping over a length `x` in rad with companions of longer ones.
 pub(super) struct MotorFrictionColumns {

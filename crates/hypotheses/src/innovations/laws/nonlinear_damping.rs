@@ -5,8 +5,9 @@ use trueup_estimation::innovations::numeric::sign;
 use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::shape::LawShape;
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
-use crate::innovations::tangent::{LawSlopes, of_spring};
+use crate::innovations::tangent::of_spring;
 
 /// Exponent `p`; with a length `x` in rad it grows with the twist, too.
 pub(super) struct NonlinearDampingColumns {

@@ -3,8 +3,9 @@
 use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::shape::LawShape;
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
-use crate::innovations::tangent::{LawSlopes, of_spring};
+use crate::innovations::tangent::of_spring;
 
 /// Form `power`; form `slopes` with the twist `bend` in rad at which the slope changes; form `knees` with the twists `b` and `b2` in
 /// rad from which on it is stiffer to either side.

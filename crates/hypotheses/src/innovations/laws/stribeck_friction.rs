@@ -4,8 +4,8 @@ use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::laws::motor_friction::MotorFrictionColumns;
 use crate::innovations::shape::LawShape;
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
-use crate::innovations::tangent::LawSlopes;
 
 /// Speed `speed` in rad/s over which it falls, with exponent `k`; where the nominal model has no friction with that friction, which
 /// slips over `x` rad.
@@ -61,17 +61,17 @@ impl EffectLaw for StribeckFrictionColumns {
     }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let mut all = Vec::new();
-        for joints in along.joint_sets() {
-            let usual = along.joints[joints[0]].motor_speed;
+        for (joint_index, joint) in along.joints.iter().enumerate() {
+            let usual = joint.motor_speed;
             let speeds = self.speeds.iter().flat_map(|v| self.exponents.iter().map(move |k| (v * usual, *k)));
-            for shape in speeds.map(|(v, k)| stribeck(v, k).at(&joints)) {
+            for shape in speeds.map(|(v, k)| stribeck(v, k).at(&[joint_index])) {
                 let with = |x: &f64| {
                     let mut shape = shape.clone();
                     shape.values.push(("x", *x));
                     shape
                 };
                 match self.lengths {
-                    [] if along.joints[joints[0]].dry > 0.0 => all.push(shape),
+                    [] if joint.dry > 0.0 => all.push(shape),
                     lengths => all.extend(lengths.iter().map(with)),
                 }
             }

@@ -4,8 +4,9 @@ use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::operator::dahl;
 use crate::innovations::shape::LawShape;
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
-use crate::innovations::tangent::{LawSlopes, of_hysteresis};
+use crate::innovations::tangent::of_hysteresis;
 
 /// Length `x` in rad of twist, with companions of other lengths.
 pub(super) struct TransmissionHysteresisColumns {
