@@ -47,7 +47,7 @@ def files(of):
     examples = {name: (ROOT / "examples" / name).read_text() for name in ("arm.toml", "joint.toml", "sweep.toml")}
     cases = blocks("cases.md")
     return {
-        "case": [*cases[:-1], (ROOT / "examples" / "backlash" / "case.toml").read_text()],
+        "case": [*cases[:-1], (ROOT / "examples" / "06-backlash" / "case.toml").read_text()],
         "sidecar": cases[-1:],
         "system": [examples["arm.toml"], examples["joint.toml"]],
         "sweep": [examples["sweep.toml"]],

@@ -1,4 +1,4 @@
-//! All shapes of a chain's laws at once: the best evidence of each beside what is refitted, over a few intensities.
+//! All shapes of a chain's laws at once: the best evidence of each together with what is refitted, over a few intensities.
 
 use trueup_estimation::innovations::column::FilterColumn;
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
@@ -51,7 +51,7 @@ impl ScreenedShape {
         let (amplitudes, intensities) = (Vec::new(), Vec::new());
         Some(Self { law, shape, terms, wide: false, evidence: f64::NEG_INFINITY, amplitudes, intensities })
     }
-    /// Effect and place, of readings the channels; the forms of a spring stand apart.
+    /// Effect and place, of readings the channels; the forms of a spring are separate.
     pub fn family(&self) -> (&'static str, &'static str, &[usize], &'static str) {
         let form = if self.law.id() == "nonlinear-stiffness" { self.shape.form } else { "" };
         (self.law.id(), self.shape.place, &self.shape.channels, form)
@@ -79,7 +79,7 @@ pub fn chain_bank(frame: &TrajectoryFrame, q: &[f64], factors: &[f64]) -> Vec<Ve
     factors.iter().map(at).collect()
 }
 
-/// Looks at candidates at these intensities beside what is packed; returns the best evidence of that alone.
+/// Looks at candidates at these intensities together with what is packed; returns the best evidence of that alone.
 ///
 /// # Errors
 /// See [`SizeError`].
