@@ -44,7 +44,7 @@ def blocks(page):
 
 def files(of):
     """Files that are read."""
-    examples = {name: (ROOT / "examples" / name).read_text() for name in ("arm.toml", "joint.toml", "sweep.toml")}
+    examples = {path.name: path.read_text() for path in (ROOT / "examples").glob("0[123]*/*.toml")}
     cases = blocks("cases.md")
     return {
         "case": [*cases[:-1], (ROOT / "examples" / "06-backlash" / "case.toml").read_text()],
