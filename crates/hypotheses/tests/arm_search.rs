@@ -23,19 +23,17 @@ fn compared(case: &Path, golden: &Value) -> Result<Vec<String>, Box<dyn Error>> 
     let found = search_chain(&loaded, &PlantStructures::of(&loaded.case)?)?;
     let judged = judge_chain(&found);
     let mut off = Vec::new();
-    let mut higher = |what: &str, own: f64, golden: &Value| {
+    let lower = |what: &str, own: f64, golden: &Value| {
         let golden = golden.as_f64().unwrap_or(f64::NAN);
-        if !(own >= golden - BELOW) {
-            off.push(format!("L of {what}: {own}, golden {golden}"));
-        }
+        (!(own >= golden - BELOW)).then(|| format!("L of {what}: {own}, golden {golden}"))
     };
-    higher("the nominal model", found.null.nominal, &golden["L_nominal"]);
-    higher("the refitted model", found.null.fit.evidence, &golden["L_parameters"]);
+    off.extend(lower("the nominal model", found.null.nominal, &golden["L_nominal"]));
+    off.extend(lower("the refitted model", found.null.fit.evidence, &golden["L_parameters"]));
     let text = |v: &Value, key: &str| v[key].as_str().unwrap_or("").to_owned();
     for (k, g) in list(&golden["hypotheses"]).iter().enumerate() {
         let (effect, place) = (text(g, "effect"), text(g, "place"));
         match found.effects.iter().find(|h| h.id == effect && h.place() == place) {
-            Some(h) => higher(&format!("{effect} at {place}"), h.evidence, &g["L"]),
+            Some(h) => off.extend(lower(&format!("{effect} at {place}"), h.evidence, &g["L"])),
             // Below the first ones it depends on the last nat who is fitted at all.
             None if k == 0 => off.push(format!("no {effect} at {place}")),
             None => {}
