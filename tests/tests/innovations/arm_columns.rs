@@ -169,7 +169,7 @@ fn part(own: &ColumnPart, golden: &Value, nodes: usize, what: &str, said: &mut O
     }
 }
 
-/// Order of our amplitudes by golden ones: companions of a cable at the load stand in another order.
+/// Order of our amplitudes by golden ones: companions of a cable at the load are in another order.
 fn order(effect: &str, place: &str, count: usize) -> Vec<usize> {
     if (effect, place) == ("cable-stiffness", "load") { vec![0, 1, 3, 2] } else { (0..count).collect() }
 }

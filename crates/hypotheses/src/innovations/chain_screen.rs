@@ -1,4 +1,4 @@
-//! All shapes of a chain's laws at once: the best evidence of each beside what is refitted, over a few intensities.
+//! All shapes of a chain's laws at once: the best evidence of each together with what is refitted, over a few intensities.
 
 use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
@@ -58,7 +58,7 @@ impl ScreenedShape {
     pub fn is_possible(&self) -> bool {
         self.evidence > f64::NEG_INFINITY
     }
-    /// Effect and place, of readings the channels; the forms of a spring stand apart.
+    /// Effect and place, of readings the channels; the forms of a spring are separate.
     pub fn family(&self) -> (&'static str, &'static str, &[usize], &'static str) {
         let form = if self.law.id() == "nonlinear-stiffness" { self.shape.form } else { "" };
         (self.law.id(), self.shape.place, &self.shape.channels, form)

@@ -1,4 +1,4 @@
-//! What a LeRobot data set says of its columns: `meta/info.json` names the elements of its lists.
+//! What a LeRobot data set declares of its columns: `meta/info.json` names the elements of its lists.
 
 use std::path::Path;
 

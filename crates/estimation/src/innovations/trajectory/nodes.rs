@@ -277,7 +277,7 @@ fn shown(plant: &TrajectoryPlant, theta: &[f64], output: usize) -> Option<Option
 }
 
 /// What one instrument reads is late together: the elements of an array, and the positions of a floating body; what shows a
-/// motor or a link stands alone.
+/// motor or a link is alone.
 fn groups(plant: &TrajectoryPlant, channels: &[TrajectoryChannel]) -> Vec<(String, Vec<usize>)> {
     let n = plant.coordinates();
     let kind = |c: &TrajectoryChannel| Some(plant.plant().coordinates()[c.state? % n].kind);
