@@ -77,3 +77,19 @@ fn every_search_of_an_arm_ends_as_high_as_the_golden_one_with_its_verdict() {
     let off: Vec<String> = cases.iter().flat_map(|c| complaints(c, &c.join("golden/verdict.json"))).collect();
     assert!(off.is_empty(), "\n{}", off.join("\n"));
 }
+
+/// The recordings are those that every stage of an arm is compared with.
+#[test]
+fn the_search_of_a_short_arm_ends_with_the_golden_leader_shape_and_verdict() {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (case, golden) = (own.join("../../tests/tests/innovations/arm"), own.join("tests/short_arm.json"));
+    let off = complaints(&case, &golden);
+    assert!(off.is_empty(), "\n{}", off.join("\n"));
+    let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
+    let found = search_chain(&loaded, &PlantStructures::of(&loaded.case).unwrap()).unwrap();
+    let lead = &found.effects[0];
+    assert_eq!((lead.joints(), lead.shape.form), (vec![2], "two"));
+    assert!((lead.shape.value("two") - 0.043).abs() < 1e-6, "{:?}", lead.shape);
+    // Everything that the torque does too late is explained: nothing is left for a second.
+    assert!(found.pairs.is_empty() && lead.left.largest() < 2.5, "{:?}", lead.left);
+}
