@@ -104,7 +104,7 @@ fn pair(
             && Meaning::of(&v.name, None).quantity == own.quantity
     };
     score += match meaning.side {
-        None if !known.iter().any(|v| same(&v)) => 8,
+        None if !far(own.side) && !known.iter().any(|v| same(&v)) => 8,
         log => side(log, own.side, &mut out.guesses)?,
     };
     // Of an array the element, of a numbered column whichever is left.
@@ -133,6 +133,11 @@ fn quantity(a: Quantity, b: Quantity) -> Option<i32> {
     }
 }
 
+/// Of no joint: only a name that says so measures it.
+fn far(side: Option<Side>) -> bool {
+    matches!(side, Some(Side::External | Side::Base | Side::Tip))
+}
+
 fn side(log: Option<Side>, own: Option<Side>, guesses: &mut Vec<String>) -> Option<i32> {
     let mut guess = |score: i32, text: &str| {
         guesses.push(text.to_owned());
@@ -140,8 +145,7 @@ fn side(log: Option<Side>, own: Option<Side>, guesses: &mut Vec<String>) -> Opti
     };
     match (log, own) {
         (Some(a), Some(b)) if a == b => Some(12),
-        (_, Some(Side::External | Side::Base | Side::Tip))
-        | (Some(Side::External | Side::Base | Side::Tip), _) => None,
+        (a, b) if far(a) || far(b) => None,
         (Some(Side::Joint), Some(Side::Load)) => {
             guess(5, "a joint's reading, taken as the load side of the gear")
         }
@@ -152,7 +156,7 @@ fn side(log: Option<Side>, own: Option<Side>, guesses: &mut Vec<String>) -> Opti
         (None, Some(Side::Load)) => guess(3, "its name has no side"),
         (None, None) => Some(8),
         (Some(_), None) => Some(2),
-        (Some(_), Some(_)) => None,
+        (_, Some(_)) => None,
     }
 }
 
