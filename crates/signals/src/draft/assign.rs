@@ -133,7 +133,7 @@ fn quantity(a: Quantity, b: Quantity) -> Option<i32> {
     }
 }
 
-/// Of no joint: only a name that says so measures it.
+/// Of no joint: only a name with that word measures it.
 fn far(side: Option<Side>) -> bool {
     matches!(side, Some(Side::External | Side::Base | Side::Tip))
 }

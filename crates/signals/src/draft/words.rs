@@ -174,13 +174,13 @@ pub(super) struct Meaning {
 }
 
 impl Meaning {
-    /// Of a name, with what the file calls it beside that.
+    /// Of a name, with another one that the file has for it.
     pub(super) fn of(name: &str, label: Option<&str>) -> Self {
         let mut own = Self::default();
         let mut parts = parts(name);
         parts.extend(label.into_iter().flat_map(self::parts));
         own.unit = take_unit(&mut parts);
-        // What comes last says it most exactly.
+        // The last word is the most exact one.
         for word in parts.iter().flat_map(|part| words(part)).rev() {
             own.add(&word);
         }
