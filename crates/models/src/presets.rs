@@ -12,6 +12,8 @@ pub struct ValuePreset {
     pub model: &'static str,
     /// Where the values come from.
     pub source: &'static str,
+    /// Which joints are flexible where that is not chosen, one entry per joint: how many there are; empty: as the model has it.
+    pub flexible: &'static [bool],
     /// Values by FMU variable (element) name.
     pub values: &'static [(&'static str, f64)],
 }
@@ -20,12 +22,69 @@ const SOURCE: &str = "K_eq, D_eq, tau_c, D_m, tau_s: Comi et al. (DELIAN), table
 
 const CBK_SOURCE: &str = "masses, inertias, lengths, centres of mass: CBK PAN paper, table 1 and section 3.1; k: its CAD value; I_m, b: averages of its table 2";
 
+const DELIAN_CONTROL: &str = "for FlexibleArm driven by torques (drive=torque): velocity loop at 60 rad/s of each assumed rotor, limits of 0.5 A; K_p, waves: docs/flexible-arm-control.md";
+
+/// Joint side: gear and drive are in the arm's torques. Velocity gain 60 rad/s x 1.2e-7 kg.m2 x n^2, limit 0.5 A x 0.02 N.m/A x n.
+const DELIAN_GAINS: &[(&str, f64)] = &[
+    ("strategy", 4.0),
+    ("samplePeriod", 1e-3),
+    ("positionGain[1]", 2.0),
+    ("positionGain[2]", 2.0),
+    ("positionGain[3]", 2.0),
+    ("positionGain[4]", 2.0),
+    ("positionGain[5]", 2.0),
+    ("positionGain[6]", 2.0),
+    ("velocityGain[1]", 14155.0),
+    ("velocityGain[2]", 3406.0),
+    ("velocityGain[3]", 4500.0),
+    ("velocityGain[4]", 4500.0),
+    ("velocityGain[5]", 4500.0),
+    ("velocityGain[6]", 4500.0),
+    ("velocityIntegralTime[1]", 0.1),
+    ("velocityIntegralTime[2]", 0.1),
+    ("velocityIntegralTime[3]", 0.1),
+    ("velocityIntegralTime[4]", 0.1),
+    ("velocityIntegralTime[5]", 0.1),
+    ("velocityIntegralTime[6]", 0.1),
+    ("torqueLimit[1]", 443.4),
+    ("torqueLimit[2]", 217.5),
+    ("torqueLimit[3]", 250.0),
+    ("torqueLimit[4]", 250.0),
+    ("torqueLimit[5]", 250.0),
+    ("torqueLimit[6]", 250.0),
+    ("waveFrequency[1]", 20.0),
+    ("waveFrequency[2]", 20.0),
+    ("waveFrequency[3]", 20.0),
+    ("waveFrequency[4]", 20.0),
+    ("waveFrequency[5]", 20.0),
+    ("waveFrequency[6]", 20.0),
+    ("washoutFrequency[1]", 1.0),
+    ("washoutFrequency[2]", 1.0),
+    ("washoutFrequency[3]", 1.0),
+    ("washoutFrequency[4]", 1.0),
+    ("washoutFrequency[5]", 1.0),
+    ("washoutFrequency[6]", 1.0),
+    ("waveFrequencyMin[1]", 1.0),
+    ("waveFrequencyMax[1]", 100.0),
+    ("waveFrequencyMin[2]", 1.0),
+    ("waveFrequencyMax[2]", 100.0),
+    ("waveFrequencyMin[3]", 1.0),
+    ("waveFrequencyMax[3]", 100.0),
+    ("waveFrequencyMin[4]", 1.0),
+    ("waveFrequencyMax[4]", 100.0),
+    ("waveFrequencyMin[5]", 1.0),
+    ("waveFrequencyMax[5]", 100.0),
+    ("waveFrequencyMin[6]", 1.0),
+    ("waveFrequencyMax[6]", 100.0),
+];
+
 /// All presets.
 pub const PRESETS: &[ValuePreset] = &[
     ValuePreset {
         name: "delian-joint-1",
         model: "TwoMassJoint",
         source: SOURCE,
+        flexible: &[],
         values: &[
             ("gearRatio", 44340.0),
             ("loadInertia", 8.0),
@@ -40,6 +99,7 @@ pub const PRESETS: &[ValuePreset] = &[
         name: "delian-joint-2",
         model: "TwoMassJoint",
         source: SOURCE,
+        flexible: &[],
         values: &[
             ("gearRatio", 21750.0),
             ("loadInertia", 6.0),
@@ -54,6 +114,7 @@ pub const PRESETS: &[ValuePreset] = &[
         name: "delian-joint-3",
         model: "TwoMassJoint",
         source: SOURCE,
+        flexible: &[],
         values: &[
             ("gearRatio", 25000.0),
             ("loadInertia", 2.0),
@@ -68,6 +129,7 @@ pub const PRESETS: &[ValuePreset] = &[
         name: CBK_PAN,
         model: "PlanarManipulator",
         source: CBK_SOURCE,
+        flexible: &[],
         values: &[
             ("baseMass", 58.69),
             ("baseInertia", 2.42),
@@ -97,6 +159,13 @@ pub const PRESETS: &[ValuePreset] = &[
             ("jointStiffness[1]", 5.47),
             ("jointDamping[1]", 0.5),
         ],
+    },
+    ValuePreset {
+        name: "delian",
+        model: "ManipulatorController",
+        source: DELIAN_CONTROL,
+        flexible: &[true; 6],
+        values: DELIAN_GAINS,
     },
 ];
 
