@@ -13,6 +13,7 @@ mod space_controller;
 mod structure;
 
 pub use arm::TEST_BED;
+pub use contact::Contact;
 pub use experiment::schedule;
 pub use flexible_arm::{of_arm, with_links};
 pub use model::PlantModelTable;

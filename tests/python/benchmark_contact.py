@@ -1,4 +1,4 @@
-"""What it costs to couple a capture (examples/capture-coupled.toml, S2's SIM2) out of three FMUs, against the same capture in one FMU with
+"""What it costs to couple a capture (examples/05-coupled-capture/capture-coupled.toml, S2's SIM2) out of three FMUs, against the same capture in one FMU with
 located events; whether both come to the same at the places of the paper's tests; and CaptureScene compared with a loop in NumPy.
 
     python tests/python/benchmark_contact.py target/release/trueup        (the packed library is next to the program)
@@ -20,7 +20,7 @@ import numpy as np
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STOP, STEPS = 30.0, (2e-3, 1e-3, 5e-4)
 ALGORITHMS = ("jacobi", "gauss-seidel", "extrapolate", "iterative")
-SYSTEM = tomllib.loads((EXAMPLES / "capture-coupled.toml").read_text())
+SYSTEM = tomllib.loads((EXAMPLES / "05-coupled-capture/capture-coupled.toml").read_text())
 LINKS = [link.split(" -> ") for link in SYSTEM["connections"]]
 ENERGY = 0.5 * 1778.7 * 0.005**2  # J, at the start
 NEEDED = [f"{body}.{name}" for body in ("chaser", "target") for name in ("velocity[1]", "velocity[2]", "rate", "kineticEnergy")]
@@ -63,7 +63,7 @@ def judged(values, reference):
 
 
 def ours(algorithm, step, version=3):
-    text = (EXAMPLES / "capture-coupled.toml").read_text().replace("../out", "out").replace("fmi3", f"fmi{version}")
+    text = (EXAMPLES / "05-coupled-capture/capture-coupled.toml").read_text().replace("../../out", "out").replace("fmi3", f"fmi{version}")
     for old, new in (("step = 0.001", f"step = {step}"), ('"extrapolate"', f'"{algorithm}"')):
         assert old in text
         text = text.replace(old, new)
@@ -301,13 +301,13 @@ def cells():
     """Outcomes at the places of the paper's tests, in one FMU and coupled."""
     import pyarrow.parquet as pq
 
-    scene = tomllib.loads((EXAMPLES / "capture.toml").read_text())["components"]["scene"]["start"]
+    scene = tomllib.loads((EXAMPLES / "04-capture/capture.toml").read_text())["components"]["scene"]["start"]
     for name in ("capture.toml", "capture-cells.toml"):
-        (FOLDER / name).write_text((EXAMPLES / name).read_text().replace("../out", "out"))
+        (FOLDER / name).write_text((EXAMPLES / "04-capture" / name).read_text().replace("../../out", "out"))
     program("sweep", "capture-cells.toml")
     program("sweep", "merge", "capture-cells.toml")
     table = pq.read_table(FOLDER / "capture-cells.parquet").to_pydict()
-    base = (EXAMPLES / "capture-coupled.toml").read_text().replace("../out", "out")
+    base = (EXAMPLES / "05-coupled-capture/capture-coupled.toml").read_text().replace("../../out", "out")
     base = "\n".join(line for line in base.splitlines() if "initialPosition" not in line)
     gripper = "\n".join(f'"{k}" = {float(v)!r}' for k, v in scene.items() if not k.startswith("initialPort"))
 

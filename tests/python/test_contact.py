@@ -1,4 +1,4 @@
-"""A capture coupled out of three FMUs (examples/capture-coupled.toml) against the same capture in one; benchmark_contact.py has the whole table."""
+"""A capture coupled out of three FMUs (examples/05-coupled-capture/capture-coupled.toml) against the same capture in one; benchmark_contact.py has the whole table."""
 
 import csv
 import tomllib
@@ -38,9 +38,9 @@ def in_one(simulated, fmus):
 
 
 def coupled(fmus, algorithm, more=""):
-    text = (ROOT / "examples/capture-coupled.toml").read_text()
+    text = (ROOT / "examples/05-coupled-capture/capture-coupled.toml").read_text()
     assert '"extrapolate"' in text
-    return text.replace('"extrapolate"', f'"{algorithm}"{more}').replace("../out", str(fmus))
+    return text.replace('"extrapolate"', f'"{algorithm}"{more}').replace("../../out", str(fmus))
 
 
 def test_three_fmus_come_to_what_one_comes_to(simulated, fmus, in_one):
@@ -66,10 +66,10 @@ def test_three_fmus_come_to_what_one_comes_to(simulated, fmus, in_one):
 
 @pytest.mark.full
 def test_an_arm_with_a_hand_in_three_fmus_is_the_one(trueup, fmus, simulated, tmp_path):
-    """`chaser = planar`, its arm bent, against examples/capture-arm.toml, which has the defaults of the scene."""
+    """`chaser = planar`, its arm bent, against examples/05-coupled-capture/capture-arm.toml, which has the defaults of the scene."""
     done = trueup("fmu", "pack", "CaptureScene", "--structure", "chaser=planar", "--fmi", "3", "-o", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    example = (ROOT / "examples/capture-arm.toml").read_text().replace("../out", str(fmus))
+    example = (ROOT / "examples/05-coupled-capture/capture-arm.toml").read_text().replace("../../out", str(fmus))
     start = {name: component["start"] for name, component in tomllib.loads(example)["components"].items()}
     bent = "".join(f'"{name}" = {value}\n' for name, value in start["arm"].items() if "Angle" in name)
     assert bent.count("\n") == 3

@@ -1,4 +1,4 @@
-"""DELIAN with its controller (examples/delian.toml): what each strategy leaves of the hand's vibration, and where it ends; Figure 12 of the paper."""
+"""DELIAN with its controller (examples/08-delian/delian.toml): what each strategy leaves of the hand's vibration, and where it ends; Figure 12 of the paper."""
 
 import numpy as np
 import pyarrow.parquet
@@ -21,8 +21,8 @@ def packed(trueup, tmp_path_factory):
 
 def run(trueup, packed, strategy, weight=True, stop=STOP, **control):
     """Times and places of the hand, from the beginning of its move."""
-    text = (ROOT / "examples/delian.toml").read_text().replace("../out/delian", str(packed))
-    text = text.replace('"delian-reference.csv"', f"'{ROOT}/examples/delian-reference.csv'").replace("stop = 14", f"stop = {stop}")
+    text = (ROOT / "examples/08-delian/delian.toml").read_text().replace("../../delian", str(packed))
+    text = text.replace('"reference.csv"', f"'{ROOT}/examples/08-delian/reference.csv'").replace("stop = 14", f"stop = {stop}")
     more = "".join(f", {name} = {value!r}" for name, value in control.items())
     text = text.replace('strategy = "VWBC_WASHOUT"', f'strategy = "{strategy}"{more}')
     if not weight:

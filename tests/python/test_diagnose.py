@@ -73,7 +73,7 @@ def test_files(found):
         check_files(folder, diagnosis)
 
 
-BACKLASH = Path(__file__).resolve().parents[2] / "examples/backlash"
+BACKLASH = Path(__file__).resolve().parents[2] / "examples/06-backlash"
 
 
 def of_a_trial(folder):

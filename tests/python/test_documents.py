@@ -8,11 +8,11 @@ docs/SUMMARY.md names every page once, and links of the site lead somewhere.
 
 import ast
 import json
-import os
 import re
 import subprocess
-import sys
 import xml.etree.ElementTree as xml
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 
 import pytest
@@ -83,7 +83,7 @@ class Program:
         assert code == 0, lines
 
     def reads_sweep(self, text):
-        self.write("joint.toml", (ROOT / "examples" / "joint.toml").read_text().replace("../out/", ""))
+        self.write("joint.toml", (ROOT / "examples/01-joint/joint.toml").read_text().replace("../../out/", ""))
         # All of it is checked before the first run, of which there are none in this share.
         code, lines = self.said("sweep", self.write("sweep.toml", text), "--shard", "1/100000")
         assert code == 0, lines
@@ -160,31 +160,51 @@ def test_the_citation_has_the_version_of_the_workspace():
 
 
 def test_summary_names_every_page_once():
-    summary = ROOT / "docs" / "SUMMARY.md"
-    named = re.findall(r"\]\(([^)#]+\.md)\)", summary.read_text())
-    there = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")} - {"SUMMARY.md"}
+    docs = ROOT / "docs"
+    named = [(docs / link).resolve() for link in re.findall(r"\]\(([^)#]+\.md)\)", (docs / "SUMMARY.md").read_text())]
+    there = {*docs.rglob("*.md"), *(ROOT / "examples").rglob("README.md")} - {docs / "SUMMARY.md"}
     assert sorted(named) == sorted(there)
 
 
+def site():
+    """tools/site as a module."""
+    loader = SourceFileLoader("site_of_documents", str(ROOT / "tools" / "site"))
+    module = module_from_spec(spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    return module
+
+
 def test_the_site_is_built_from_pages_whose_links_are_there(tmp_path):
-    """With a stub for mdbook, which is not needed for what tools/site does itself."""
-    stub = tmp_path / "mdbook"
-    stub.write_text('#!/bin/sh\necho "$@"\n')
-    stub.chmod(0o755)
-    path = f"{tmp_path}:{os.environ['PATH']}"
-    done = subprocess.run([ROOT / "tools" / "site"], env={**os.environ, "PATH": path}, capture_output=True, text=True)
-    assert done.returncode == 0 and f"build {ROOT}" in done.stdout, done.stderr
-    source = ROOT / "target" / "site-source"
+    formulas, tool = [], site()
+    tool.SOURCE = source = tmp_path
+    tool.write_source(lambda tex, display="inline": formulas.append(tex) or "FORMULA")
+    assert len(formulas) > 50
     copies = list(source.rglob("*.md"))
-    assert len(copies) == 1 + len(list((ROOT / "docs").rglob("*.md")))
+    assert len(copies) == len(tool.pages())
     for copy in copies:
         text = without_code(re.sub(r"\]\(([^)#\s:]+)(#[^)]*)?\)", r"] <\1>", copy.read_text()))
         missing = [link for link in re.findall(r"\] <([^>]+)>", text) if not (copy.parent / link).exists()]
-        assert not missing, f"{copy}: {missing}"
+        assert not missing and not re.search(r"\$\$|\$[^$\n]+\$", text), f"{copy}: {missing}"
     # A link that is written again leaves its surroundings as they were.
     assert (source / "index.md").read_text().count(")") == (ROOT / "README.md").read_text().count(")")
+    assert (source / "files/examples/06-backlash/gap.svg").is_file()
 
 
-def test_without_mdbook_the_site_says_how_to_install_it(tmp_path):
-    done = subprocess.run([sys.executable, ROOT / "tools" / "site"], env={"PATH": str(tmp_path)}, capture_output=True, text=True)
-    assert done.returncode == 1 and "cargo install mdbook --locked" in done.stderr
+def test_a_link_to_nowhere_is_an_error(tmp_path):
+    tool, page = site(), tmp_path / "page.md"
+    tool.ROOT = tmp_path
+    page.write_text("[x](nowhere.md)")
+    with pytest.raises(SystemExit, match=r"page\.md links to nowhere\.md, which is not there"):
+        tool.page(page, {page: page}, str)
+
+
+@pytest.mark.full
+def test_the_site_loads_nothing_from_the_network():
+    done = subprocess.run([ROOT / "tools" / "site"], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.endswith("target/site/index.html\n"), done.stderr
+    pages = list((ROOT / "target" / "site").rglob("*.html"))
+    assert len(pages) > 80
+    for page in pages:
+        loaded = re.findall(r"""<(?:script|img|link|iframe)[^>]*(?:src|href)=["']((?:https?:)?//[^"']*)""", page.read_text())
+        assert not loaded, f"{page}: {loaded}"
+    assert (ROOT / "target/site/diagnosis.html").read_text().count("<math") > 50

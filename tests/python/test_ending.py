@@ -86,7 +86,7 @@ def test_work_that_says_nothing_says_that_it_goes_on(long_case, tmp_path):
 
 @pytest.mark.full
 def test_a_case_that_is_done_in_time_is_as_without_a_deadline(tmp_path):
-    case = Path(__file__).resolve().parents[2] / "examples/backlash"
+    case = Path(__file__).resolve().parents[2] / "examples/06-backlash"
     told = []
     for more in ((), ("--deadline", "600")):
         done = subprocess.run([program(), "identify", case, "--method", "ls", "--json", *more], capture_output=True, text=True)

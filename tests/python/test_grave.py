@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-BACKLASH = Path(__file__).resolve().parents[2] / "examples/backlash"
+BACKLASH = Path(__file__).resolve().parents[2] / "examples/06-backlash"
 
 
 def run(*command):

@@ -28,7 +28,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("readme")
     (folder / "target").mkdir()
     (folder / "target" / "release").symlink_to(Path(program).resolve().parent)
-    # No link: the systems name their FMUs relative to themselves, `../out`.
+    # No link: the systems name their FMUs relative to themselves, `../../out`.
     shutil.copytree(ROOT / "examples", folder / "examples")
     for text in blocks("sh"):
         run(["bash", "-euc", text], folder)

@@ -104,8 +104,8 @@ def test_rates_are_those_of_pinocchios_generalized_jacobian(trueup, tmp_path, ar
 
 
 def straight(trueup, fmus, tmp_path, base="free"):
-    """Times, tip positions and momenta of examples/space-arm.toml."""
-    text = (ROOT / "examples/space-arm.toml").read_text().replace("../out", str(fmus)).replace('"space-arm-reference.csv"', f"'{ROOT}/examples/space-arm-reference.csv'")
+    """Times, tip positions and momenta of examples/07-space-arm/space-arm.toml."""
+    text = (ROOT / "examples/07-space-arm/space-arm.toml").read_text().replace("../../out", str(fmus)).replace('"reference.csv"', f"'{ROOT}/examples/07-space-arm/reference.csv'")
     file = tmp_path / "system.toml"
     file.write_text(text.replace('baseControl = "free"', f'baseControl = "{base}"'))
     done = trueup("simulate", file, "-o", tmp_path / "r.parquet")

@@ -81,7 +81,7 @@ def columns(file):
 
 
 def test_an_arm_at_another_size_says_what_the_full_one_does(run, fmus, tmp_path):
-    text = (ROOT / "examples" / "arm.toml").read_text().replace("../out/", f"{fmus}/").replace("stop = 60", "stop = 10")
+    text = (ROOT / "examples/02-arm/arm.toml").read_text().replace("../../out/", f"{fmus}/").replace("stop = 60", "stop = 10")
     (tmp_path / "arm.toml").write_text(text)
     run("simulate", "arm.toml", "-o", "full.csv")
     run("scale", "arm.toml", "--lambda", "0.3")
@@ -103,9 +103,9 @@ def test_an_arm_at_another_size_says_what_the_full_one_does(run, fmus, tmp_path)
 def capture(fmus, folder, name, **instead):
     """One of the captures of examples/, next to its FMU; `instead` replaces the values of factors."""
     (folder / "scene.fmu").symlink_to(fmus / "CaptureScene.fmi3.fmu")
-    system = (ROOT / "examples/capture.toml").read_text().replace("../out/CaptureScene.fmi3.fmu", "scene.fmu")
+    system = (ROOT / "examples/04-capture/capture.toml").read_text().replace("../../out/CaptureScene.fmi3.fmu", "scene.fmu")
     (folder / "capture.toml").write_text(system)
-    lines = (ROOT / "examples" / f"{name}.toml").read_text().splitlines()
+    lines = (ROOT / "examples/04-capture" / f"{name}.toml").read_text().splitlines()
     for at, line in enumerate(lines):
         factor = line.split(" = ")[0]
         if factor in instead:

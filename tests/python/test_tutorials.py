@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, from_environment
 
+DOCS = ROOT / "docs"
 STEP = re.compile(r"^```(\w+)\n(.*?)^```", re.S | re.M)
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
 
@@ -54,7 +55,7 @@ class Walk:
         assert not missing, f"not printed: {missing}\n{self.output}"
 
     def through(self, page, until=None):
-        text = (ROOT / "docs" / page).read_text()
+        text = page.read_text()
         end = 0
         for block in STEP.finditer(text):
             before, (language, content) = text[end : block.start()], block.groups()
@@ -75,19 +76,19 @@ class Walk:
 
 def test_my_first_robot_up_to_its_run(tmp_path):
     walk = Walk(tmp_path)
-    walk.through("first-robot.md", until="--outputs")
+    walk.through(DOCS / "first-robot.md", until="--outputs")
     assert len(walk.seconds) == 4 and (tmp_path / "run.html").is_file()
 
 
 @pytest.mark.full
 def test_my_first_robot(tmp_path):
     walk = Walk(tmp_path)
-    walk.through("first-robot.md")
+    walk.through(DOCS / "first-robot.md")
     assert len(walk.seconds) == 8
 
 
 @pytest.mark.full
 def test_my_first_log(tmp_path):
     walk = Walk(tmp_path)
-    walk.through("first-log.md")
+    walk.through(DOCS / "first-log.md")
     assert len(walk.seconds) == 2 and (tmp_path / "found" / "TwoMassJoint.augmented.fmi3.fmu").is_file()

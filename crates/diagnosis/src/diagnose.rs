@@ -194,22 +194,22 @@ pub struct AugmentedModel {
     pub payload: Option<usize>,
 }
 
-/// Diagnoses a case; `tell` hears how far it is (0 to 1) and what is being done.
+/// Diagnoses a case; `report_progress` hears how far it is (0 to 1) and what is being done.
 ///
 /// # Errors
 /// See [`DiagnoseError`].
 pub fn diagnose(
     loaded: &Loaded,
     options: &DiagnoseOptions,
-    tell: &mut dyn FnMut(f64, &str),
+    report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     let subject = DiagnosisSubject::of(&loaded.case)?;
     let (small, thinning) = match options.all_readings {
         true => (Cow::Borrowed(loaded), None),
         false => thinned(loaded, subject.plant, &subject.inputs()),
     };
-    let mut found = diagnose_all(&small, loaded, options, tell)?;
-    found.diagnosis.findings.extend(thinning.map(Thinning::told));
+    let mut found = diagnose_all(&small, loaded, options, report_progress)?;
+    found.diagnosis.findings.extend(thinning.map(Thinning::finding));
     Ok(found)
 }
 
@@ -218,28 +218,29 @@ fn diagnose_all(
     loaded: &Loaded,
     whole: &Loaded,
     options: &DiagnoseOptions,
-    tell: &mut dyn FnMut(f64, &str),
+    report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     let case = PreparedCase::new(loaded)?;
-    tell(0.01, "finding what a perfect model would leave");
+    report_progress(0.01, "finding what a perfect model would leave");
     let search = CaseSearch::new(&case, options.seed).map_err(DiagnoseError::Short)?;
-    tell(0.02, "comparing the nominal model");
+    report_progress(0.02, "comparing the nominal model");
     let raw = raw_excess(&search);
     let noticed = input_scale::mistaken(&search);
     let options =
         &DiagnoseOptions { capped: options.capped || !noticed.is_empty() && !options.force, ..*options };
     if options.capped {
-        let found =
-            raw.and_then(|raw| nothing_concluded(loaded, &search, (raw, noticed.clone()), options, tell));
+        let found = raw.and_then(|raw| {
+            nothing_concluded(loaded, &search, (raw, noticed.clone()), options, report_progress)
+        });
         return unsimulated::in_place_of(found, loaded, &case, noticed, options);
     }
     let raw = raw?;
     let mut instead = None;
     let usual = if case.subject.plant == PlantKind::Joint { JOINT_ENGINE } else { DiagnosisEngine::Balances };
     if options.engine.unwrap_or(usual) == DiagnosisEngine::Innovations {
-        tell(0.5 * SEARCHED, "weighing every cause by the innovations");
+        report_progress(0.5 * SEARCHED, "weighing every cause by the innovations");
         match evidence(whole, &search, options) {
-            Ok(own) => return by_innovations(loaded, &search, (raw, noticed), own, options, tell),
+            Ok(own) => return by_innovations(loaded, &search, (raw, noticed), own, options, report_progress),
             Err(why) => instead = Some(why),
         }
     }
@@ -248,23 +249,24 @@ fn diagnose_all(
     let mut found = search
         .select(effort, |what| {
             done = (done + SEARCHED) * 0.5;
-            tell(done, &progress::words(what));
+            report_progress(done, &progress::words(what));
         })
         .map_err(DiagnoseError::Nominal)?;
-    tell(SEARCHED, "fitting and running freely the models that lead");
-    let led = tuned_start(&search, &found, effort);
+    report_progress(SEARCHED, "fitting and running freely the models that lead");
+    let prescribed = tuned_start(&search, &found, effort);
     // Where balances miss nothing they know the parameters better than free runs, which chase the noise of their inputs.
     let given = || {
-        let theta = search.compare(&led.stated).start();
-        (!led.misses_little()).then(|| search.polish(&FittedSet { theta, ..led.clone() }, POLISH))
+        let theta = search.compare(&prescribed.stated).start();
+        (!prescribed.misses_little())
+            .then(|| search.polish(&FittedSet { theta, ..prescribed.clone() }, POLISH))
     };
-    let (nearest, given) = parallel::join(|| search.polish(&led, POLISH), given);
+    let (nearest, given) = parallel::join(|| search.polish(&prescribed, POLISH), given);
     // Where balances are blind a free run may have strayed too far to come back.
     let blind = found.above(found.plain.excess()) < options.limits.gap.left;
-    let strays = blind && !search.is_near(&nearest, options.limits.free_runs.near);
-    let stretches = if strays { Stretches::of(&search) } else { None };
+    let diverges = blind && !search.is_near(&nearest, options.limits.free_runs.near);
+    let stretches = if diverges { Stretches::of(&search) } else { None };
     let short = stretches.as_ref().map(|s| s.search(&search));
-    let in_short = short.as_ref().and_then(|s| s.polish(&led.of_all(), POLISH).fitted);
+    let in_short = short.as_ref().and_then(|s| s.polish(&prescribed.of_all(), POLISH).fitted);
     let back = in_short.as_ref().map(|f| search.polish(&f.of_all(), POLISH));
     let (models, mut ground) =
         ground(&search, &found, [Some(nearest), given, back].into_iter().flatten(), options)?;
@@ -298,7 +300,7 @@ fn diagnose_all(
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
     (record.left_out, record.instead) = (decision.left_out, instead);
     let decided = DecidedCase { found, decision, by_evidence: None, contenders, record, noticed };
-    conclude(&search, options, models, ground, decided, loaded, tell)
+    conclude(&search, options, models, ground, decided, loaded, report_progress)
 }
 
 /// What the innovations engine makes of a case.
@@ -323,9 +325,9 @@ fn by_innovations(
     (raw, noticed): (f64, Vec<NoticedMistake>),
     (by_engine, judged): (EngineDecision, JudgedCase),
     options: &DiagnoseOptions,
-    tell: &mut dyn FnMut(f64, &str),
+    report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
-    tell(SEARCHED, "fitting and running freely what was found");
+    report_progress(SEARCHED, "fitting and running freely what was found");
     let EngineDecision { found, decision, own, evidence } = by_engine;
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
@@ -335,7 +337,7 @@ fn by_innovations(
         DecisionRecord { innovations: Some(judged), ..DecisionRecord::new(plant, &found, raw, free, &ran) };
     let contenders = Vec::new();
     let decided = DecidedCase { found, decision, by_evidence: Some(own), contenders, record, noticed };
-    let mut diagnosed = conclude(search, options, models, ground, decided, loaded, tell)?;
+    let mut diagnosed = conclude(search, options, models, ground, decided, loaded, report_progress)?;
     for c in &mut diagnosed.diagnosis.candidates {
         c.evidence = evidence.get(&(c.id.clone(), c.component.clone())).copied().unwrap_or(c.evidence);
     }
@@ -348,9 +350,9 @@ fn nothing_concluded(
     search: &CaseSearch<'_>,
     (raw, noticed): (f64, Vec<NoticedMistake>),
     options: &DiagnoseOptions,
-    tell: &mut dyn FnMut(f64, &str),
+    report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
-    tell(SEARCHED, "a grave finding: no cause is looked for");
+    report_progress(SEARCHED, "a grave finding: no cause is looked for");
     let broken = || DiagnoseError::Nominal("it cannot be simulated".into());
     let stated = search.state(&[]).map_err(DiagnoseError::Nominal)?;
     let start = search.compare(&stated).start();
@@ -362,7 +364,7 @@ fn nothing_concluded(
     let record = DecisionRecord::new(search.case.subject.plant, &found, raw, free, &ran);
     let (decision, contenders) = (Decision::nothing(), Vec::new());
     let decided = DecidedCase { decision, found, by_evidence: None, contenders, record, noticed };
-    conclude(search, options, models, ground, decided, loaded, tell)
+    conclude(search, options, models, ground, decided, loaded, report_progress)
 }
 
 /// The model as it was given and with its own parameters fitted, and how both run freely. It stays as it was given where no

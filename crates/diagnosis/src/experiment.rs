@@ -58,7 +58,7 @@ pub struct SimulatedExperiment {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProposedExperiment {
     /// The entry of `diagnosis.json`.
-    pub said: NextExperiment,
+    pub entry: NextExperiment,
     /// Its inputs, on the same times.
     pub inputs: Vec<SimulatedExperiment>,
 }
@@ -141,8 +141,8 @@ pub fn propose(
         setting.length,
         promise.ratio
     );
-    let said = NextExperiment { why, separates, input: FILE.into(), probability: Some(probability) };
-    Some(ProposedExperiment { said, inputs })
+    let entry = NextExperiment { why, separates, input: FILE.into(), probability: Some(probability) };
+    Some(ProposedExperiment { entry, inputs })
 }
 
 /// Without the last digits of a product.

@@ -33,10 +33,10 @@ pub fn read(case: &Case) -> Result<DiagnosisInputs, UnreadRecording> {
         let short = path.with_extension("toml");
         let reserved = ["case.toml", "key.toml"].iter().any(|name| short.ends_with(name));
         let long = PathBuf::from(format!("{name}.toml"));
-        for beside in [Some(long), (!reserved).then_some(short)].into_iter().flatten() {
-            let file = case.folder.join(&beside);
+        for sidecar in [Some(long), (!reserved).then_some(short)].into_iter().flatten() {
+            let file = case.folder.join(&sidecar);
             if file.is_file() {
-                files.insert(beside.to_string_lossy().into_owned(), hash(&file)?);
+                files.insert(sidecar.to_string_lossy().into_owned(), hash(&file)?);
             }
         }
     }

@@ -416,21 +416,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_interval_stands_on_a_bound_or_has_no_width() {
-        let told = |value, ci95| {
+    fn no_interval_ends_on_a_bound_or_has_no_width() {
+        let interval = |value, ci95| {
             let a = ClaimedAmount::within([0.0, 10.0], value, "N.m".into(), ci95);
             (a.ci95, a.reason)
         };
-        assert_eq!(told(3.0, [2.0, 4.0]), ([Some(2.0), Some(4.0)], None));
-        assert_eq!(told(3.0, [0.0, 4.0]), ([None, Some(4.0)], None));
-        assert_eq!(told(3.0, [2.0, f64::INFINITY]), ([Some(2.0), None], None));
-        assert_eq!(told(10.0, [9.0, 10.0]), ([None, None], Some(AT_BOUND.into())));
-        assert_eq!(told(0.0, [0.0, 0.0]), ([None, None], Some(AT_BOUND.into())));
-        assert_eq!(told(3.0, [3.0, 3.0]), ([None, None], Some(NOT_DETERMINED.into())));
-        assert_eq!(told(3.0, [0.0, 10.0]), ([None, None], Some(NOT_DETERMINED.into())));
+        assert_eq!(interval(3.0, [2.0, 4.0]), ([Some(2.0), Some(4.0)], None));
+        assert_eq!(interval(3.0, [0.0, 4.0]), ([None, Some(4.0)], None));
+        assert_eq!(interval(3.0, [2.0, f64::INFINITY]), ([Some(2.0), None], None));
+        assert_eq!(interval(10.0, [9.0, 10.0]), ([None, None], Some(AT_BOUND.into())));
+        assert_eq!(interval(0.0, [0.0, 0.0]), ([None, None], Some(AT_BOUND.into())));
+        assert_eq!(interval(3.0, [3.0, 3.0]), ([None, None], Some(NOT_DETERMINED.into())));
+        assert_eq!(interval(3.0, [0.0, 10.0]), ([None, None], Some(NOT_DETERMINED.into())));
         // A search without bounds ends nowhere.
         let free = ClaimedAmount::within([f64::NEG_INFINITY, f64::INFINITY], 3.0, "N.m".into(), [2.0, 4.0]);
         assert_eq!((free.ci95, free.reason), ([Some(2.0), Some(4.0)], None));
-        assert_eq!(told(3.0, [f64::NAN, f64::NAN]), ([None, None], Some(NOT_DETERMINED.into())));
+        assert_eq!(interval(3.0, [f64::NAN, f64::NAN]), ([None, None], Some(NOT_DETERMINED.into())));
     }
 }

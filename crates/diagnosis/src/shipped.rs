@@ -114,14 +114,17 @@ mod tests {
             let value: f64 = 10f64.powf(rng.random_range(-8.0..8.0)) * if rng.random() { 1.0 } else { -1.0 };
             let [below, above] = [0.0, 0.0].map(|_: f64| rng.random_range(1e-3..0.5) * value.abs());
             let own = amount(value, [Some(value - below), Some(value + above)]);
-            let told = |x: f64| compare("k", &own, &[("k".to_owned(), x)]);
-            assert_eq!(told(value), Ok(()));
+            let compared = |x: f64| compare("k", &own, &[("k".to_owned(), x)]);
+            assert_eq!(compared(value), Ok(()));
             let factor: f64 = rng.random_range(1.001..9.0);
-            assert!(matches!(told(value * factor), Err(Contradiction::Differs { .. })), "{value} {factor}");
-            assert!(matches!(told(f64::NAN), Err(Contradiction::Differs { .. })));
-            let beside = amount(value, [Some(value + below), None]);
-            let told = compare("k", &beside, &[("k".to_owned(), value)]);
-            assert!(matches!(told, Err(Contradiction::Outside { .. })), "{value} {below}");
+            assert!(
+                matches!(compared(value * factor), Err(Contradiction::Differs { .. })),
+                "{value} {factor}"
+            );
+            assert!(matches!(compared(f64::NAN), Err(Contradiction::Differs { .. })));
+            let near = amount(value, [Some(value + below), None]);
+            let compared = compare("k", &near, &[("k".to_owned(), value)]);
+            assert!(matches!(compared, Err(Contradiction::Outside { .. })), "{value} {below}");
             let missing = compare("k", &own, &[("j".to_owned(), value)]);
             assert_eq!(missing, Err(Contradiction::Missing("k".to_owned())));
         }

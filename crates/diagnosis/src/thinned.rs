@@ -23,7 +23,7 @@ pub struct Thinning {
 impl Thinning {
     /// The finding on it.
     #[must_use]
-    pub fn told(self) -> NoticedMistake {
+    pub fn finding(self) -> NoticedMistake {
         let Self { every, rate } = self;
         let ending = match every {
             2 => "nd",

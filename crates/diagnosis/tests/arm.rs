@@ -75,12 +75,12 @@ fn diagnose(p: &[f64], extra: Extra) -> ArmBalances {
     let [columns, inputs] = record(p, extra);
     let arm = PlanarManipulator::new(&[true, false, false], &[""; 0]).unwrap();
     let (nominal, dofs) = (arm.defaults(), arm.dofs());
-    let mut doubts: Vec<(usize, f64)> = [parameter::base_mass(LINKS), parameter::base_inertia(LINKS)]
+    let mut deviations: Vec<(usize, f64)> = [parameter::base_mass(LINKS), parameter::base_inertia(LINKS)]
         .into_iter()
         .chain((0..LINKS).flat_map(|j| [parameter::link_mass(LINKS) + j, parameter::link_inertia(LINKS) + j]))
         .map(|i| (i, 0.1 * nominal[i]))
         .collect();
-    doubts.extend((0..2 * LINKS).map(|i| (parameter::link_center_of_mass(LINKS) + i, 0.02)));
+    deviations.extend((0..2 * LINKS).map(|i| (parameter::link_center_of_mass(LINKS) + i, 0.02)));
     let columns = ArmColumns {
         step: H,
         position: columns.iter().map(Vec::as_slice).collect(),
@@ -89,7 +89,7 @@ fn diagnose(p: &[f64], extra: Extra) -> ArmBalances {
         position_floor: vec![NOISE; dofs],
         velocity_floor: Vec::new(),
     };
-    let found = arm_balances(&arm, &nominal, &columns, &doubts, 4.0).unwrap();
+    let found = arm_balances(&arm, &nominal, &columns, &deviations, 4.0).unwrap();
     let rms = |b: &trueup_diagnosis::locate::EquationBalance| {
         (b.value.iter().map(|v| (v / b.floor).powi(2)).sum::<f64>() / b.value.len() as f64).sqrt()
     };
@@ -166,9 +166,9 @@ fn write(folder: &std::path::Path, declared: &str, p: &[f64], extra: Extra) {
     write_from(0, folder, declared, record(p, extra));
 }
 
-/// The same of what was recorded, without its first `unseen` channels.
+/// The same of what was recorded, without its first `hidden` channels.
 fn write_from(
-    unseen: usize,
+    hidden: usize,
     folder: &std::path::Path,
     declared: &str,
     [columns, inputs]: [Vec<Vec<f64>>; 2],
@@ -176,17 +176,17 @@ fn write_from(
     use std::fmt::Write as _;
     let names = "basePosition[1],basePosition[2],baseAttitude,jointAngle[1],jointAngle[2],jointAngle[3],\
                  motorAngle[1],jointTorque[1],jointTorque[2],jointTorque[3]";
-    let names: Vec<&str> = names.split(',').skip(unseen).collect();
+    let names: Vec<&str> = names.split(',').skip(hidden).collect();
     let mut csv = format!("time,{}\n", names.join(","));
     for k in 0..N {
         write!(csv, "{:?}", k as f64 * H).unwrap();
-        let seen = columns[unseen..].iter().chain(&inputs[..LINKS]);
+        let seen = columns[hidden..].iter().chain(&inputs[..LINKS]);
         seen.for_each(|c| write!(csv, ",{:?}", c[k]).unwrap());
         csv.push('\n');
     }
     let mut toml =
         format!("model = \"PlanarManipulator\"\ntrain = [\"run.csv\"]\n[parameters]\n{declared}\n");
-    for name in &names[..7 - unseen] {
+    for name in &names[..7 - hidden] {
         writeln!(toml, "[channels.\"{name}\"]\nnoise = {NOISE:?}").unwrap();
     }
     std::fs::write(folder.join("case.toml"), toml).unwrap();
@@ -206,20 +206,20 @@ fn how_the_rotors_are_coupled_is_read_from_the_case() {
         diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {})
     };
     assert_eq!(load("motorCoupling = \"geared\"").unwrap().diagnosis.verdict, Verdict::NoGap);
-    for (declared, says) in [
+    for (declared, message) in [
         ("motorCoupling = \"loose\"", "motorCoupling: `loose` is none of paper, geared"),
         ("baseMass = \"heavy\"", "baseMass: heavy is no number"),
         ("baseMass = -3.0", "baseMass: -3 is outside 0 .. inf"),
     ] {
         let error = load(declared).unwrap_err().to_string();
-        assert!(error.contains(says), "{error}");
+        assert!(error.contains(message), "{error}");
     }
 }
 
 /// Its rate enters by its square above all: a fit that begins with the other sign stays there.
 #[test]
 #[ignore = "long: ./test --full runs it"]
-fn a_satellite_that_nobody_sees_turns_the_way_it_does() {
+fn an_unobserved_satellite_turns_the_way_it_does() {
     use trueup_diagnosis::engine::recordings::PreparedCase;
     use trueup_diagnosis::engine::{replay::CompleteModel, search::CaseSearch};
     for rate in [0.05, -0.05] {
@@ -236,9 +236,9 @@ fn a_satellite_that_nobody_sees_turns_the_way_it_does() {
         let search = CaseSearch::new(&case, 1).unwrap();
         let stated = search.state(&[]).unwrap();
         let complete = CompleteModel { theta: stated.begin_with(&[]), stated };
-        let settled = search.settled(&complete, &case.train).unwrap();
-        let found = settled[0].parameters[parameter::initial_base_rate(LINKS)];
-        let deviation = search.misfit(&vec![settled[0].shown.clone()], &case.train).sqrt();
+        let fitted_replay = search.fitted_replay(&complete, &case.train).unwrap();
+        let found = fitted_replay[0].parameters[parameter::initial_base_rate(LINKS)];
+        let deviation = search.misfit(&vec![fitted_replay[0].shown.clone()], &case.train).sqrt();
         println!("{rate}: {found}, {deviation}");
         assert!((found - rate).abs() < 0.1 * rate.abs(), "{found} of {rate}");
     }
@@ -253,10 +253,10 @@ fn a_joint_held_to_be_rigid_gives_way() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "jointFlexible = [false, false, false]", &defaults(), |_, _, _| {});
     let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-    let said = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
-    let ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
-    assert_eq!((said.verdict, &ids[..]), (Verdict::Effects, &[("joint-flexibility", Some(1))][..]));
-    let amount = &said.effects[0].parameters["jointStiffness"];
+    let outcome = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
+    let ids: Vec<(&str, Option<usize>)> = outcome.effects.iter().map(|e| (&*e.id, e.joint)).collect();
+    assert_eq!((outcome.verdict, &ids[..]), (Verdict::Effects, &[("joint-flexibility", Some(1))][..]));
+    let amount = &outcome.effects[0].parameters["jointStiffness"];
     let [low, high] = amount.ci95.map(Option::unwrap);
     let truth = defaults()[parameter::joint_stiffness(LINKS)];
     assert!(low < truth && truth < high && high < 1.2 * low, "{amount:?} of {truth}");
@@ -269,13 +269,13 @@ fn friction_of_a_rigid_joint_has_no_side() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "", &defaults(), |_, v, u| u[1] -= 0.01 * (v[4] / 1e-3).tanh());
     let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-    let said = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
-    let mut ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
+    let outcome = diagnose(&loaded, &DiagnoseOptions::default(), &mut |_, _| {}).unwrap().diagnosis;
+    let mut ids: Vec<(&str, Option<usize>)> = outcome.effects.iter().map(|e| (&*e.id, e.joint)).collect();
     ids.sort_unstable();
-    assert_eq!(said.verdict, Verdict::Ambiguous, "{ids:?}");
+    assert_eq!(outcome.verdict, Verdict::Ambiguous, "{ids:?}");
     assert_eq!(ids, [("load-friction", Some(2)), ("motor-friction", Some(2))]);
     // The form of a law gives no information on its place: no experiment determines it.
-    assert!(said.next_experiment.is_none() && said.indistinguishable.len() == 1);
+    assert!(outcome.next_experiment.is_none() && outcome.indistinguishable.len() == 1);
 }
 
 /// As other simulators have it a motor creeps where ours would stick: it has bristles along, in full.
@@ -295,10 +295,10 @@ fn motor_friction_of_an_arm_has_bristles_along() {
     let value = |name: &str| stated.nominal[names.iter().position(|n| n.name == name).unwrap()];
     assert_eq!([1, 2, 3].map(|j| value(&format!("preslidingShare[{j}]"))), [1.0, 0.0, 0.0]);
     // How far they bend is estimated, and what is claimed goes into the FMU.
-    let asked: Vec<&str> = stated.unknowns[stated.begin[0]..].iter().map(|u| &*u.name).collect();
+    let requested: Vec<&str> = stated.unknowns[stated.begin[0]..].iter().map(|u| &*u.name).collect();
     assert!(
-        asked.contains(&"preslidingDisplacement[1]") && asked.contains(&"coulombFriction[1]"),
-        "{asked:?}"
+        requested.contains(&"preslidingDisplacement[1]") && requested.contains(&"coulombFriction[1]"),
+        "{requested:?}"
     );
     assert_eq!(friction.packed().collect::<Vec<_>>(), ["motor-friction", "presliding-friction"]);
     // By them the balances miss next to nothing of what they missed.
@@ -313,7 +313,7 @@ fn motor_friction_of_an_arm_has_bristles_along() {
 }
 
 #[test]
-fn the_picture_of_a_case_says_inside_or_outside_and_where() {
+fn the_picture_of_a_case_gives_inside_or_outside_and_where() {
     let friction: Extra = |_, v, u| u[0] -= 0.02 * (v[6] / 1e-3).tanh();
     let tilt: Extra = |_, _, u| u[input::base_force(LINKS)] = 0.003;
     let ripple: Extra = |t, _, u| u[1] += 0.01 * (5.0 * t).sin();

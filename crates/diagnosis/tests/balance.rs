@@ -38,7 +38,7 @@ fn recording(p: &[f64], push: f64) -> IdentificationRun {
 }
 
 #[test]
-fn what_is_missing_is_the_torque_that_nobody_told_of() {
+fn the_missing_torque_is_the_unrecorded_one() {
     let subject = DiagnosisSubject::new(PlantKind::Joint, vec![false]);
     let model = subject.model(&[] as &[&str]).unwrap();
     let mut p = subject.defaults(&model);
@@ -48,11 +48,11 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
     let inertia = p[parameter::MOTOR_INERTIA] + p[parameter::LOAD_INERTIA] / p[parameter::GEAR_RATIO].powi(2);
     let coordinates = subject.coordinates(&model, &p);
     for push in [0.0, 0.01] {
-        let led = GriddedRecording::new(&recording(&p, push), 2, 1.5).unwrap();
-        let links = led.links(&model, &coordinates);
-        let missing = led.missing(&model, &links, &p, &SensorSet::none(2, output::COUNT)).unwrap();
-        for (k, v) in missing[0].iter().enumerate().filter(|(k, _)| led.counts.contains(k)) {
-            let t = led.t[k];
+        let prescribed = GriddedRecording::new(&recording(&p, push), 2, 1.5).unwrap();
+        let links = prescribed.links(&model, &coordinates);
+        let missing = prescribed.missing(&model, &links, &p, &SensorSet::none(2, output::COUNT)).unwrap();
+        for (k, v) in missing[0].iter().enumerate().filter(|(k, _)| prescribed.counts.contains(k)) {
+            let t = prescribed.t[k];
             if [4.0, 6.0].iter().any(|edge| (t - edge).abs() < 0.02) {
                 continue;
             }
@@ -67,16 +67,16 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
 fn rests_are_bridged() {
     let p = DiagnosisSubject::new(PlantKind::Joint, vec![false]);
     let model = p.model(&[] as &[&str]).unwrap();
-    let mut led = GriddedRecording::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
-    let series: Vec<f64> = led.t.clone();
-    led.reversal[1000..1500].fill(true);
+    let mut prescribed = GriddedRecording::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
+    let series: Vec<f64> = prescribed.t.clone();
+    prescribed.reversal[1000..1500].fill(true);
     let mut odd = series.clone();
     odd[1000..1500].fill(1e9);
-    let bridged = led.counted(&odd);
-    assert!(bridged.iter().zip(&series[led.counts.clone()]).all(|(a, b)| (a - b).abs() < 0.01));
-    assert!(!led.is_bridged());
-    led.reversal[500..4500].fill(true);
-    assert!(led.is_bridged());
+    let bridged = prescribed.counted(&odd);
+    assert!(bridged.iter().zip(&series[prescribed.counts.clone()]).all(|(a, b)| (a - b).abs() < 0.01));
+    assert!(!prescribed.is_bridged());
+    prescribed.reversal[500..4500].fill(true);
+    assert!(prescribed.is_bridged());
 }
 
 /// Noise of readings is fast once it is an acceleration: bridges leave next to nothing slow of it.
@@ -85,17 +85,17 @@ fn bridges_keep_fast_noise_fast() {
     use rand::{Rng, SeedableRng};
     let p = DiagnosisSubject::new(PlantKind::Joint, vec![false]);
     let model = p.model(&[] as &[&str]).unwrap();
-    let led = GriddedRecording::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
+    let prescribed = GriddedRecording::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    let noise: Vec<f64> = led.t.iter().map(|_| rng.sample(rand_distr::StandardNormal)).collect();
-    let series = octaves::gaussian(&noise, led.kernel, 2);
+    let noise: Vec<f64> = prescribed.t.iter().map(|_| rng.sample(rand_distr::StandardNormal)).collect();
+    let series = octaves::gaussian(&noise, prescribed.kernel, 2);
     let slow = |series: &[f64]| {
-        let last = led.parts.last().map(|p| p.octave);
-        let values = octaves::split(series).into_iter().zip(&led.parts);
+        let last = prescribed.parts.last().map(|p| p.octave);
+        let values = octaves::split(series).into_iter().zip(&prescribed.parts);
         let of: Vec<f64> = values.filter(|(_, p)| Some(p.octave) == last).map(|(v, _)| v * v).collect();
         (of.iter().sum::<f64>() / of.len() as f64).sqrt()
     };
-    let (mut masked, mut rough) = (led.clone(), series.clone());
+    let (mut masked, mut rough) = (prescribed.clone(), series.clone());
     for begin in (400..4600).step_by(400) {
         masked.reversal[begin..begin + 60].fill(true);
         // The same bridge from means of four readings.
@@ -103,7 +103,7 @@ fn bridges_keep_fast_noise_fast() {
         let (a, b) = (mean(begin - 4), mean(begin + 60));
         (0..60).for_each(|i| rough[begin + i] = a + (b - a) * (i + 1) as f64 / 61.0);
     }
-    let [whole, rough] = [&series, &rough].map(|s| slow(&s[led.counts.clone()]));
+    let [whole, rough] = [&series, &rough].map(|s| slow(&s[prescribed.counts.clone()]));
     let bridged = slow(&masked.counted(&series));
     assert!(
         bridged < 2.0 * whole && bridged < 0.1 * rough,
@@ -143,11 +143,11 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
                 / p[parameter::TORQUE_CONSTANT]
         })
         .collect();
-    let led = GriddedRecording::new(&run, 2, kernel).unwrap();
+    let prescribed = GriddedRecording::new(&run, 2, kernel).unwrap();
     let rms = |model: &EngineModel, p: &[f64]| {
-        let links = led.links(model, &subject.coordinates(model, p));
-        let missing = led.missing(model, &links, p, &SensorSet::none(2, output::COUNT)).unwrap();
-        let counted = &missing[0][led.counts.clone()];
+        let links = prescribed.links(model, &subject.coordinates(model, p));
+        let missing = prescribed.missing(model, &links, p, &SensorSet::none(2, output::COUNT)).unwrap();
+        let counted = &missing[0][prescribed.counts.clone()];
         (counted.iter().map(|v| v * v).sum::<f64>() / counted.len() as f64).sqrt()
     };
     // A Gaussian of s samples leaves e^(-(w s h)^2 / 2) of a sine.
@@ -161,7 +161,7 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
 /// A test-bed's motor that no sensor measures: with accelerations that the model computes for what is prescribed it runs away, with
 /// those that were measured it stays where it was.
 #[test]
-fn what_nothing_leads_moves_beside_what_was_measured() {
+fn unprescribed_coordinates_move_with_what_was_measured() {
     use trueup_models::arm::{input, output, parameter};
     use trueup_numerics::driver::{DriverOptions, simulate};
     let subject = DiagnosisSubject::new(PlantKind::Arm, vec![true, false, false]);
@@ -200,17 +200,18 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
         channels: seen.map(channel).collect(),
         ..IdentificationRun::default()
     };
-    let mut led = GriddedRecording::new(&recording, model.sizes().inputs, 1.5).unwrap();
-    led.leading.coordinates = vec![true; all.len()];
-    let made_up = led.links(&model, &all);
-    led.leading.as_measured = true;
-    let links = led.links(&model, &all);
-    assert_eq!(links.unled().collect::<Vec<_>>(), [4]);
+    let mut prescribed = GriddedRecording::new(&recording, model.sizes().inputs, 1.5).unwrap();
+    prescribed.leading.coordinates = vec![true; all.len()];
+    let made_up = prescribed.links(&model, &all);
+    prescribed.leading.as_measured = true;
+    let links = prescribed.links(&model, &all);
+    assert_eq!(links.unprescribed().collect::<Vec<_>>(), [4]);
     let missed = |links: &Links, p: &[f64]| {
-        let missing =
-            led.missing(&model, links, p, &SensorSet::none(model.sizes().inputs, output::count(3))).unwrap();
-        let of = |c: usize| missing[c][led.counts.clone()].iter().map(|v| v * v).sum::<f64>();
-        ((0..missing.len()).map(of).sum::<f64>() / led.counts.len() as f64).sqrt()
+        let missing = prescribed
+            .missing(&model, links, p, &SensorSet::none(model.sizes().inputs, output::count(3)))
+            .unwrap();
+        let of = |c: usize| missing[c][prescribed.counts.clone()].iter().map(|v| v * v).sum::<f64>();
+        ((0..missing.len()).map(of).sum::<f64>() / prescribed.counts.len() as f64).sqrt()
     };
     let mut soft = p.clone();
     soft[parameter::joint_stiffness(n)] *= 0.8;

@@ -44,7 +44,7 @@ fn parameters(case: &Case) -> Vec<f64> {
 }
 
 #[test]
-fn the_example_cases_are_missing_something_where_their_keys_say() {
+fn the_example_cases_are_missing_something_where_their_keys_state() {
     let Some(folder) = data() else { return };
     for (name, place) in [
         ("backlash", "transmission"),
@@ -88,14 +88,14 @@ fn the_example_cases_are_missing_something_where_their_keys_say() {
 }
 
 /// What `key.toml` of an example case contains as a list or a text.
-fn told(key: &str, name: &str) -> Vec<String> {
+fn reported(key: &str, name: &str) -> Vec<String> {
     let line = key.lines().find_map(|l| l.strip_prefix(name)?.trim_start().strip_prefix('=')).unwrap();
     line.split('"').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
 #[test]
 #[ignore = "whole diagnosis: ./test --full"]
-fn the_example_cases_are_diagnosed_as_their_keys_say() {
+fn the_example_cases_are_diagnosed_as_their_keys_state() {
     let Some(folder) = data() else { return };
     for name in ["backlash", "gravity-torque", "stribeck-friction", "none"] {
         let case = folder.join("example-cases").join(name);
@@ -108,11 +108,11 @@ fn the_example_cases_are_diagnosed_as_their_keys_say() {
             "{name}: {:?}, probability {probability:.3?}, gap before {:.4}, tuned {:.4}, after {:.4}, floor {:.4}",
             d.verdict, gap.before, gap.tuned, gap.after, gap.floor
         );
-        assert_eq!(serde_json::to_value(d.verdict).unwrap(), told(&key, "verdict")[0], "{name}");
+        assert_eq!(serde_json::to_value(d.verdict).unwrap(), reported(&key, "verdict")[0], "{name}");
         let named: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
-        assert_eq!(named, told(&key, "effects"), "{name}");
+        assert_eq!(named, reported(&key, "effects"), "{name}");
         let components: Vec<&str> = d.effects.iter().map(|e| e.component.as_str()).collect();
-        assert_eq!(components, told(&key, "components"), "{name}");
+        assert_eq!(components, reported(&key, "components"), "{name}");
     }
 }
 
@@ -180,24 +180,24 @@ fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
     }
     assert_ne!(found[0].place, "sensor:motorAngle");
     let motor = found.iter().find(|e| e.place == "motor").unwrap();
-    let mut told: Vec<f64> = joint_intervals(&p, false, &columns, motor, "pulses", time[0], 0.05)
+    let mut reported: Vec<f64> = joint_intervals(&p, false, &columns, motor, "pulses", time[0], 0.05)
         .iter()
         .flat_map(|i| [i.start, i.end])
         .collect();
-    told.sort_by(f64::total_cmp);
+    reported.sort_by(f64::total_cmp);
     let edges: Vec<f64> =
         (1..pulses.len()).filter(|k| pulses[*k] != pulses[k - 1]).map(|k| time[k]).collect();
-    let near = |e: &f64| told.iter().map(|t| (t - e).abs()).fold(f64::INFINITY, f64::min);
+    let near = |e: &f64| reported.iter().map(|t| (t - e).abs()).fold(f64::INFINITY, f64::min);
     let errors: Vec<f64> = edges.iter().map(near).collect();
     let hits = errors.iter().filter(|e| **e <= 5e-3).count();
     println!(
         "{} edges, {} reported, {hits} within 5 ms, median {:.4} s",
         edges.len(),
-        told.len(),
+        reported.len(),
         middle(errors.clone())
     );
     println!("{:.3?}", errors);
-    assert!(hits as f64 >= 0.95 * edges.len() as f64 && told.len() <= edges.len() + 2);
+    assert!(hits as f64 >= 0.95 * edges.len() as f64 && reported.len() <= edges.len() + 2);
 }
 
 /// The same drive by the whole diagnosis: of the second run the first half is for fitting, the rest is held out.
@@ -218,11 +218,11 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     println!("{:?}: {:?}", d.verdict, d.effects.iter().map(|e| (&e.id, &e.component)).collect::<Vec<_>>());
     println!("places by the balances: {:?}", found.picture.as_ref().map(|p| &p.places));
     println!("gap {:?}", d.gap.overall);
-    let told: Vec<f64> = d.location.intervals.iter().flat_map(|i| [i.start, i.end]).collect();
+    let reported: Vec<f64> = d.location.intervals.iter().flat_map(|i| [i.start, i.end]).collect();
     let edges: Vec<f64> = (1..half).filter(|k| pulses[*k] != pulses[k - 1]).map(|k| time[k]).collect();
-    let near = |e: &f64| told.iter().map(|t| (t - e).abs()).fold(f64::INFINITY, f64::min);
+    let near = |e: &f64| reported.iter().map(|t| (t - e).abs()).fold(f64::INFINITY, f64::min);
     let hits = edges.iter().filter(|e| near(e) <= 5e-3).count();
-    println!("{} edges, {} reported, {hits} within 5 ms", edges.len(), told.len());
+    println!("{} edges, {} reported, {hits} within 5 ms", edges.len(), reported.len());
     // A push at the actuator, or something there that has no name.
     let named = d.effects.first().is_some_and(|e| e.id == "external-force" && e.component == "actuator");
     let there = d.location.components.first().is_some_and(|c| c.id == "actuator");

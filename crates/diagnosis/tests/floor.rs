@@ -25,7 +25,7 @@ fn white(n: usize, sd: f64, seed: u64) -> Vec<f64> {
 }
 
 #[test]
-fn without_any_word_the_noise_under_a_motion_is_guessed_and_said_to_be_so() {
+fn without_a_declaration_the_noise_under_a_motion_is_estimated_and_reported() {
     let motion = |i: usize| 3.0 * (0.002 * i as f64 * 9.0).sin();
     let noisy = white(5000, 0.01, 1).iter().enumerate().map(|(i, e)| motion(i) + e).collect();
     let floor = output(&case(vec![run("a", noisy)]), "motorAngle").unwrap();
@@ -82,7 +82,7 @@ fn coloured_noise_has_a_spectrum_and_white_noise_none() {
 }
 
 #[test]
-fn noise_of_an_input_grows_on_its_way_as_theory_says() {
+fn noise_of_an_input_grows_on_its_way_as_theory_predicts() {
     // Twice integrated white noise of a current: variance h^4 sd^2 sum k^2.
     let (n, h, sd) = (400, 0.01, 0.5);
     let twice = |inputs: &[Vec<f64>]| -> Result<Vec<Vec<f64>>, ()> {

@@ -47,10 +47,10 @@ fn a_ripple_is_named_with_its_size_and_what_is_shipped_has_it() {
     assert!(low <= RIPPLE && RIPPLE <= high && high - low < 0.4 * RIPPLE, "{size:?}");
     let augmented = found.augmented.as_ref().unwrap();
     shipped::check(d, augmented, &augmented.values).unwrap();
-    let told = d.parameters.iter().chain(&d.effects[0].parameters);
+    let reported = d.parameters.iter().chain(&d.effects[0].parameters);
     let mut compared = 0;
     for (name, value) in &augmented.values {
-        if let Some((_, amount)) = told.clone().find(|(n, _)| *n == name) {
+        if let Some((_, amount)) = reported.clone().find(|(n, _)| *n == name) {
             assert_eq!(amount.value, *value, "{name}");
             compared += 1;
         }

@@ -42,7 +42,7 @@ fn with_one_encoder_nothing_and_with_two_all_but_the_motor_side() {
 }
 
 #[test]
-fn a_manipulator_tells_inside_from_outside_if_its_base_is_watched() {
+fn a_manipulator_distinguishes_inside_from_outside_if_its_base_is_measured() {
     let arm = |base: bool, motors: bool| {
         let mut channels: Vec<String> =
             (1..=3).flat_map(|i| [format!("jointTorque[{i}]"), format!("jointAngle[{i}]")]).collect();

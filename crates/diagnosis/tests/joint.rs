@@ -252,8 +252,12 @@ fn the_picture_of_a_case_shows_what_is_missing_and_where() {
         assert!(seen.places[0].share > 0.8 && seen.places.iter().map(|p| p.share).sum::<f64>() < 1.0 + 1e-12);
         assert_eq!(seen.floors.len(), 2);
         // By structure: motor friction and actuator are one class, transmission and load each by itself.
-        let told = &seen.isolability;
-        assert!(told.isolable("transmission") && told.isolable("load") && !told.isolable("motor-friction"));
+        let reported = &seen.isolability;
+        assert!(
+            reported.isolable("transmission")
+                && reported.isolable("load")
+                && !reported.isolable("motor-friction")
+        );
         assert_eq!(seen.courses.len(), 2);
         let law = |name: &str| seen.curves.iter().find(|c| c.title.contains(name)).unwrap();
         match place {

@@ -10,12 +10,13 @@ use trueup_diagnosis::engine::select::SearchEffort;
 /// A joint with known parameters, behind a coarse load encoder. What predicts less than 2 is not fitted; as a share of the change
 /// that a look brings the delay of that encoder promised 4.5, as it was looked at it does 0.4.
 #[test]
-fn a_noisy_reading_promises_no_delay() {
-    let owner = Joint { load_noise: 5e-5, motor_noise: 2e-5, ..Joint::default() };
-    let loaded = owner.recorded(|current, [q, w, l, v]| {
-        let spring = owner.stiffness * (q - l) + owner.damping * (w - v);
-        let drive = owner.torque_constant * current - owner.coulomb * (w / 0.02).tanh() - owner.viscous * w;
-        [*w, (drive - spring) / owner.motor_inertia, *v, spring / owner.reflected()]
+fn a_noisy_reading_gives_no_delay() {
+    let nominal = Joint { load_noise: 5e-5, motor_noise: 2e-5, ..Joint::default() };
+    let loaded = nominal.recorded(|current, [q, w, l, v]| {
+        let spring = nominal.stiffness * (q - l) + nominal.damping * (w - v);
+        let drive =
+            nominal.torque_constant * current - nominal.coulomb * (w / 0.02).tanh() - nominal.viscous * w;
+        [*w, (drive - spring) / nominal.motor_inertia, *v, spring / nominal.reflected()]
     });
     let case = PreparedCase::new(&loaded).unwrap();
     let search = CaseSearch::new(&case, 1).unwrap();

@@ -174,10 +174,10 @@ fn regimes_of_an_excess_are_found_and_chance_is_none() {
         let best = &found[0];
         let (variable, low, high) = best.main().unwrap();
         let value = if variable == "motorAngle" { &q } else { &v };
-        let told: Vec<bool> =
+        let flagged: Vec<bool> =
             value.iter().map(|x| low.is_none_or(|l| *x >= l) && high.is_none_or(|h| *x <= h)).collect();
         let count =
-            |f: &dyn Fn(bool, bool) -> bool| truth.iter().zip(&told).filter(|(a, b)| f(**a, **b)).count();
+            |f: &dyn Fn(bool, bool) -> bool| truth.iter().zip(&flagged).filter(|(a, b)| f(**a, **b)).count();
         let overlap = count(&|a, b| a && b) as f64 / count(&|a, b| a || b) as f64;
         println!(
             "{variable} {low:?} {high:?}: share {:.2}, lift {:.1}, p {:.2}, overlap {overlap:.2}",

@@ -4,7 +4,6 @@
 
 mod arm;
 mod balance;
-mod believed;
 mod data;
 mod floor;
 mod innovations;
@@ -15,6 +14,7 @@ mod late;
 mod locate;
 mod made;
 mod map;
+mod priors;
 mod pushes;
 mod reversals;
 mod rigid;

@@ -39,7 +39,7 @@ fn pushed() -> Loaded {
 /// Where balances see nothing, free runs have to: their answer to a push lasts.
 #[test]
 #[ignore = "long: ./test --full runs it"]
-fn a_free_run_asks_for_two_pushes_where_they_are() {
+fn a_free_run_requires_two_impulses_where_they_are() {
     let loaded = pushed();
     let case = PreparedCase::new(&loaded).unwrap();
     let search = CaseSearch::new(&case, 1).unwrap();
@@ -47,8 +47,9 @@ fn a_free_run_asks_for_two_pushes_where_they_are() {
     let start = search.compare(&stated).start();
     let plain = search.fit(stated, &start, SearchEffort::default().options()).unwrap();
     let free = search.polish(&plain, 5).fitted.unwrap();
-    let asked = search.lacking(&free, 0.0);
-    let several = asked.iter().find(|a| a.stated.set[0].label() == "external-force:load (several)").unwrap();
+    let requested = search.lacking(&free, 0.0);
+    let several =
+        requested.iter().find(|a| a.stated.set[0].label() == "external-force:load (several)").unwrap();
     let of = |name: &str| {
         let at = several.stated.unknowns.iter().position(|u| u.name == name).unwrap();
         several.stated.unknowns[at].scale.value(several.start[at]).0
@@ -60,7 +61,7 @@ fn a_free_run_asks_for_two_pushes_where_they_are() {
         });
         assert!(found, "{begin} s");
     }
-    let others = asked.iter().filter(|a| a.stated.set[0].id != "external-force").map(|a| a.share);
+    let others = requested.iter().filter(|a| a.stated.set[0].id != "external-force").map(|a| a.share);
     let best = others.fold(0.0, f64::max);
     assert!(several.share > best, "{} {best}", several.share);
 }
@@ -81,12 +82,12 @@ fn two_pushes_in_every_recording_are_one_cause() {
             ["Torque", "Start", "Duration"].map(|n| value(&format!("loadPush{which}{n}")));
         (start, torque * duration)
     };
-    let told = [of(""), of("Second"), of("Third")];
+    let reported = [of(""), of("Second"), of("Third")];
     for ([begin, length], impulse) in
         [(FIRST, TORQUE * 0.7 * std::f64::consts::FRAC_2_PI), (SECOND, -TORQUE * 0.3)]
     {
         let within = |start: f64| start > begin - 0.2 && start < begin + length;
-        let sum: f64 = told.iter().filter(|t| within(t.0)).map(|t| t.1).sum();
-        assert!((sum / impulse - 1.0).abs() < 0.05, "{sum} of {impulse}: {told:?}");
+        let sum: f64 = reported.iter().filter(|t| within(t.0)).map(|t| t.1).sum();
+        assert!((sum / impulse - 1.0).abs() < 0.05, "{sum} of {impulse}: {reported:?}");
     }
 }

@@ -37,7 +37,7 @@ def joint(fmus):
 @pytest.fixture(scope="session")
 def backlash():
     """The folder of a case."""
-    return EXAMPLES / "backlash"
+    return EXAMPLES / "06-backlash"
 
 
 @pytest.fixture(scope="session")

@@ -98,13 +98,11 @@ def test_models_are_packed_with_what_is_asked_for(tmp_path):
 
 
 def test_a_system_runs_as_its_file_says(program, fmus, tmp_path):
-    examples = tmp_path / "examples"
-    examples.mkdir()
-    text = (EXAMPLES / "joint.toml").read_text()
+    text = (EXAMPLES / "01-joint" / "joint.toml").read_text()
     for model in ("TwoMassJoint", "JointController"):
-        text = text.replace(f"../out/{model}.fmi3.fmu", str(fmus / f"{model}.fmi3.fmu"))
-    (examples / "joint.toml").write_text(text)
-    system = tu.System(examples / "joint.toml")
+        text = text.replace(f"../../out/{model}.fmi3.fmu", str(fmus / f"{model}.fmi3.fmu"))
+    (tmp_path / "joint.toml").write_text(text)
+    system = tu.System(tmp_path / "joint.toml")
     run = system.simulate(parameters={"controller.strategy": "WBC"}, stop=1)
     results = tmp_path / "joint.csv"
     program("simulate", system.file, "--set", "controller.strategy=WBC", "--stop", "1", "-o", results)

@@ -9,7 +9,9 @@ use super::monolith;
 
 /// A closed loop of two FMUs.
 pub(crate) struct Case {
-    /// Of its files in `examples/`.
+    /// In `examples/`.
+    pub(crate) folder: &'static str,
+    /// Of its files there.
     pub(crate) name: &'static str,
     /// Components and their FMUs.
     pub(crate) components: [(&'static str, &'static str); 2],
@@ -29,6 +31,7 @@ pub(crate) struct Case {
 
 pub(crate) const LOOPS: &[Case] = &[
     Case {
+        folder: "01-joint",
         name: "joint",
         components: [("plant", "TwoMassJoint"), ("controller", "JointController")],
         start: &[
@@ -45,6 +48,7 @@ pub(crate) const LOOPS: &[Case] = &[
         monolith: monolith::joint,
     },
     Case {
+        folder: "02-arm",
         name: "arm",
         components: [("arm", "PlanarManipulator"), ("controller", "ManipulatorController")],
         start: &[
@@ -74,10 +78,11 @@ pub(crate) fn folder() -> Option<PathBuf> {
     folder
 }
 
-/// The system of `examples/<name>.<file>` with FMUs of that version of FMI.
+/// The system of `examples/<folder>/<name>.<file>` with FMUs of that version of FMI.
 pub(crate) fn system(case: &Case, fmus: &Path, file: &str, version: u32) -> CosimSystem {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    let mut system = CosimSystem::read(&examples.join(format!("{}.{file}", case.name))).unwrap();
+    let mut system =
+        CosimSystem::read(&examples.join(case.folder).join(format!("{}.{file}", case.name))).unwrap();
     for component in &mut system.components {
         let (_, model) = case.components.iter().find(|(name, _)| *name == component.name).unwrap();
         component.fmu = fmus.join(format!("{model}.fmi{version}.fmu"));

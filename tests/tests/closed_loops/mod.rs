@@ -93,7 +93,7 @@ fn the_adaptive_algorithm_keeps_its_tolerance_behind_a_limit() {
     for version in [2, 3] {
         let mut estimates = Vec::new();
         for tolerance in [1e-4, 1e-6] {
-            let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/joint.toml");
+            let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/01-joint/joint.toml");
             let mut system = CosimSystem::read(file.as_ref()).unwrap();
             for (component, model) in system.components.iter_mut().zip(["TwoMassJoint", "JointController"]) {
                 component.fmu = folder.join(format!("{model}.fmi{version}.fmu"));

@@ -139,7 +139,7 @@ pub(crate) fn joint(reference: f64, times: &[f64]) -> Vec<f64> {
     joint_under(Strategy::PPi, 1e3, false, reference, times)
 }
 
-/// Load angle of DELIAN's joint 1 as in `examples/joint.toml`: dry friction, VWBC, and a current at its limit at first.
+/// Load angle of DELIAN's joint 1 as in `examples/01-joint/joint.toml`: dry friction, VWBC, and a current at its limit at first.
 #[allow(dead_code, reason = "the benchmark draws smooth loops only")]
 pub(crate) fn limited_joint(reference: f64, times: &[f64]) -> Vec<f64> {
     joint_under(Strategy::Vwbc, 0.25, true, reference, times)

@@ -36,7 +36,7 @@ pub(crate) fn models() -> impl Iterator<Item = CatalogModel> {
             "control of a robot in space: hands by the generalized Jacobian, base free or held",
         ),
         model("JointController", "P/PI and wave-based control of one joint"),
-        model("ManipulatorController", "the same control law for every joint of an arm"),
+        model(ARM_CONTROLLER, "the same control law for every joint of an arm"),
     ]
     .into_iter()
 }
@@ -45,6 +45,9 @@ pub(crate) fn models() -> impl Iterator<Item = CatalogModel> {
 pub(crate) fn presets(model: &str) -> impl Iterator<Item = &'static ValuePreset> {
     PRESETS.iter().filter(move |p| p.model == model)
 }
+
+/// The controller of an arm, for any number of joints.
+pub(crate) const ARM_CONTROLLER: &str = "ManipulatorController";
 
 /// The model whose presets are robots.
 pub(crate) const FLYER: &str = "SpatialFreeFlyer";

@@ -42,33 +42,51 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "trueup simulate out/TwoMassJoint.fmi3.fmu --set motorCurrent=-0.02 --stop 1 -o run.csv",
             "trueup simulate out/TwoMassJoint.fmi3.fmu --input inputs.csv --plot run.html",
-            "trueup simulate examples/joint.toml --set controller.strategy=WBC -o joint.csv",
-            "trueup simulate examples/arm.toml --check",
+            "trueup simulate examples/01-joint/joint.toml --set controller.strategy=WBC -o joint.csv",
+            "trueup simulate examples/02-arm/arm.toml --check",
         ],
     ),
     (
         "scale",
         &[
-            "trueup scale examples/arm.toml --lambda 0.3",
-            "trueup scale examples/backlash --lambda 0.3 --exponent A=0 -o bench",
+            "trueup scale examples/02-arm/arm.toml --lambda 0.3",
+            "trueup scale examples/06-backlash --lambda 0.3 --exponent A=0 -o bench",
             "trueup scale out/TwoMassJoint.fmi3.fmu --lambda 0.3 --exponent A=0 -o bench.toml",
-            "trueup scale bench.csv --lambda 0.3 --back --units examples/arm.toml -o orbit.csv",
+            "trueup scale bench.csv --lambda 0.3 --back --units examples/02-arm/arm.toml -o orbit.csv",
         ],
     ),
     (
         "sweep",
         &[
-            "trueup sweep examples/sweep.toml",
-            "trueup sweep examples/sweep.toml --shard 1/2",
-            "trueup sweep examples/sweep.toml --slurm=64",
-            "trueup sweep examples/sweep.toml --run 17 -o run.csv",
+            "trueup sweep examples/03-sweep/sweep.toml",
+            "trueup sweep examples/03-sweep/sweep.toml --shard 1/2",
+            "trueup sweep examples/03-sweep/sweep.toml --slurm=64",
+            "trueup sweep examples/03-sweep/sweep.toml --run 17 -o run.csv",
         ],
     ),
     (
         "sweep map",
-        &["trueup sweep map examples/capture-cells.toml --beside examples/capture-cells.csv -o cells.html"],
+        &[
+            "trueup sweep map examples/04-capture/capture-cells.toml --beside examples/04-capture/capture-cells.csv -o cells.html",
+        ],
     ),
-    ("sweep merge", &["trueup sweep merge examples/sweep.toml -o runs.parquet"]),
+    ("sweep merge", &["trueup sweep merge examples/03-sweep/sweep.toml -o runs.parquet"]),
+    (
+        "init",
+        &[
+            "trueup init logs/*.csv",
+            "trueup init run.mcap --model TwoMassJoint",
+            "trueup init lerobot-data-set --print",
+        ],
+    ),
+    (
+        "check",
+        &[
+            "trueup check recordings",
+            "trueup check recordings --json",
+            "trueup check recordings --plot check.html",
+        ],
+    ),
     (
         "identify",
         &[
@@ -114,6 +132,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("trial score", &["trueup trial score trials -o card.md"]),
     ("trial compare", &["trueup trial compare trials/results trials/other"]),
     ("trial decide", &["trueup trial decide trials --results trials/again"]),
+    ("schema", &["trueup schema case > case.schema.json"]),
     ("completions", &["trueup completions bash", "trueup completions zsh", "trueup completions fish"]),
     ("man", &["trueup man -o /usr/local/share/man/man1"]),
     ("trial corpus", &["trueup trial corpus corpus.csv --from trials"]),

@@ -158,8 +158,8 @@ fn our_fmus_give_the_same_bits() {
     }
     // A plant and its controller, of both versions and interfaces.
     for (version, interface) in [("fmi2", "cs"), ("fmi3", "cs"), ("fmi3", "me")] {
-        let toml = include_str!("../../../examples/joint.toml");
-        let toml = toml.replace("../out/", "").replace("fmi3", version);
+        let toml = include_str!("../../../examples/01-joint/joint.toml");
+        let toml = toml.replace("../../out/", "").replace("fmi3", version);
         std::fs::write(folder.path().join("joint.toml"), toml).unwrap();
         let rows = same(folder.path(), &["joint.toml", "--stop", "0.2", "--interface", interface]);
         assert!(rows >= 201, "{version} {interface}: {rows} rows");

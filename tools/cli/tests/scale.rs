@@ -104,7 +104,7 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
 /// The example: its recordings and its nominal model, to and fro.
 #[test]
 fn a_case_is_scaled_with_its_recordings_and_back() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/backlash");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/06-backlash");
     let folder = tempfile::tempdir().unwrap();
     let case = folder.path().join("case");
     std::fs::create_dir(&case).unwrap();

@@ -194,8 +194,10 @@ fn toml() -> String {
 }
 
 fn xml() -> String {
-    std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/arm.ssd"))
-        .unwrap()
+    std::fs::read_to_string(
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/02-arm/arm.ssd"),
+    )
+    .unwrap()
 }
 
 /// Bytes replaced, pieces cut out, pieces doubled.

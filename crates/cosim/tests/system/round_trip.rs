@@ -12,12 +12,17 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+/// Folder, name and number of links of each example.
+const LOOPS: [(&str, &str, usize); 2] = [("01-joint", "joint", 5), ("02-arm", "arm", 15)];
+
 /// The examples with our models next to them (descriptions only).
 fn examples() -> Desk {
     let desk = Desk::new();
-    std::fs::create_dir(desk.path().join("examples")).unwrap();
-    for name in ["joint.toml", "joint.ssd", "arm.toml", "arm.ssd"] {
-        std::fs::copy(root().join("examples").join(name), desk.path().join("examples").join(name)).unwrap();
+    for (folder, name) in LOOPS.iter().map(|(folder, name, _)| (format!("examples/{folder}"), name)) {
+        std::fs::create_dir_all(desk.path().join(&folder)).unwrap();
+        for file in [format!("{folder}/{name}.toml"), format!("{folder}/{name}.ssd")] {
+            std::fs::copy(root().join(&file), desk.path().join(&file)).unwrap();
+        }
     }
     for model in ["TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController"] {
         let text =
@@ -30,9 +35,9 @@ fn examples() -> Desk {
 #[test]
 fn the_closed_loops_are_the_same_as_toml_as_ssd_and_packed() {
     let desk = examples();
-    for (name, links) in [("joint", 5), ("arm", 15)] {
+    for (folder, name, links) in LOOPS {
         let read = |file: PathBuf| CosimSystem::read(&file).map_err(|e| e.to_string()).unwrap();
-        let file = |extension: &str| desk.path().join(format!("examples/{name}.{extension}"));
+        let file = |extension: &str| desk.path().join(format!("examples/{folder}/{name}.{extension}"));
         let toml = read(file("toml"));
         let plan = check(&toml).map_err(|e| e.to_string()).unwrap();
         assert_eq!(plan.links.len(), links);

@@ -10,7 +10,7 @@ use crate::engine::search::CaseSearch;
 
 /// A recording with what the nominal model misses in it.
 pub(super) struct Acting<'a> {
-    pub led: &'a GriddedRecording,
+    pub prescribed: &'a GriddedRecording,
     run: &'a Compared,
     search: &'a CaseSearch<'a>,
     links: Links,
@@ -24,23 +24,28 @@ impl<'a> Acting<'a> {
     /// All recordings that the model can be compared with, those held out too: nothing is fitted.
     pub(super) fn all(search: &'a CaseSearch<'a>) -> Vec<Self> {
         let runs = search.case.train.iter().chain(&search.case.holdout);
-        search.led.iter().zip(runs).filter_map(|(led, run)| Self::new(search, led, run)).collect()
+        search
+            .prescribed
+            .iter()
+            .zip(runs)
+            .filter_map(|(prescribed, run)| Self::new(search, prescribed, run))
+            .collect()
     }
 
-    fn new(search: &'a CaseSearch<'a>, led: &'a GriddedRecording, run: &'a Compared) -> Option<Self> {
-        let links = led.links(&search.case.model, &search.case.coordinates);
-        let mut own = Self { led, run, search, links, with: Vec::new(), silent: Vec::new() };
-        own.with = own.missed(led)?;
-        own.silent = (0..led.inputs.len()).map(|input| own.silenced(&[input])).collect();
+    fn new(search: &'a CaseSearch<'a>, prescribed: &'a GriddedRecording, run: &'a Compared) -> Option<Self> {
+        let links = prescribed.links(&search.case.model, &search.case.coordinates);
+        let mut own = Self { prescribed, run, search, links, with: Vec::new(), silent: Vec::new() };
+        own.with = own.missed(prescribed)?;
+        own.silent = (0..prescribed.inputs.len()).map(|input| own.silenced(&[input])).collect();
         Some(own)
     }
 
-    fn missed(&self, led: &GriddedRecording) -> Option<Vec<Vec<f64>>> {
+    fn missed(&self, prescribed: &GriddedRecording) -> Option<Vec<Vec<f64>>> {
         let case = self.search.case;
         let sizes = case.model.sizes();
         let mut p = case.nominal.clone();
         self.run.known.iter().for_each(|(i, v)| p[*i] = *v);
-        led.missing(&case.model, &self.links, &p, &SensorSet::none(sizes.inputs, sizes.outputs)).ok()
+        prescribed.missing(&case.model, &self.links, &p, &SensorSet::none(sizes.inputs, sizes.outputs)).ok()
     }
 
     /// What is missed without these inputs; `None`: one of them is not recorded.
@@ -52,28 +57,28 @@ impl<'a> Acting<'a> {
     }
 
     fn silenced(&self, inputs: &[usize]) -> Option<Vec<Vec<f64>>> {
-        if inputs.iter().any(|i| self.led.inputs[*i].is_empty()) {
+        if inputs.iter().any(|i| self.prescribed.inputs[*i].is_empty()) {
             return None;
         }
-        let mut silent = self.led.clone();
+        let mut silent = self.prescribed.clone();
         inputs.iter().for_each(|i| silent.inputs[*i].fill(0.0));
         self.missed(&silent)
     }
 
     /// Channels that are compared as accelerations.
     pub(super) fn accelerated(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.led.channels.len()).filter(|c| self.led.shows_acceleration(&self.links, *c))
+        (0..self.prescribed.channels.len()).filter(|c| self.prescribed.shows_acceleration(&self.links, *c))
     }
 
     /// The channel that shows an output, if it is compared as an acceleration.
     pub(super) fn showing(&self, output: usize) -> Option<usize> {
-        self.accelerated().find(|at| self.led.channels[*at].output == output)
+        self.accelerated().find(|at| self.prescribed.channels[*at].output == output)
     }
 
     /// Power of what accelerates a channel, over that of its measured acceleration.
     pub(super) fn share(&self, along: &[f64], at: usize) -> f64 {
-        let square = |x: &[f64]| x[self.led.counts.clone()].iter().map(|x| x * x).sum::<f64>();
-        square(along) / square(&self.led.channels[at].ddy).max(f64::MIN_POSITIVE)
+        let square = |x: &[f64]| x[self.prescribed.counts.clone()].iter().map(|x| x * x).sum::<f64>();
+        square(along) / square(&self.prescribed.channels[at].ddy).max(f64::MIN_POSITIVE)
     }
 
     /// What an input accelerates a channel by.
@@ -84,7 +89,7 @@ impl<'a> Acting<'a> {
 
     /// What all inputs together accelerate a channel by.
     pub(super) fn driven(&self, at: usize) -> Vec<f64> {
-        let mut sum = vec![0.0; self.led.t.len()];
+        let mut sum = vec![0.0; self.prescribed.t.len()];
         for input in 0..self.silent.len() {
             if let Some(along) = self.along(input, at) {
                 sum.iter_mut().zip(along).for_each(|(s, a)| *s += a);
@@ -102,7 +107,7 @@ impl<'a> Acting<'a> {
             };
             all.iter().filter_map(of).sum()
         };
-        let outputs = all.iter().flat_map(|a| a.accelerated().map(|at| a.led.channels[at].output));
+        let outputs = all.iter().flat_map(|a| a.accelerated().map(|at| a.prescribed.channels[at].output));
         let shares = outputs.map(|o| (o, share(o))).filter(|s| s.1.is_finite() && s.1 > 0.0);
         shares.max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0)
     }

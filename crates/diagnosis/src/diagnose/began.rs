@@ -2,7 +2,7 @@
 
 use crate::engine::coordinate::CoordinateReadings;
 use crate::engine::problem::Compared;
-use crate::engine::replay::{CompleteModel, SettledReplay};
+use crate::engine::replay::{CompleteModel, FittedReplay};
 use crate::engine::search::CaseSearch;
 
 /// Its file.
@@ -27,7 +27,7 @@ impl FreeRunStart {
         search: &CaseSearch<'_>,
         model: &CompleteModel,
         run: &Compared,
-        settled: &SettledReplay,
+        fitted_replay: &FittedReplay,
     ) -> Self {
         let subject = &search.case.subject;
         let names = subject.parameters(&model.stated.model);
@@ -40,10 +40,10 @@ impl FreeRunStart {
         let mut hidden: Vec<String> =
             hidden.into_iter().filter_map(|at| Some(names.get(at)?.name.clone())).chain(effects).collect();
         hidden.dedup();
-        let first = names.into_iter().zip(settled.parameters.iter().copied());
+        let first = names.into_iter().zip(fitted_replay.parameters.iter().copied());
         let states = first.filter(|(q, _)| q.is_initial()).map(|(q, value)| (q.name, value)).collect();
         let channel = |&(output, value): &(usize, f64)| Some((shown(output)?.name.clone(), value));
-        let offsets = settled.offsets.iter().filter_map(channel).collect();
+        let offsets = fitted_replay.offsets.iter().filter_map(channel).collect();
         Self { recording: run.run.name.clone(), states, hidden, offsets }
     }
 }
@@ -89,9 +89,9 @@ mod tests {
             hidden: vec!["initialBaseRate".into()],
             offsets: vec![("jointAngle[1]".into(), -1e-3)],
         };
-        let wanted = "recording,variable,value\n\"a, again.csv\",initialBaseRate,0.25\n\
+        let expected = "recording,variable,value\n\"a, again.csv\",initialBaseRate,0.25\n\
                       \"a, again.csv\",offset of jointAngle[1],-0.001\n";
-        assert_eq!(String::from_utf8(csv(&[began]).unwrap()).unwrap(), wanted);
+        assert_eq!(String::from_utf8(csv(&[began]).unwrap()).unwrap(), expected);
     }
 
     #[test]

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_told_apart_is_named_once() {
+    fn indistinguishable_causes_are_named_once() {
         let sets =
             ["backlash[1]", "motor-friction[1]", "backlash[2]", "motor-friction[2]", "cable-stiffness[1]"];
         let (found, decision) = ambiguous(&sets);
@@ -297,9 +297,9 @@ mod tests {
         found.sets[4].stated.set[0].times = Times::EachRun;
         let notes = elsewhere(effect::PlantKind::Arm, &found, &decision);
         let place = &found.best.stated.set[0].component;
-        let told = format!(
+        let note = format!(
             "backlash fits as well at {place} of joint 2, {place} of joint 3 as at {place} of joint 1"
         );
-        assert_eq!(notes, [told]);
+        assert_eq!(notes, [note]);
     }
 }

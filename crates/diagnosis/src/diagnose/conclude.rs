@@ -8,7 +8,7 @@ use super::contest::{ContendingSet, POLISH};
 use super::estimate::{ReportedEstimate, SetEstimate};
 use super::ground::ComparisonBasis;
 use super::held_out::{closed_alone, held_out};
-use super::place::{look, where_it_lies};
+use super::place::{locate_gap, look};
 use super::record::DecisionRecord;
 use super::traces::{WindowedGap, gap_report, traces};
 use super::{
@@ -16,7 +16,7 @@ use super::{
 };
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::replay::{CompleteModel, DRAWS, FreeRunFit, ReplayedReadings, SettledReplay, joined};
+use crate::engine::replay::{CompleteModel, DRAWS, FittedReplay, FreeRunFit, ReplayedReadings, joined};
 use crate::engine::search::{CaseSearch, FittedSet};
 use crate::engine::select::{SearchResult, same};
 use crate::experiment;
@@ -24,7 +24,7 @@ use crate::outcome::*;
 use crate::picture::isolability;
 
 /// A component with this share of an excess that nothing explains is reported as prominent.
-const STANDS_OUT: f64 = 0.5;
+const DOMINANT: f64 = 0.5;
 /// Iterations of a last fit, free-running, of a claim that did not run freely.
 const LAST: usize = 16;
 /// Place of the tuned model among the free-running fits without a claim, behind the one that standard deviations hold.
@@ -57,7 +57,7 @@ pub(super) fn conclude(
     ground: ComparisonBasis<'_>,
     DecidedCase { found, mut decision, by_evidence, contenders, record, noticed }: DecidedCase,
     loaded: &Loaded,
-    tell: &mut dyn FnMut(f64, &str),
+    report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     let (case, runs) = (search.case, ground.runs);
     let nominal = |e: PredictError| DiagnoseError::Nominal(e.to_string());
@@ -65,7 +65,7 @@ pub(super) fn conclude(
         let shown = search.replay(&complete, runs).map_err(nominal)?;
         Ok(SimulatedRuns { complete, shown })
     };
-    tell(0.85, "running freely what was decided, and how far noise goes");
+    report_progress(0.85, "running freely what was decided, and how far noise goes");
     let no_gap = decision.verdict == Verdict::NoGap;
     let mut tuned = match no_gap {
         true => SimulatedRuns { complete: before.clone(), shown: ground.before.clone() },
@@ -84,10 +84,10 @@ pub(super) fn conclude(
     }
     let window = search.window();
     // Of a set that was found by evidence its own values come first.
-    let reported = |led: &FittedSet, free: &[&FreeRunFit]| {
-        let own = by_evidence.as_ref().filter(|own| same(&own.stated.set, &led.stated.set));
-        let led: Vec<&FittedSet> = own.into_iter().chain([led]).collect();
-        ReportedEstimate::of(search, window, &led, free)
+    let reported = |prescribed: &FittedSet, free: &[&FreeRunFit]| {
+        let own = by_evidence.as_ref().filter(|own| same(&own.stated.set, &prescribed.stated.set));
+        let prescribed: Vec<&FittedSet> = own.into_iter().chain([prescribed]).collect();
+        ReportedEstimate::of(search, window, &prescribed, free)
     };
     let mut claim: Option<(ReportedEstimate, SimulatedRuns)> = None;
     if matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
@@ -122,15 +122,15 @@ pub(super) fn conclude(
     let bare = !found.best.stated.set.iter().any(Hypothesis::is_effect);
     let own = match (&claim, &ground.fitted) {
         (None, Some(fitted)) if !no_gap => {
-            let led = if bare { &found.best } else { &found.plain };
+            let prescribed = if bare { &found.best } else { &found.plain };
             // The tuned model has all parameters free: where the user's standard deviations let a fit predict as well, it is none.
-            let held = search.polish(led, POLISH);
+            let held = search.polish(prescribed, POLISH);
             let free = FreeRunFit {
                 complete: tuned.complete.clone(),
                 misfit: ground.misfit,
                 fitted: Some(fitted.clone()),
             };
-            reported(led, &[&held, &free])
+            reported(prescribed, &[&held, &free])
         }
         _ => None,
     };
@@ -138,11 +138,11 @@ pub(super) fn conclude(
         tuned = ran(own.complete.clone())?;
     }
     let claimed = claim.is_some();
-    let (told, after) = match claim {
+    let (final_estimate, after) = match claim {
         Some((own, after)) => (Some(own), after),
         None => (own, SimulatedRuns { complete: tuned.complete.clone(), shown: tuned.shown.clone() }),
     };
-    notes.extend(blind::told(search, decision.verdict));
+    notes.extend(blind::note(search, decision.verdict));
     // Evidence looks for orders by a spectrum of its own.
     let by_balances = by_evidence.is_none() && !options.capped;
     if let Some([from, to]) = search.searched_orders().filter(|_| by_balances) {
@@ -150,28 +150,29 @@ pub(super) fn conclude(
             "what repeats with a shaft was looked for from {from:.2} to {to:.0} times a turn: what is faster these readings do not show"
         ));
     }
-    let settled = search.settled(&after.complete, runs).map_err(nominal)?;
-    let floors =
-        search.floors_around(&after.complete, runs, &settled, (options.seed, DRAWS)).map_err(nominal)?;
+    let fitted_replay = search.fitted_replay(&after.complete, runs).map_err(nominal)?;
+    let floors = search
+        .floors_around(&after.complete, runs, &fitted_replay, (options.seed, DRAWS))
+        .map_err(nominal)?;
     let traces = traces(runs, [&ground.before, &tuned.shown, &after.shown], &floors);
     let models = [&before, &tuned.complete, &after.complete];
-    let windowed = window.and_then(|w| windowed(search, models, &ground, &settled, (w, options.seed)));
+    let windowed = window.and_then(|w| windowed(search, models, &ground, &fitted_replay, (w, options.seed)));
     let gap = gap_report(runs, &traces, windowed.as_ref(), options.seed);
     let (picture, location, next) = if options.verdict_only {
         (None, GapLocation::default(), None)
     } else {
-        tell(0.95, "finding where the gap is");
+        report_progress(0.95, "finding where the gap is");
         let picture = look(loaded, search, &found, &decision);
-        let location = where_it_lies(loaded, search, &found, &decision, &picture, &traces, options.seed);
-        tell(0.97, "choosing what to record next");
+        let location = locate_gap(loaded, search, &found, &decision, &picture, &traces, options.seed);
+        report_progress(0.97, "choosing what to record next");
         let next = experiment::propose(search, &found, &decision, &options.limits);
         (Some(picture), location, next)
     };
     let unknown = decision.verdict == Verdict::Unknown;
-    let most = location.components.first().filter(|c| unknown && c.share >= STANDS_OUT);
+    let most = location.components.first().filter(|c| unknown && c.share >= DOMINANT);
     let place = most.map(|c| c.id.clone());
-    let told = told.map(|own| own.estimated);
-    let far = told.as_ref().map_or_else(Vec::new, |own| strained::told(own.fitted(), case));
+    let final_estimate = final_estimate.map(|own| own.estimated);
+    let far = final_estimate.as_ref().map_or_else(Vec::new, |own| strained::findings(own.fitted(), case));
     let plant = case.subject.plant;
     let rival = |set: &FittedSet| {
         let free = freely(set).map(ContendingSet::polished);
@@ -179,7 +180,7 @@ pub(super) fn conclude(
         ReportedEstimate::of(search, window, &[set], &free)
             .map_or_else(|| SetEstimate::new(set, None), |r| r.estimated)
     };
-    let claims = told.as_ref().filter(|_| claimed);
+    let claims = final_estimate.as_ref().filter(|_| claimed);
     let mut diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
@@ -189,10 +190,10 @@ pub(super) fn conclude(
         location,
         effects: claims.map_or_else(Vec::new, |own| effects(plant, &found, own, &rival, &decision)),
         candidates: candidates(plant, &found, &decision),
-        parameters: told.as_ref().map(parameters).unwrap_or_default(),
+        parameters: final_estimate.as_ref().map(parameters).unwrap_or_default(),
         indistinguishable: indistinguishable(&found, &decision),
         unknown: UnknownShare { present: unknown, probability: decision.unknown, place },
-        next_experiment: next.as_ref().map(|n| n.said.clone()),
+        next_experiment: next.as_ref().map(|n| n.entry.clone()),
         watch: options.watch.then(|| watch::watch(search, &tuned.complete)),
         augmented: None,
         capped: options.capped,
@@ -205,16 +206,16 @@ pub(super) fn conclude(
     if let Some(overall) = &diagnosis.gap.overall {
         closed_alone(&found, overall, &mut diagnosis.effects, &gaps);
     }
-    drift::told(&mut diagnosis);
+    drift::clear_shares(&mut diagnosis);
     diagnosis.notes.extend(elsewhere(plant, &found, &decision));
     if decision.verdict == Verdict::Ambiguous && next.is_none() && !options.verdict_only {
         diagnosis.notes.push(experiment::NOTHING.into());
     }
-    let began = |(run, settled)| FreeRunStart::new(search, &after.complete, run, settled);
+    let began = |(run, fitted_replay)| FreeRunStart::new(search, &after.complete, run, fitted_replay);
     let began: Vec<FreeRunStart> =
-        if claimed { runs.iter().zip(&settled).map(began).collect() } else { Vec::new() };
+        if claimed { runs.iter().zip(&fitted_replay).map(began).collect() } else { Vec::new() };
     let augmented = claimed.then(|| augmented(search, &after.complete, began.first()));
-    tell(1.0, "done");
+    report_progress(1.0, "done");
     Ok(Diagnosed {
         diagnosis,
         picture,
@@ -232,11 +233,11 @@ fn windowed(
     search: &CaseSearch<'_>,
     [before, tuned, after]: [&CompleteModel; 3],
     ground: &ComparisonBasis<'_>,
-    settled: &[SettledReplay],
+    fitted_replay: &[FittedReplay],
     (seconds, seed): (f64, u64),
 ) -> Option<WindowedGap> {
     let shown = |c: &CompleteModel| Some(joined(&search.in_windows(c, ground.runs, seconds, None).ok()?));
-    let windows = search.in_windows(after, ground.runs, seconds, Some(settled)).ok()?;
+    let windows = search.in_windows(after, ground.runs, seconds, Some(fitted_replay)).ok()?;
     let floors = search.window_floors(after, &windows, seed).ok()?;
     Some(WindowedGap { seconds, shown: [shown(before)?, shown(tuned)?, joined(&windows)], floors })
 }

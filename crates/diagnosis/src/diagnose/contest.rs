@@ -51,15 +51,15 @@ impl ComparisonBasis<'_> {
         let mut polished = self.search.polish(set, POLISH);
         // Worse than without its effects: from where these were left out.
         if polished.misfit > self.misfit
-            && let Some(beside) = self.beside_tuned(set).filter(|p| p.misfit < polished.misfit)
+            && let Some(from_tuned) = self.from_tuned(set).filter(|p| p.misfit < polished.misfit)
         {
-            polished = beside;
+            polished = from_tuned;
         }
         self.shown(at, polished)
     }
     /// A set fitted free-running from where the model without effects ended.
-    fn beside_tuned(&self, set: &FittedSet) -> Option<FreeRunFit> {
-        let (stated, start) = self.search.beside(self.fitted.as_ref()?, set)?;
+    fn from_tuned(&self, set: &FittedSet) -> Option<FreeRunFit> {
+        let (stated, start) = self.search.in_addition(self.fitted.as_ref()?, set)?;
         self.search.polished(stated, &start, POLISH)
     }
     pub(super) fn shown(&self, at: usize, polished: FreeRunFit) -> Option<ContendingSet> {
@@ -69,30 +69,30 @@ impl ComparisonBasis<'_> {
         Some(ContendingSet { at, complete, shown, after, fitted })
     }
 
-    /// Sets with a cause more than `led`, those that explain most of what `base`, running freely, misses.
+    /// Sets with a cause more than `prescribed`, those that explain most of what `base`, running freely, misses.
     pub(super) fn more(
         &self,
         found: &mut SearchResult,
-        led: &FittedSet,
+        prescribed: &FittedSet,
         base: Option<&FittedSet>,
         effort: SearchEffort,
         ran: &[ContendingSet],
     ) -> Vec<ContendingSet> {
         let Some(base) = base else { return Vec::new() };
-        self.search.grow(found, led, effort);
-        let set = &led.stated.set;
+        self.search.grow(found, prescribed, effort);
+        let set = &prescribed.stated.set;
         let grown = |f: &FittedSet| {
             f.stated.set.len() == set.len() + 1
                 && set.iter().all(|h| f.stated.set.contains(h))
                 && f.stated.set.iter().any(|h| h.is_effect() && !set.contains(h))
-                && f.evidence(1.0) > led.evidence(1.0) + MORE
+                && f.evidence(1.0) > prescribed.evidence(1.0) + MORE
         };
         let new = |at: &usize| ran.iter().all(|c| c.at != *at);
         let places: Vec<usize> =
             (0..found.sets.len()).filter(new).filter(|at| grown(&found.sets[*at])).collect();
-        let ask = |at: usize| Some((at, self.search.asked(base, &found.sets[at])?));
+        let request = |at: usize| Some((at, self.search.requested(base, &found.sets[at])?));
         let mut all: Vec<(usize, RequestedCause)> =
-            parallel::map(places, ask).into_iter().flatten().collect();
+            parallel::map(places, request).into_iter().flatten().collect();
         all.retain(|a| a.1.share > MISSED);
         descending(&mut all, |item| item.1.share);
         all.truncate(TRIED);
@@ -120,15 +120,15 @@ impl ComparisonBasis<'_> {
     pub(super) fn contest(&mut self, found: &mut SearchResult, effort: SearchEffort) -> Vec<ContendingSet> {
         let field = RivalField::new(found, self.limits);
         let mut all = if field.claims { Vec::new() } else { self.more_than_plain(found, effort, &[]) };
-        for wanted in [RivalKind::Best, RivalKind::Fewer, RivalKind::Rival] {
-            self.enter(found, &field, wanted, &mut all);
-            if let (RivalKind::Best, [best]) = (wanted, &all[..]) {
+        for rival_kind in [RivalKind::Best, RivalKind::Fewer, RivalKind::Rival] {
+            self.enter(found, &field, rival_kind, &mut all);
+            if let (RivalKind::Best, [best]) = (rival_kind, &all[..]) {
                 self.carry(best);
                 if field.claims && !self.is_near(best) {
                     self.second(found, effort, &mut all);
                 }
             }
-            if wanted == RivalKind::Fewer {
+            if rival_kind == RivalKind::Fewer {
                 self.fewer_still(found, &field, &mut all);
             }
         }
@@ -149,7 +149,7 @@ impl ComparisonBasis<'_> {
                 let lacking = self.lacking_in_stretches(found, effort, &all);
                 merge(&mut all, lacking);
             }
-            self.beside_best(found, effort, &mut all);
+            self.second_to_best(found, effort, &mut all);
         }
         let late = late_where(found, &all).and_then(|at| self.run(found, at));
         all.extend(late);
@@ -160,12 +160,12 @@ impl ComparisonBasis<'_> {
         &self,
         found: &SearchResult,
         field: &RivalField,
-        wanted: RivalKind,
+        rival_kind: RivalKind,
         all: &mut Vec<ContendingSet>,
     ) {
         let good = all.iter().any(|c| self.is_near(c));
         let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
-        let list = field.entrants(found, wanted, good, &ran);
+        let list = field.entrants(found, rival_kind, good, &ran);
         all.extend(parallel::map(list, |at| self.run(found, at)).into_iter().flatten());
     }
     /// Sets without two or more of the chosen causes, as long as those without one less do as well as all of them.
@@ -196,7 +196,7 @@ impl ComparisonBasis<'_> {
 
     /// How far the predictions of two are apart, as a gap.
     pub(super) fn apart(&self, a: &ContendingSet, b: &ContendingSet) -> Option<f64> {
-        let pooled = self.beside(|run, channel| &a.shown[run][channel], [&b.shown; 3]);
+        let pooled = self.compared(|run, channel| &a.shown[run][channel], [&b.shown; 3]);
         self.together(&pooled, pooled.each().iter().map(|g| g.after))
     }
 }

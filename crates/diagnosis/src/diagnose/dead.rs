@@ -59,8 +59,9 @@ impl DeadSpan {
         (FEWEST..=PARTS).rev().flat_map(ends).map(Self)
     }
 
-    fn when(&self, led: &GriddedRecording) -> String {
-        let at = |part: usize| led.t[rows(led, &(part..part)).start.min(led.t.len() - 1)];
+    fn when(&self, prescribed: &GriddedRecording) -> String {
+        let at =
+            |part: usize| prescribed.t[rows(prescribed, &(part..part)).start.min(prescribed.t.len() - 1)];
         match (self.0.start, self.0.end) {
             (0, PARTS) => "all along".to_owned(),
             (0, end) => format!("up to about {:.3} s", at(end)),
@@ -129,7 +130,7 @@ pub(super) fn channels(all: &[Acting<'_>], inputs: &[String], outputs: &[String]
     let driven: Vec<Option<usize>> = (0..inputs.len()).map(|i| Acting::most_driven(all, i)).collect();
     // Where none of them does anything in any recording, any channel shows that one is missing.
     let nothing = driven.iter().all(Option::is_none);
-    let any = all.first().and_then(|a| Some(a.led.channels[a.accelerated().next()?].output));
+    let any = all.first().and_then(|a| Some(a.prescribed.channels[a.accelerated().next()?].output));
     let mut drives = Vec::new();
     for ((input, name), output) in inputs.iter().enumerate().zip(&driven) {
         if let Some(output) = output.or(any.filter(|_| nothing)) {
@@ -163,7 +164,7 @@ fn shown<'a, A: AsRef<[f64]>>(
 
 /// A drive that is quiet while the readings accelerate, or that does nothing while it is active.
 fn drive(all: &[Acting<'_>], input: usize, name: &str, output: usize) -> Vec<Dead> {
-    let runs = shown(all, output, |a, at| Some((a.along(input, at)?, &a.led.inputs[input][..])));
+    let runs = shown(all, output, |a, at| Some((a.along(input, at)?, &a.prescribed.inputs[input][..])));
     let usual = usual(runs.iter().flat_map(|r| &r.2).map(|p| p.varies));
     let mut drive = DriveParts { runs: &runs, input, name, usual, regression: None };
     drive.regression = ChannelRegression::new(drive.live());
@@ -195,7 +196,7 @@ impl DriveParts<'_, '_> {
     fn unrecorded(&self, run: usize) -> Option<Dead> {
         let (a, _, parts) = &self.runs[run];
         let regression = self.regression.as_ref();
-        let u = &a.led.inputs[self.input][a.led.counts.clone()];
+        let u = &a.prescribed.inputs[self.input][a.prescribed.counts.clone()];
         let constant = u.iter().all(|v| *v == u[0]);
         let dead = |span: &DeadSpan| {
             let own = &parts[span.0.clone()];
@@ -209,13 +210,13 @@ impl DriveParts<'_, '_> {
             "{}: {how} {} while the readings accelerate as under a drive: the channel is dead; look at the sensor and the logger, and \
              leave these readings out",
             self.name,
-            span.when(a.led)
+            span.when(a.prescribed)
         );
         let own = &parts[span.0.clone()];
         let left = regression.map_or_else(|| rms(own, missed), |r| r.leaves(own.iter())[0]);
         let usual = rms(self.live(), |p| p.products[(drive_of(p), drive_of(p))]);
         let lacks = if usual > 0.0 { left / usual } else { 1.0 };
-        Some(Dead { finding: finding(a.led, self.name, text), constant, lacks })
+        Some(Dead { finding: finding(a.prescribed, self.name, text), constant, lacks })
     }
 
     /// It is recorded while it does nothing.
@@ -234,7 +235,7 @@ impl DriveParts<'_, '_> {
                     .map(|(_, (_, p))| p)
             };
             active as f64 >= MOSTLY * own.len() as f64
-                && !stands(a, *at, span)
+                && !is_constant(a, *at, span)
                 && ChannelRegression::new(others()).is_some_and(|r| does_nothing(&r, own, others()))
         };
         let span = DeadSpan::all().find(dead)?;
@@ -242,9 +243,9 @@ impl DriveParts<'_, '_> {
             "{}: {} it has no effect, the readings move as without it, and elsewhere they follow it: the drive was off or not \
              connected; leave these readings out",
             self.name,
-            span.when(a.led)
+            span.when(a.prescribed)
         );
-        Some(Dead { finding: finding(a.led, self.name, text), constant: false, lacks: 0.0 })
+        Some(Dead { finding: finding(a.prescribed, self.name, text), constant: false, lacks: 0.0 })
     }
 }
 
@@ -252,10 +253,10 @@ impl DriveParts<'_, '_> {
 fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) -> Vec<Dead> {
     let mut found = Vec::new();
     for (output, name) in outputs.iter().enumerate().filter(|(o, _)| driven.contains(&Some(*o))) {
-        let runs = shown(all, output, |a, at| Some((a.driven(at), &a.led.channels[at].enters[0][..])));
+        let runs = shown(all, output, |a, at| Some((a.driven(at), &a.prescribed.channels[at].enters[0][..])));
         let usual = usual(runs.iter().flat_map(|r| &r.2).map(|p| p.acts));
         let live = runs.iter().flat_map(|(a, at, parts)| {
-            parts.iter().enumerate().filter(|(i, _)| !stands(a, *at, &DeadSpan(*i..i + 1))).map(|p| p.1)
+            parts.iter().enumerate().filter(|(i, _)| !is_constant(a, *at, &DeadSpan(*i..i + 1))).map(|p| p.1)
         });
         let live: Vec<&DeadPart> = live.collect();
         let Some(regression) = ChannelRegression::new(live.iter().copied()) else { continue };
@@ -263,8 +264,9 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
         // How far it usually goes in so many parts.
         let goes = |parts: usize| {
             let windows = runs.iter().flat_map(|(a, at, _)| {
-                (0..=PARTS - parts)
-                    .map(move |k| deviation(&a.led.channels[*at].enters[0][rows(a.led, &(k..k + parts))]))
+                (0..=PARTS - parts).map(move |k| {
+                    deviation(&a.prescribed.channels[*at].enters[0][rows(a.prescribed, &(k..k + parts))])
+                })
             });
             let mut each: Vec<f64> = windows.collect();
             each.sort_by(f64::total_cmp);
@@ -274,34 +276,34 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
             let dead = |span: &DeadSpan| {
                 let own = &parts[span.0.clone()];
                 let active = own.iter().filter(|p| p.acts >= ACTIVE * usual && p.acts > 0.0).count();
-                stands(a, *at, span)
+                is_constant(a, *at, span)
                     && active as f64 >= MOSTLY * own.len() as f64
-                    && goes(span.0.len()) > COUNTS * a.led.channels[*at].sigma
+                    && goes(span.0.len()) > COUNTS * a.prescribed.channels[*at].sigma
                     && {
                         let left = regression.leaves(own.iter())[0].min(rms(own, missed));
                         left > DEAD * regression.left && left > MOVED * moved
                     }
             };
             if let Some(span) = DeadSpan::all().find(dead) {
-                let value = a.led.channels[*at].y[rows(a.led, &span.0).start];
+                let value = a.prescribed.channels[*at].y[rows(a.prescribed, &span.0).start];
                 let text = format!(
                     "{name}: it stays at {value:.6} {} although the drives act on it as elsewhere: the channel is dead, the joint is blocked or its drive was off; \
                      look at the sensor and its cable, and leave these readings out",
-                    span.when(a.led)
+                    span.when(a.prescribed)
                 );
                 let constant = span.0.len() == PARTS;
-                found.push(Dead { finding: finding(a.led, name, text), constant, lacks: 0.0 });
+                found.push(Dead { finding: finding(a.prescribed, name, text), constant, lacks: 0.0 });
             }
         }
     }
     found
 }
 
-fn finding(led: &GriddedRecording, channel: &str, text: String) -> NoticedMistake {
+fn finding(prescribed: &GriddedRecording, channel: &str, text: String) -> NoticedMistake {
     NoticedMistake {
         severity: OutcomeSeverity::Grave,
         kind: "dead-channel".into(),
-        file: led.name.clone(),
+        file: prescribed.name.clone(),
         line: None,
         channel: Some(channel.to_owned()),
         text,
@@ -365,14 +367,14 @@ fn usual(of: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Whether a reading does not leave its noise.
-fn stands(a: &Acting<'_>, at: usize, span: &DeadSpan) -> bool {
-    let s: &Smooth = &a.led.channels[at];
-    let rows = rows(a.led, &span.0);
+fn is_constant(a: &Acting<'_>, at: usize, span: &DeadSpan) -> bool {
+    let s: &Smooth = &a.prescribed.channels[at];
+    let rows = rows(a.prescribed, &span.0);
     deviation(&s.enters[0][rows]) <= 2.0 * s.sigma
 }
 
-fn rows(led: &GriddedRecording, parts: &Range<usize>) -> Range<usize> {
-    let (n, from) = (led.counts.len(), led.counts.start);
+fn rows(prescribed: &GriddedRecording, parts: &Range<usize>) -> Range<usize> {
+    let (n, from) = (prescribed.counts.len(), prescribed.counts.start);
     from + parts.start * n / PARTS..from + parts.end * n / PARTS
 }
 
@@ -384,27 +386,27 @@ fn deviation(x: &[f64]) -> f64 {
 
 /// Sums over the parts of a recording, of a channel `at` that `along` acts on; `varies` is the channel in question.
 fn parts(a: &Acting<'_>, at: usize, along: &[f64], varies: &[f64]) -> Option<Vec<DeadPart>> {
-    let led = a.led;
-    if led.counts.len() < 4 * PARTS {
+    let prescribed = a.prescribed;
+    if prescribed.counts.len() < 4 * PARTS {
         return None;
     }
     let sign = |v: f64, deviation: f64| if v.abs() > 3.0 * deviation { v.signum() } else { 0.0 };
     let row = |k: usize| {
         let mut row = vec![1.0];
-        for s in &led.channels {
+        for s in &prescribed.channels {
             row.extend([s.y[k], s.dy[k], sign(s.dy[k], s.rate_sigma)]);
         }
         row.extend([along[k], -a.with[at][k]]);
         row
     };
     let one = |part: usize| {
-        let rows = rows(led, &(part..part + 1));
-        let n = 3 * led.channels.len() + 3;
+        let rows = rows(prescribed, &(part..part + 1));
+        let n = 3 * prescribed.channels.len() + 3;
         let matrix = DMatrix::from_row_iterator(rows.len(), n, rows.clone().flat_map(row));
         DeadPart {
             rows: rows.len() as f64,
             products: matrix.tr_mul(&matrix),
-            moved: led.channels[at].ddy[rows.clone()].iter().map(|x| x * x).sum(),
+            moved: prescribed.channels[at].ddy[rows.clone()].iter().map(|x| x * x).sum(),
             varies: deviation(&varies[rows.clone()]),
             acts: deviation(&along[rows]),
         }

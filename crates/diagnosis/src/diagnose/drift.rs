@@ -6,7 +6,7 @@ use crate::outcome::{Diagnosis, HeldOutGap, NoticedMistake, OutcomeSeverity};
 const AWAY: f64 = 1.0;
 
 /// Removes the closed share where the nominal run drifts away, and reports it.
-pub(super) fn told(d: &mut Diagnosis) {
+pub(super) fn clear_shares(d: &mut Diagnosis) {
     let clear = |g: &mut HeldOutGap| {
         let away = g.before > AWAY;
         if away {
@@ -49,7 +49,7 @@ mod tests {
     use crate::outcome::{GapReport, UnknownShare, Verdict};
 
     #[test]
-    fn what_drifts_away_is_not_closed_by_a_share_and_says_so() {
+    fn what_drifts_away_is_not_closed_by_a_share_and_is_reported() {
         let gap = |before| HeldOutGap {
             before,
             tuned: 0.5,
@@ -83,13 +83,13 @@ mod tests {
             inputs: None,
             notes: Vec::new(),
         };
-        told(&mut d);
+        clear_shares(&mut d);
         let closed = |g: &HeldOutGap| (g.closed, g.ci95);
         assert_eq!(d.gap.overall.as_ref().map(closed), Some((None, None)));
         assert_eq!(closed(&d.gap.channels["a"]), (None, None));
         assert_eq!(closed(&d.gap.channels["b"]), (Some(0.99), Some([0.98, 1.0])));
-        let said: Vec<_> = d.findings.iter().map(|f| f.channel.as_deref()).collect();
-        assert_eq!(said, [None, Some("a")]);
+        let named: Vec<_> = d.findings.iter().map(|f| f.channel.as_deref()).collect();
+        assert_eq!(named, [None, Some("a")]);
         assert!(d.findings[0].text.contains("3.800 times the motion"), "{}", d.findings[0].text);
     }
 }

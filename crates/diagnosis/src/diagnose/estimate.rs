@@ -71,7 +71,7 @@ impl One {
 /// A set as it is reported: one estimate, and the other one that its intervals have in them.
 #[derive(Clone, Debug)]
 pub(super) struct SetEstimate {
-    told: One,
+    reported: One,
     other: Option<One>,
 }
 
@@ -87,13 +87,13 @@ pub(super) struct ReportedEstimate {
 }
 
 impl ReportedEstimate {
-    /// Of a set that was fitted without free runs (`led`, one or several fits), and of its free-running fits, those first that are
+    /// Of a set that was fitted without free runs (`prescribed`, one or several fits), and of its free-running fits, those first that are
     /// closest to the prior. Each takes the place of those before it if it predicts better over windows of that
     /// length; where recordings hold none, if it misses less of them whole. `None`: there is no fit.
     pub(super) fn of(
         search: &CaseSearch<'_>,
         window: Option<f64>,
-        led: &[&FittedSet],
+        prescribed: &[&FittedSet],
         free: &[&FreeRunFit],
     ) -> Option<Self> {
         let fit = |f: &&FittedSet| (None, (*f).clone(), f.complete(), f64::INFINITY);
@@ -101,7 +101,7 @@ impl ReportedEstimate {
             Some((Some(at), p.fitted.clone()?, p.complete.clone(), p.misfit))
         };
         let all: Vec<(Option<usize>, FittedSet, CompleteModel, f64)> =
-            led.iter().map(fit).chain(free.iter().enumerate().filter_map(free_fit)).collect();
+            prescribed.iter().map(fit).chain(free.iter().enumerate().filter_map(free_fit)).collect();
         let windows = |c: &CompleteModel| search.in_windows(c, &search.case.train, window?, None).ok();
         let mut best = 0;
         let mut own = if all.len() > 1 { windows(&all.first()?.2) } else { None };
@@ -115,9 +115,9 @@ impl ReportedEstimate {
                 (best, own) = (k, there);
             }
         }
-        let (free, told, complete, _) = all.get(best)?;
+        let (free, reported, complete, _) = all.get(best)?;
         let other = if best > 0 { all.first() } else { all.get(1) };
-        let estimated = SetEstimate::new(told, other.map(|o| &o.1));
+        let estimated = SetEstimate::new(reported, other.map(|o| &o.1));
         Some(Self { estimated, complete: complete.clone(), free: *free, windows: own })
     }
 }
@@ -147,30 +147,30 @@ pub(super) fn predicts_as_well(one: Option<&[Window]>, other: Option<&[Window]>)
 }
 
 impl SetEstimate {
-    pub(super) fn new(told: &FittedSet, other: Option<&FittedSet>) -> Self {
-        Self { told: One::new(told), other: other.map(One::new) }
+    pub(super) fn new(reported: &FittedSet, other: Option<&FittedSet>) -> Self {
+        Self { reported: One::new(reported), other: other.map(One::new) }
     }
     /// The set in numbers.
     pub(super) fn stated(&self) -> &PosedSet {
-        &self.told.fitted.stated
+        &self.reported.fitted.stated
     }
     /// The estimate.
     pub(super) fn fitted(&self) -> &FittedSet {
-        &self.told.fitted
+        &self.reported.fitted
     }
     /// An unknown of the set; its interval includes the other estimate, as far as that is certain, and `form` times
     /// the value.
     pub(super) fn amount(&self, k: usize, form: f64) -> ClaimedAmount {
         let u = &self.stated().unknowns[k];
-        let value = self.told.value(k, 0.0);
+        let value = self.reported.value(k, 0.0);
         let apart = self.other.as_ref().and_then(|o| {
             let there = o.fitted.place_of(u)?;
-            let sure = (self.told.sd[k] / o.sd[there].max(f64::MIN_POSITIVE)).min(1.0);
+            let sure = (self.reported.sd[k] / o.sd[there].max(f64::MIN_POSITIVE)).min(1.0);
             Some((o.value(there, 0.0) - value) * sure)
         });
-        let base = self.told.base(k);
+        let base = self.reported.base(k);
         let end = |sign: f64| {
-            let chance = self.told.value(k, sign * 1.96) - value;
+            let chance = self.reported.value(k, sign * 1.96) - value;
             value + sign * chance.hypot(apart.unwrap_or(0.0)).hypot(1.96 * form * (value - base))
         };
         let bounds = [u.lower + base, u.upper + base];

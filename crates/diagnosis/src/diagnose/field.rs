@@ -32,7 +32,7 @@ pub(super) struct RivalField {
     plain: f64,
     balances: Balances,
     /// Odds that no free run can turn.
-    settled: f64,
+    decisive: f64,
 }
 
 impl RivalField {
@@ -42,7 +42,7 @@ impl RivalField {
             claims: found.best.stated.set.iter().any(Hypothesis::is_effect),
             plain: found.plain.evidence(1.0),
             balances: Balances::new(found, &limits),
-            settled: limits.odds.settled,
+            decisive: limits.odds.decisive,
         }
     }
 
@@ -58,7 +58,7 @@ impl RivalField {
     fn kind(&self, f: &FittedSet) -> Option<RivalKind> {
         let (best, set) = (&self.chosen.stated.set, &f.stated.set);
         let shared = set.iter().filter(|h| best.contains(h)).count();
-        let open = || self.balances.odds(f, &self.chosen) > -self.settled;
+        let open = || self.balances.odds(f, &self.chosen) > -self.decisive;
         match () {
             () if !set.iter().any(Hypothesis::is_effect) => None,
             () if !self.claims => {
@@ -76,12 +76,12 @@ impl RivalField {
     pub(super) fn entrants(
         &self,
         found: &SearchResult,
-        wanted: RivalKind,
+        rival_kind: RivalKind,
         good: bool,
         ran: &[usize],
     ) -> Vec<usize> {
         let best = &self.chosen.stated.set;
-        let most = match wanted {
+        let most = match rival_kind {
             RivalKind::Best => 1,
             RivalKind::Fewer => best.len(),
             RivalKind::Rival if self.claims => 1 + usize::from(!good),
@@ -90,7 +90,7 @@ impl RivalField {
         let mut order: Vec<usize> = (0..found.sets.len()).collect();
         descending(&mut order, |item| found.sets[*item].evidence(1.0));
         let new = |at: usize| found.sets[at].stated.set.iter().find(|h| !best.contains(h));
-        let like = order.into_iter().filter(|at| self.kind(&found.sets[*at]) == Some(wanted));
+        let like = order.into_iter().filter(|at| self.kind(&found.sets[*at]) == Some(rival_kind));
         let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));
         let which = |at: usize| new(at).map_or(("", "", at), |h| (&*h.id, &*h.component, 0));
         first_of_each(effects.filter(|at| !ran.contains(at)), which, most)

@@ -13,7 +13,7 @@ use crate::engine::search::{CaseSearch, FittedSet};
 use crate::floor::{self, GapShares, Pooled};
 
 /// How far a channel exceeds what chance leaves, where all together do not: then channels count by their floors.
-const STANDS: f64 = 1.5;
+const EXCEEDS: f64 = 1.5;
 
 /// The model as it is and with its own parameters fitted, on the held-out recordings.
 pub(super) struct ComparisonBasis<'a> {
@@ -61,9 +61,9 @@ impl<'a> ComparisonBasis<'a> {
         let chance = plain.chance(&pooled, limits.free_runs.near).into_iter();
         let chance: Vec<f64> = chance.map(|floor| floor.max(1e-12)).collect();
         let before: Vec<f64> = own.iter().map(|g| g.before).collect();
-        let drowns = overall(&before) <= overall(&chance);
-        let stands = before.iter().zip(&chance).any(|(gap, chance)| *gap > STANDS * chance);
-        if !(drowns && stands) {
+        let masked = overall(&before) <= overall(&chance);
+        let exceeds = before.iter().zip(&chance).any(|(gap, chance)| *gap > EXCEEDS * chance);
+        if !(masked && exceeds) {
             return plain;
         }
         let floors = own.iter().map(|g| 1.0 / g.floor.max(1e-12));
@@ -80,11 +80,11 @@ impl<'a> ComparisonBasis<'a> {
     /// Held-out recordings with `after` instead of the model with causes.
     fn pooled<'b>(&'b self, after: &'b ReplayedReadings) -> Pooled<'b> {
         let measured = |run: usize, channel: usize| &self.runs[run].run.channels[channel].y[..];
-        self.beside(measured, [&self.before, &self.tuned, after])
+        self.compared(measured, [&self.before, &self.tuned, after])
     }
 
     /// Simulations compared with what was `measured`, by recording and channel.
-    pub(super) fn beside<'b>(
+    pub(super) fn compared<'b>(
         &'b self,
         measured: impl Fn(usize, usize) -> &'b [f64],
         [before, tuned, after]: [&'b ReplayedReadings; 3],

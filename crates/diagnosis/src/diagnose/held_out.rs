@@ -81,15 +81,15 @@ mod tests {
             parameters: Default::default(),
             closed_alone: Some(0.3),
         };
-        let told = |best: usize, gaps: &[(usize, f64)]| {
+        let shares = |best: usize, gaps: &[(usize, f64)]| {
             let sets = ["backlash", "cable-stiffness", "backlash cable-stiffness"];
             let sets = sets.iter().map(|set| fitted(set, 1.0, 10.0)).collect();
             let mut effects = [claimed("backlash"), claimed("cable-stiffness")];
             closed_alone(&found(sets, Some(best), 10.0), &overall, &mut effects, gaps);
             effects.map(|e| e.closed_alone.unwrap())
         };
-        assert_eq!(told(2, &[(0, 6.0), (2, 2.0)]), [0.5, 0.3], "one ran alone, the other did not");
-        assert_eq!(told(2, &[(0, 12.0), (1, 0.5)]), [0.0, 1.0], "worse than nothing, better than noise");
-        assert_eq!(told(0, &[(0, 6.0)]), [0.9, 0.3], "the claim closes what the gap gives");
+        assert_eq!(shares(2, &[(0, 6.0), (2, 2.0)]), [0.5, 0.3], "one ran alone, the other did not");
+        assert_eq!(shares(2, &[(0, 12.0), (1, 0.5)]), [0.0, 1.0], "worse than nothing, better than noise");
+        assert_eq!(shares(0, &[(0, 6.0)]), [0.9, 0.3], "the claim closes what the gap gives");
     }
 }

@@ -38,16 +38,16 @@ impl ComparisonBasis<'_> {
         found: &mut SearchResult,
         base: &FittedSet,
         effort: SearchEffort,
-        led: Option<&FittedSet>,
+        prescribed: Option<&FittedSet>,
         ran: &[ContendingSet],
     ) -> Vec<ContendingSet> {
         let begun = self
             .search
             .nearest(self.search.lacking(base, HINT))
             .iter()
-            .filter_map(|f| self.search.anew(f))
+            .filter_map(|f| self.search.restated(f))
             .collect();
-        self.settled(found, begun, effort, led, ran)
+        self.fitted_both_ways(found, begun, effort, prescribed, ran)
     }
 
     /// The same of stretches of the recordings, which lack nothing that comes before them. What comes nearest has put the
@@ -61,7 +61,7 @@ impl ComparisonBasis<'_> {
         let Some((short, base)) = &self.stretches else { return Vec::new() };
         let further = |near: Vec<FittedSet>| {
             let fit = |near: FittedSet| {
-                let (stated, start) = short.anew(&near)?;
+                let (stated, start) = short.restated(&near)?;
                 short.polished(stated, &start, POLISH)
             };
             parallel::map(near, fit).into_iter().flatten().collect::<Vec<_>>()
@@ -83,32 +83,35 @@ impl ComparisonBasis<'_> {
     }
 
     /// Sets that are fitted free-running first, from where they are given, and then by their balances from there, or from
-    /// where `led` had them if that is better; of those that `ran` what does better.
-    fn settled(
+    /// where `prescribed` had them if that is better; of those that `ran` what does better.
+    fn fitted_both_ways(
         &self,
         found: &mut SearchResult,
         all: Vec<(PosedSet, Vec<f64>)>,
         effort: SearchEffort,
-        led: Option<&FittedSet>,
+        prescribed: Option<&FittedSet>,
         ran: &[ContendingSet],
     ) -> Vec<ContendingSet> {
         let run = |(stated, start): (PosedSet, Vec<f64>)| {
-            self.by_balances(self.search.polished(stated, &start, POLISH)?, effort, led)
+            self.by_balances(self.search.polished(stated, &start, POLISH)?, effort, prescribed)
         };
         let fitted = parallel::map(all, run);
         self.entered(found, fitted.into_iter().flatten(), ran)
     }
 
-    /// A set that ran freely with its fit by the balances, from where it ended or from where `led` had it.
+    /// A set that ran freely with its fit by the balances, from where it ended or from where `prescribed` had it.
     fn by_balances(
         &self,
         polished: FreeRunFit,
         effort: SearchEffort,
-        led: Option<&FittedSet>,
+        prescribed: Option<&FittedSet>,
     ) -> Option<(FittedSet, FreeRunFit)> {
         let from = polished.fitted.as_ref()?;
         let stated = self.search.state(&from.stated.set).ok()?;
-        let starts = [Some(stated.begin_with(&[from])), led.map(|led| stated.begin_with(&[led, from]))];
+        let starts = [
+            Some(stated.begin_with(&[from])),
+            prescribed.map(|prescribed| stated.begin_with(&[prescribed, from])),
+        ];
         let fit = |start: Vec<f64>| self.search.fit(stated.clone(), &start, effort.options()).ok();
         let fits = starts.into_iter().flatten().filter_map(fit);
         Some((fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))?, polished))
@@ -121,12 +124,12 @@ impl ComparisonBasis<'_> {
         fitted: impl Iterator<Item = (FittedSet, FreeRunFit)>,
         ran: &[ContendingSet],
     ) -> Vec<ContendingSet> {
-        let shown = |(led, polished): (FittedSet, FreeRunFit)| {
-            let old = ran.iter().find(|c| same(&found.sets[c.at].stated.set, &led.stated.set));
+        let shown = |(prescribed, polished): (FittedSet, FreeRunFit)| {
+            let old = ran.iter().find(|c| same(&found.sets[c.at].stated.set, &prescribed.stated.set));
             let new = self.shown(found.sets.len(), polished)?;
             // The fit by the balances belongs to its run.
-            let stands = old.is_none_or(|old| new.after < old.after);
-            stands.then(|| ContendingSet { at: put(&mut found.sets, led), ..new })
+            let improves = old.is_none_or(|old| new.after < old.after);
+            improves.then(|| ContendingSet { at: put(&mut found.sets, prescribed), ..new })
         };
         fitted.filter_map(shown).collect()
     }
@@ -136,7 +139,7 @@ impl ComparisonBasis<'_> {
         let best = all.iter_mut().filter(|c| of(c)).min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|best| !self.is_near(best)) else { return };
         let further = |f: &FittedSet| {
-            let (stated, start) = self.search.anew(f)?;
+            let (stated, start) = self.search.restated(f)?;
             self.search.polished(stated, &start, 2 * POLISH)
         };
         let further = best.fitted.as_ref().and_then(further).and_then(|p| self.shown(best.at, p));
@@ -146,7 +149,7 @@ impl ComparisonBasis<'_> {
     }
 
     /// A second cause in addition to the single one that helps most, where that falls short even once it is fitted further.
-    pub(super) fn beside_best(
+    pub(super) fn second_to_best(
         &self,
         found: &mut SearchResult,
         effort: SearchEffort,
@@ -174,32 +177,33 @@ impl ComparisonBasis<'_> {
         all: &mut Vec<ContendingSet>,
     ) {
         let Some((at, base)) = all.first().map(|c| (c.at, c.fitted.clone())) else { return };
-        let led = found.sets[at].clone();
-        all.extend(self.more(found, &led, base.as_ref(), effort, all));
+        let prescribed = found.sets[at].clone();
+        all.extend(self.more(found, &prescribed, base.as_ref(), effort, all));
         let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
         // The causes of the claim may have taken the effect of the one that was missing.
-        if let Some(best) = self.grown(found, &base, Some(&led), effort, all) {
+        if let Some(best) = self.grown(found, &base, Some(&prescribed), effort, all) {
             let ran: Vec<&[Hypothesis]> = all.iter().map(|c| &found.sets[c.at].stated.set[..]).collect();
-            let others = without_each(&best.stated.set, &led.stated.set, &ran);
+            let others = without_each(&best.stated.set, &prescribed.stated.set, &ran);
             all.extend(self.fewer(found, &best, others, effort, &[]));
         }
     }
 
-    /// Adds to `all` what `base`, which runs freely, lacks, unless the balances are against it compared with `led`; the best of these,
+    /// Adds to `all` what `base`, which runs freely, lacks, unless the balances are against it compared with `prescribed`; the best of these,
     /// if it does far better than all others.
     fn grown(
         &self,
         found: &mut SearchResult,
         base: &FittedSet,
-        led: Option<&FittedSet>,
+        prescribed: Option<&FittedSet>,
         effort: SearchEffort,
         all: &mut Vec<ContendingSet>,
     ) -> Option<FittedSet> {
-        let lacked = self.lacked(found, base, effort, led, &[]);
+        let lacked = self.lacked(found, base, effort, prescribed, &[]);
         let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
         merge(all, lacked);
         let against = |c: &ContendingSet| {
-            led.is_some_and(|led| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE)
+            prescribed
+                .is_some_and(|prescribed| found.sets[c.at].evidence(1.0) <= prescribed.evidence(1.0) - MORE)
         };
         all.retain(|c| !(tried.contains(&c.at) && against(c)));
         self.refine(all, |c| tried.contains(&c.at));
@@ -220,21 +224,21 @@ impl ComparisonBasis<'_> {
             let start = self.search.begin_with(&stated, best);
             Some((stated, start))
         };
-        self.settled(found, sets.into_iter().filter_map(begun).collect(), effort, None, ran)
+        self.fitted_both_ways(found, sets.into_iter().filter_map(begun).collect(), effort, None, ran)
     }
 }
 
 impl CaseSearch<'_> {
     /// Those of the sets that are requested which are nearest after some steps of a fit: a coarse look predicts one poorly.
-    fn nearest(&self, asked: Vec<RequestedCause>) -> Vec<FittedSet> {
+    fn nearest(&self, requested: Vec<RequestedCause>) -> Vec<FittedSet> {
         let mut all: Vec<RequestedCause> = Vec::new();
-        for asked in asked {
+        for requested in requested {
             // Of the forms of one cause in one place the likeliest.
             let cause = |a: &RequestedCause| a.stated.set.last().cloned();
             let like =
-                |a: &RequestedCause| cause(a).zip(cause(&asked)).is_some_and(|(a, b)| a.same_place(&b));
+                |a: &RequestedCause| cause(a).zip(cause(&requested)).is_some_and(|(a, b)| a.same_place(&b));
             if all.len() < HINTS && !all.iter().any(like) {
-                all.push(asked);
+                all.push(requested);
             }
         }
         let brief = |a: RequestedCause| self.polished(a.stated, &a.start, BRIEF);
@@ -252,13 +256,17 @@ fn far_better<'c>(all: &'c [ContendingSet], tried: &[usize]) -> Option<&'c Conte
     best.min_by(|a, b| a.after.total_cmp(&b.after))
 }
 
-/// A set without each of the causes of `led` that it has; none that `ran`, and none without effects.
-fn without_each(set: &[Hypothesis], led: &[Hypothesis], ran: &[&[Hypothesis]]) -> Vec<Vec<Hypothesis>> {
+/// A set without each of the causes of `prescribed` that it has; none that `ran`, and none without effects.
+fn without_each(
+    set: &[Hypothesis],
+    prescribed: &[Hypothesis],
+    ran: &[&[Hypothesis]],
+) -> Vec<Vec<Hypothesis>> {
     let fewer = |out: &Hypothesis| set.iter().filter(|h| *h != out).cloned().collect::<Vec<_>>();
     let new = |set: &Vec<Hypothesis>| {
         set.iter().any(Hypothesis::is_effect) && !ran.iter().any(|ran| same(ran, set))
     };
-    led.iter().map(fewer).filter(new).collect()
+    prescribed.iter().map(fewer).filter(new).collect()
 }
 
 #[cfg(test)]
@@ -268,7 +276,7 @@ mod tests {
     use crate::engine::made::causes;
 
     #[test]
-    fn of_one_set_the_new_run_stands() {
+    fn of_one_set_the_new_run_is_kept() {
         let mut all = ran(&[(3, 5.0), (1, 4.0)]);
         merge(&mut all, ran(&[(1, 6.0), (2, 7.0), (3, 2.0)]));
         let merged: Vec<_> = all.iter().map(|c| (c.at, c.after)).collect();
@@ -290,15 +298,15 @@ mod tests {
     fn former_causes_are_left_out_one_by_one() {
         let [one, two, three] = ["backlash", "cable-stiffness", "sensor-delay"];
         let set = |labels: &[&str]| causes(&labels.join(" "));
-        let fewer = |all: &[&str], led: &[&str], ran: &[&[&str]]| {
+        let fewer = |all: &[&str], prescribed: &[&str], ran: &[&[&str]]| {
             let ran: Vec<Vec<Hypothesis>> = ran.iter().map(|labels| set(labels)).collect();
             let ran: Vec<&[Hypothesis]> = ran.iter().map(Vec::as_slice).collect();
-            without_each(&set(all), &set(led), &ran)
+            without_each(&set(all), &set(prescribed), &ran)
         };
-        let (led, all) = ([one, two], [one, two, three]);
-        assert_eq!(fewer(&all, &led, &[&led, &all]), [set(&[two, three]), set(&[one, three])]);
+        let (prescribed, all) = ([one, two], [one, two, three]);
+        assert_eq!(fewer(&all, &prescribed, &[&prescribed, &all]), [set(&[two, three]), set(&[one, three])]);
         // In whatever order it ran.
-        assert_eq!(fewer(&all, &led, &[&[three, two]]), [set(&[one, three])]);
+        assert_eq!(fewer(&all, &prescribed, &[&[three, two]]), [set(&[one, three])]);
         // A parameter by itself is no explanation.
         assert!(fewer(&[one, "motorInertia"], &[one], &[]).is_empty());
     }

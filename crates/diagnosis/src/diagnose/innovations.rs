@@ -190,7 +190,7 @@ impl<'a> DecisionBuilder<'a> {
             explained: taken,
             closed: taken,
             unknown: match verdict {
-                Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.doubt),
+                Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.unknown_at_most),
                 Verdict::Unknown => unknown.max(0.5),
                 Verdict::Effects | Verdict::Ambiguous => unknown,
             },

@@ -89,7 +89,7 @@ pub fn mistaken(search: &CaseSearch<'_>) -> Vec<NoticedMistake> {
 }
 
 fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
-    let recorded = |input: &usize| runs.iter().any(|r| !r.led.inputs[*input].is_empty());
+    let recorded = |input: &usize| runs.iter().any(|r| !r.prescribed.inputs[*input].is_empty());
     let recorded: Vec<usize> = (0..names.len()).filter(recorded).collect();
     let each = recorded.iter().map(|input| vec![*input]);
     // All of them alike first: those of one drive are in one unit.
@@ -104,8 +104,8 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
         let seen: Vec<Seen<'_>> = all.into_iter().filter(|s| s.output == at).collect();
         let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
         let channel = (inputs.len() == 1).then(|| called.clone());
-        let told = judged(&seen, &called);
-        if !told.is_empty() {
+        let judged_files = judged(&seen, &called);
+        if !judged_files.is_empty() {
             let one = |(file, text)| NoticedMistake {
                 severity: OutcomeSeverity::Grave,
                 kind: "input-scale".into(),
@@ -114,22 +114,22 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
                 channel: channel.clone(),
                 text,
             };
-            return told.into_iter().map(one).collect();
+            return judged_files.into_iter().map(one).collect();
         }
     }
     Vec::new()
 }
 
 fn seen<'a>(run: &Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
-    let led = run.led;
+    let prescribed = run.prescribed;
     let (with, without) = (&run.with, run.without(inputs)?);
-    let counts = led.counts.clone();
+    let counts = prescribed.counts.clone();
     let along = |c: usize| -> Vec<f64> { with[c].iter().zip(&without[c]).map(|(a, b)| a - b).collect() };
     let one = |at: usize| {
         let along = along(at);
         Seen {
-            name: &led.name,
-            output: led.channels[at].output,
+            name: &prescribed.name,
+            output: prescribed.channels[at].output,
             acts: run.share(&along, at),
             gain: ScaleGain::new(&without[at][counts.clone()], &along[counts.clone()]),
         }
@@ -163,11 +163,11 @@ fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
         return vec![("case.toml".into(), text)];
     }
     let one = |(k, (name, gain)): (usize, &(&str, ScaleGain))| {
-        let beside = usual(k);
-        let (_, cause) = gain.cause(beside.unwrap_or(1.0))?;
-        let beside = beside.map_or(String::new(), |b| format!(" where the others need {b:.3e}"));
+        let usual_gain = usual(k);
+        let (_, cause) = gain.cause(usual_gain.unwrap_or(1.0))?;
+        let usual_gain = usual_gain.map_or(String::new(), |b| format!(" where the others need {b:.3e}"));
         let text = format!(
-            "{called}: it looks as if {cause} in this recording alone: the model needs it times {:.3e}{beside}; give the unit or the scale of \
+            "{called}: it looks as if {cause} in this recording alone: the model needs it times {:.3e}{usual_gain}; give the unit or the scale of \
              the column in its sidecar",
             gain.value
         );

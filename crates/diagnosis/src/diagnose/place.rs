@@ -125,7 +125,7 @@ fn of_claims<'a>(found: &'a SearchResult, decision: &Decision) -> Vec<(&'a Hypot
 }
 
 /// Where the gap sits: components, channels, times, bands, regimes.
-pub(super) fn where_it_lies(
+pub(super) fn locate_gap(
     loaded: &Loaded,
     search: &CaseSearch<'_>,
     found: &SearchResult,
@@ -184,11 +184,11 @@ fn missing_by_place(
     let mut series: Vec<(String, String, Vec<f64>, Vec<f64>)> = Vec::new();
     for (r, run) in case.train.iter().enumerate() {
         let Ok(missing) = problem.missing(r, &found.plain.theta) else { continue };
-        let led = &search.led[r];
-        for ((channel, missing), floors) in run.run.channels.iter().zip(missing).zip(&led.floors) {
+        let prescribed = &search.prescribed[r];
+        for ((channel, missing), floors) in run.run.channels.iter().zip(missing).zip(&prescribed.floors) {
             let floor = floors.iter().map(|f| f * f).sum::<f64>().sqrt();
-            let value = missing[led.counts.clone()].iter().map(|v| v / floor).collect();
-            let time = led.t[led.counts.clone()].to_vec();
+            let value = missing[prescribed.counts.clone()].iter().map(|v| v / floor).collect();
+            let time = prescribed.t[prescribed.counts.clone()].to_vec();
             series.push((run.run.name.clone(), channel.name.clone(), time, value));
         }
     }
@@ -359,8 +359,8 @@ mod tests {
         let pair = [("cable-stiffness", 90.1), ("backlash", 10.9), ("backlash cable-stiffness", 1.0)];
         assert_eq!(shares(&pair, 2, 1.0, false), [90.0, 10.0]);
         assert_eq!(shares(&[("backlash", 1.0)], 0, 0.8, false), [80.0]);
-        let beside = [("backlash", 1.0), ("backlash motorInertia", 1.0)];
-        assert_eq!(shares(&beside, 1, 0.8, false), [100.0], "what is refitted with it is no cause");
+        let refitted = [("backlash", 1.0), ("backlash motorInertia", 1.0)];
+        assert_eq!(shares(&refitted, 1, 0.8, false), [100.0], "what is refitted with it is no cause");
         assert_eq!(shares(&pair, 2, 0.9, true), [45.0, 45.0], "balances see nothing");
     }
 }

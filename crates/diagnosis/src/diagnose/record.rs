@@ -282,7 +282,7 @@ impl RecordedSet {
             octaves: self.octaves.clone(),
             prior2: self.prior2,
             occam: self.occam,
-            surer: 1.0,
+            tightening: 1.0,
         })
     }
 }
@@ -377,9 +377,9 @@ mod tests {
                 Some(0),
             ),
         ];
-        for (wanted, sets, chosen) in cases {
+        for (expected, sets, chosen) in cases {
             let [first, again] = decided_twice(sets, chosen, 1.1);
-            assert_eq!(first.0, wanted, "{sets:?}");
+            assert_eq!(first.0, expected, "{sets:?}");
             assert_eq!(first, again, "{sets:?}");
         }
         // Worse where a recording was left out.

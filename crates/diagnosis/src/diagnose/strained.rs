@@ -11,7 +11,7 @@ use trueup_identification::unknown::Scale;
 const FAR: f64 = 10.0;
 
 /// A finding for each of the plant's own parameters that is far from what the case declares.
-pub(super) fn told(fitted: &FittedSet, case: &PreparedCase) -> Vec<NoticedMistake> {
+pub(super) fn findings(fitted: &FittedSet, case: &PreparedCase) -> Vec<NoticedMistake> {
     let stated = &fitted.stated;
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
     let plain = stated.unknowns[..own].iter().zip(&fitted.theta);
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_moves_ten_doubts_is_told_with_its_share() {
+    fn a_move_of_ten_standard_deviations_is_reported_with_its_share() {
         let u = BalanceUnknown {
             name: "torqueConstant".into(),
             unit: "N.m/A".into(),
@@ -67,13 +67,13 @@ mod tests {
             prior: None,
         };
         let at = |factor: f64, doubt| one(&u, u.coordinate() + f64::ln(factor), doubt).map(|n| n.text);
-        let told = at(0.73, None).unwrap();
+        let findings = at(0.73, None).unwrap();
         assert!(
-            told.contains("torqueConstant would have to be 27 % smaller") && told.contains("known"),
-            "{told}"
+            findings.contains("torqueConstant would have to be 27 % smaller") && findings.contains("known"),
+            "{findings}"
         );
-        let told = at(1.9, Some(0.05)).unwrap();
-        assert!(told.contains("90 % larger, 13 times the standard deviation of 5 %"), "{told}");
+        let findings = at(1.9, Some(0.05)).unwrap();
+        assert!(findings.contains("90 % larger, 13 times the standard deviation of 5 %"), "{findings}");
         assert_eq!((at(0.95, None), at(1.5, Some(0.05))), (None, None));
     }
 }

@@ -100,20 +100,20 @@ pub(super) fn watch(search: &CaseSearch<'_>, fitted: &CompleteModel) -> Vec<Depa
 }
 
 fn missed(search: &CaseSearch<'_>, fitted: &CompleteModel, run: &Compared) -> Option<Missed> {
-    let led: &GriddedRecording = search.led.iter().find(|l| l.name == run.run.name)?;
+    let prescribed: &GriddedRecording = search.prescribed.iter().find(|l| l.name == run.run.name)?;
     let alone = search.alone(fitted, run);
     let coordinates = search.case.subject.coordinates(alone.model, &alone.nominal);
-    let links = led.links(alone.model, &coordinates);
+    let links = prescribed.links(alone.model, &coordinates);
     let lead = |c: usize| (0..coordinates.len()).find(|i| links.lead_of(*i) == Some(c));
-    let leads: Vec<Option<usize>> = (0..led.channels.len()).map(lead).collect();
+    let leads: Vec<Option<usize>> = (0..prescribed.channels.len()).map(lead).collect();
     let problem = BalanceProblem {
-        led: vec![(led, links)],
+        prescribed: vec![(prescribed, links)],
         unknowns: alone.unknowns.clone(),
         ..BalanceProblem::free(alone.model, alone.nominal.clone(), alone.runs)
     };
     let series = problem.missing(0, &problem.start()).ok()?;
-    let counts = led.counts.clone();
-    let channels = series.into_iter().zip(&led.channels).zip(leads).zip(&run.run.channels);
+    let counts = prescribed.counts.clone();
+    let channels = series.into_iter().zip(&prescribed.channels).zip(leads).zip(&run.run.channels);
     let channels = channels.map(|(((missed, s), leads), c)| ChannelWatch {
         output: s.output,
         leads,
@@ -128,9 +128,9 @@ fn missed(search: &CaseSearch<'_>, fitted: &CompleteModel, run: &Compared) -> Op
     });
     Some(Missed {
         recording: run.run.name.clone(),
-        t: led.t[counts.clone()].to_vec(),
+        t: prescribed.t[counts.clone()].to_vec(),
         channels: channels.collect(),
-        window: ((WINDOW * led.kernel).ceil() as usize).max(2),
+        window: ((WINDOW * prescribed.kernel).ceil() as usize).max(2),
     })
 }
 

@@ -10,9 +10,9 @@
 
 mod advance;
 mod input;
-mod led;
 mod links;
 mod pace;
+mod prescribed;
 mod reversal;
 mod sensed;
 mod terms;
@@ -33,8 +33,8 @@ use super::problem::BalanceTarget;
 use super::subject::EngineModel;
 use advance::{AdvanceWorkspace, StepContext};
 use input::{averaged, lag};
-pub use led::{GriddedRecording, Leading, Smooth};
 pub use links::Links;
+pub use prescribed::{GriddedRecording, Leading, Smooth};
 use trueup_identification::sizes::rates;
 
 /// What forms of laws may err by, relative to the terms of the balance.
@@ -60,8 +60,8 @@ pub fn kernel<'a>(runs: impl Iterator<Item = &'a IdentificationRun>) -> f64 {
     }
     all.values().fold(KERNEL, |kernel, (sum, count, rough)| {
         let rms = (sum / count.max(1.0)).sqrt().max(f64::MIN_POSITIVE);
-        let wanted = (rough / (0.02 * rms)).powi(2) / (4.0 * std::f64::consts::PI.sqrt());
-        kernel.max(wanted.cbrt().min(6.0))
+        let optimal = (rough / (0.02 * rms)).powi(2) / (4.0 * std::f64::consts::PI.sqrt());
+        kernel.max(optimal.cbrt().min(6.0))
     })
 }
 

@@ -21,11 +21,11 @@ impl PosedSet {
     }
     /// Scales the rows of their prior.
     fn scale_owned(&self, residuals: &mut DVector<f64>, jacobian: &mut DMatrix<f64>, by: f64) {
-        let believed = (0..self.unknowns.len()).filter(|k| self.unknowns[*k].prior.is_some());
+        let with_prior = (0..self.unknowns.len()).filter(|k| self.unknowns[*k].prior.is_some());
         let first =
-            residuals.len() - believed.clone().count() - self.belief.as_ref().map_or(0, |b| b.rows.nrows());
+            residuals.len() - with_prior.clone().count() - self.belief.as_ref().map_or(0, |b| b.rows.nrows());
         for k in self.owned() {
-            if let Some(row) = believed.clone().position(|b| b == k) {
+            if let Some(row) = with_prior.clone().position(|b| b == k) {
                 residuals[first + row] *= by;
                 jacobian.row_mut(first + row).scale_mut(by);
             }
@@ -35,9 +35,9 @@ impl PosedSet {
 
 impl FittedSet {
     /// Residuals and their derivatives with the plant's prior as in the fit.
-    pub(super) fn as_believed(&self) -> (DVector<f64>, DMatrix<f64>) {
+    pub(super) fn as_fitted(&self) -> (DVector<f64>, DMatrix<f64>) {
         let (mut r, mut j) = (self.residuals.clone(), self.jacobian.clone());
-        self.stated.scale_owned(&mut r, &mut j, self.surer);
+        self.stated.scale_owned(&mut r, &mut j, self.tightening);
         (r, j)
     }
 }
@@ -65,15 +65,15 @@ impl CaseSearch<'_> {
         let mut start = start.to_vec();
         let mut round = 1;
         loop {
-            let surer = power.sqrt();
+            let tightening = power.sqrt();
             for k in stated.owned() {
-                problem.unknowns[k].prior = stated.unknowns[k].prior.map(|p| p.surer(surer));
+                problem.unknowns[k].prior = stated.unknowns[k].prior.map(|p| p.tightening(tightening));
             }
             let mut found = solve(&problem, &start, options)?;
             let now = left(found.residuals.as_slice());
             if now > FALLS * power || round == ROUNDS {
-                stated.scale_owned(&mut found.residuals, &mut found.jacobian, 1.0 / surer);
-                return Ok((found, surer));
+                stated.scale_owned(&mut found.residuals, &mut found.jacobian, 1.0 / tightening);
+                return Ok((found, tightening));
             }
             (power, start, round) = (now, found.x, round + 1);
         }

@@ -146,8 +146,8 @@ pub fn decide(
         whole: if claims { seen } else { raw },
         left: excess,
         closed,
-        witness: chosen.is_some_and(|at| ran.after(at).is_some())
-            && free.after <= limits.free_runs.astray * free.tuned,
+        is_evidence: chosen.is_some_and(|at| ran.after(at).is_some())
+            && free.after <= limits.free_runs.diverging * free.tuned,
     };
     let shown = (1.0 + raw) / (1.0 + excess) - 1.0 > limits.gap.shown || excess > limits.gap.bare;
     let plain = free.trained && seen - excess > limits.gap.bare;
@@ -157,9 +157,9 @@ pub fn decide(
     let gap = beyond(free.chance) || taken || shown && (plain || beyond(limits.free_runs.even * free.floor));
     let (known, explained) = (account.known(limits), account.explained(limits));
     // Parameters that leave plain misses and hardly correct a free run explain nothing.
-    let mended = 1.0 - judge.tuned() / left(free.before, free.floor);
+    let gain = 1.0 - judge.tuned() / left(free.before, free.floor);
     let missed = free.bare() > limits.gap.missed * free.chance
-        || account.left > limits.gap.bare && mended < limits.gap.neither;
+        || account.left > limits.gap.bare && gain < limits.gap.neither;
     let unexplained = if claims {
         known < limits.gap.explained
     } else {
@@ -215,7 +215,7 @@ pub fn decide(
     let unknown = if !unexplained && (unmoved || worse || few) { unknown.max(0.5) } else { unknown };
     let unmoved = unmoved && verdict == Verdict::Unknown;
     let unknown = match verdict {
-        Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.doubt),
+        Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.unknown_at_most),
         _ => unknown,
     };
     let mass = |list: &Vec<f64>| list.iter().map(|odds| odds.exp()).sum::<f64>();

@@ -19,7 +19,7 @@ use super::recordings::PreparedCase;
 #[derive(Clone, Debug)]
 pub struct Floors {
     /// Those for fitting, then those held out.
-    pub led: Vec<GriddedRecording>,
+    pub prescribed: Vec<GriddedRecording>,
     /// Mean square that a perfect model leaves of each, octave by octave.
     pub expected: Vec<Vec<f64>>,
 }
@@ -52,7 +52,7 @@ const MORE_NOISE: f64 = 4.0;
 pub fn floors(case: &PreparedCase, seed: u64) -> Result<Floors, String> {
     let inputs = case.model.sizes().inputs;
     let runs: Vec<&Compared> = case.train.iter().chain(&case.holdout).collect();
-    let mut led = Vec::with_capacity(runs.len());
+    let mut prescribed = Vec::with_capacity(runs.len());
     let kernel = kernel(runs.iter().map(|r| &r.run));
     let grids: Vec<Option<GriddedRecording>> =
         runs.iter().map(|r| GriddedRecording::new(&r.run, inputs, kernel)).collect();
@@ -65,48 +65,55 @@ pub fn floors(case: &PreparedCase, seed: u64) -> Result<Floors, String> {
         let mut own = grid.ok_or_else(short)?;
         own.leading.coordinates.clone_from(&lead);
         own.part = part;
-        let beside = own.links(&case.model, &case.coordinates).beside().into_iter().map(|[c, _]| c);
-        (own.leading.apart, own.leading.beside) =
-            beside.partition(|c| apart.contains(&own.channels[*c].output));
+        let secondary = own.links(&case.model, &case.coordinates).secondary().into_iter().map(|[c, _]| c);
+        (own.leading.apart, own.leading.secondary) =
+            secondary.partition(|c| apart.contains(&own.channels[*c].output));
         let links = own.links(&case.model, &case.coordinates);
         own.mark_reversals(&links);
-        led.push(own);
+        prescribed.push(own);
     }
-    let made_up = weighed(case, &runs, led, seed);
-    let unled = |own: &GriddedRecording| own.links(&case.model, &case.coordinates).unled().next().is_some();
-    if case.subject.plant == PlantKind::Joint || !made_up.led.iter().any(unled) {
+    let made_up = weighed(case, &runs, prescribed, seed);
+    let unprescribed =
+        |own: &GriddedRecording| own.links(&case.model, &case.coordinates).unprescribed().next().is_some();
+    if case.subject.plant == PlantKind::Joint || !made_up.prescribed.iter().any(unprescribed) {
         return Ok(made_up);
     }
     // Accelerations that the model makes up may let what nothing prescribes run away, those that were measured bring in the noise of
     // a camera: whichever leaves less.
-    let mut as_measured = made_up.led.clone();
+    let mut as_measured = made_up.prescribed.clone();
     as_measured.iter_mut().for_each(|own| own.leading.as_measured = true);
     let as_measured = weighed(case, &runs, as_measured, seed);
     Ok(if as_measured.size() < made_up.size() { as_measured } else { made_up })
 }
 
 /// Recordings with what a perfect model leaves of them.
-fn weighed(case: &PreparedCase, runs: &[&Compared], mut led: Vec<GriddedRecording>, seed: u64) -> Floors {
-    let spectra: Vec<Spectra> = parallel::map(led.iter().zip(runs).enumerate(), |(i, (led, run))| {
-        Spectra::of(case, led, run, seed.wrapping_add(i as u64))
-    });
+fn weighed(
+    case: &PreparedCase,
+    runs: &[&Compared],
+    mut prescribed: Vec<GriddedRecording>,
+    seed: u64,
+) -> Floors {
+    let spectra: Vec<Spectra> =
+        parallel::map(prescribed.iter().zip(runs).enumerate(), |(i, (prescribed, run))| {
+            Spectra::of(case, prescribed, run, seed.wrapping_add(i as u64))
+        });
     let mut counts: Vec<f64> = Vec::new();
-    for part in led[..case.train.len()].iter().filter(|l| !l.is_bridged()).flat_map(|l| &l.parts) {
+    for part in prescribed[..case.train.len()].iter().filter(|l| !l.is_bridged()).flat_map(|l| &l.parts) {
         counts.resize(counts.len().max(part.octave + 1), 0.0);
         counts[part.octave] += 1.0;
     }
     let mut expected = Vec::new();
-    for ((led, run), own) in led.iter_mut().zip(runs).zip(&spectra) {
+    for ((prescribed, run), own) in prescribed.iter_mut().zip(runs).zip(&spectra) {
         let like = runs.iter().zip(&spectra).filter(|(other, _)| names(other) == names(run));
-        expected.push(weigh(led, own, &like.map(|(_, s)| s).collect::<Vec<_>>(), &counts));
+        expected.push(weigh(prescribed, own, &like.map(|(_, s)| s).collect::<Vec<_>>(), &counts));
     }
-    Floors { led, expected }
+    Floors { prescribed, expected }
 }
 
 impl Floors {
     /// Sum of the logarithms of all floors.
     fn size(&self) -> f64 {
-        self.led.iter().flat_map(|own| own.floors.iter().flatten()).map(|floor| floor.ln()).sum()
+        self.prescribed.iter().flat_map(|own| own.floors.iter().flatten()).map(|floor| floor.ln()).sum()
     }
 }
 
@@ -153,11 +160,11 @@ impl Spectra {
 
 /// Sets what a recording's values count by; what a perfect model leaves then, by octave. `like`: those of all
 /// recordings with the same channels; `counts`: values of an octave over all recordings.
-fn weigh(led: &mut GriddedRecording, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec<f64> {
+fn weigh(prescribed: &mut GriddedRecording, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec<f64> {
     let mean = |v: &(Vec<f64>, f64), at: usize| v.0[at] / v.1.max(1.0);
-    let m = led.channels.len();
-    (led.floors, led.whiten, led.share) = (vec![Vec::new(); m], Vec::new(), Vec::new());
-    let bridged = led.is_bridged();
+    let m = prescribed.channels.len();
+    (prescribed.floors, prescribed.whiten, prescribed.share) = (vec![Vec::new(); m], Vec::new(), Vec::new());
+    let bridged = prescribed.is_bridged();
     let mut perfect = Vec::new();
     let mut more = vec![1.0; m];
     for (o, term) in own.terms.iter().enumerate() {
@@ -187,15 +194,15 @@ fn weigh(led: &mut GriddedRecording, own: &Spectra, like: &[&Spectra], counts: &
         let mut all = carried.clone();
         for c in 0..m {
             all[(c, c)] += form[c] + 1e-9 * carried[(c, c)] + f64::MIN_POSITIVE;
-            led.floors[c].push(all[(c, c)].sqrt());
+            prescribed.floors[c].push(all[(c, c)].sqrt());
         }
         let alone = |i: usize, j: usize| if i == j { all[(i, i)].powf(-0.5) } else { 0.0 };
         let w = (all.clone().cholesky().and_then(|c| c.l().try_inverse()))
             .unwrap_or_else(|| DMatrix::from_fn(m, m, alone));
         perfect.push((&w * carried * w.transpose()).trace() / m as f64);
         let share = if bridged { 0.0 } else { counts.get(o).map_or(1.0, |n| (COUNTED / n).min(1.0)) };
-        led.whiten.push(w.transpose().iter().map(|w| w * share.sqrt()).collect());
-        led.share.push(share);
+        prescribed.whiten.push(w.transpose().iter().map(|w| w * share.sqrt()).collect());
+        prescribed.share.push(share);
     }
     perfect
 }
@@ -209,10 +216,10 @@ fn leading(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<bool> {
     if case.subject.plant == PlantKind::Joint && lead.len() == 2 {
         use joint::parameter as q;
         let (mut typical, mut noise) = (0.0f64, 0.0f64);
-        for led in all {
-            let links = led.links(&case.model, &case.coordinates);
-            let [motor, load] = [0, 1].map(|i| links.lead_of(i).map(|c| led.channels[c].smooth_sigma));
-            typical = typical.max(p[q::TORQUE_CONSTANT] * led.inputs.first().map_or(0.0, |u| rms(u)));
+        for prescribed in all {
+            let links = prescribed.links(&case.model, &case.coordinates);
+            let [motor, load] = [0, 1].map(|i| links.lead_of(i).map(|c| prescribed.channels[c].smooth_sigma));
+            typical = typical.max(p[q::TORQUE_CONSTANT] * prescribed.inputs.first().map_or(0.0, |u| rms(u)));
             if let (Some(_), Some(load)) = (motor, load) {
                 noise = noise.max(p[q::STIFFNESS] * p[q::GEAR_RATIO] * load);
             }
@@ -228,9 +235,9 @@ fn leading(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<bool> {
 fn apart(case: &PreparedCase, all: &[&GriddedRecording]) -> Vec<usize> {
     // By output: power of how far the two are apart, and of the noise.
     let mut powers: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
-    for led in all.iter().filter(|_| case.subject.plant == PlantKind::Arm) {
-        for pair in led.links(&case.model, &case.coordinates).beside() {
-            let [own, other] = pair.map(|c| &led.channels[c]);
+    for prescribed in all.iter().filter(|_| case.subject.plant == PlantKind::Arm) {
+        for pair in prescribed.links(&case.model, &case.coordinates).secondary() {
+            let [own, other] = pair.map(|c| &prescribed.channels[c]);
             let between: Vec<f64> = own.y.iter().zip(&other.y).map(|(a, b)| a - b).collect();
             let power = powers.entry(own.output).or_default();
             power[0] += (&between).population_variance();
@@ -277,26 +284,28 @@ mod tests {
 
     /// Floors depend on the current driving channels: those of earlier ones leave nothing behind.
     #[test]
-    fn what_is_weighed_anew_is_weighed_alike() {
+    fn what_is_weighed_again_is_weighed_alike() {
         let t: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.01).collect();
         let y: Vec<f64> = t.iter().map(|t| (3.0 * t).sin()).collect();
         let channel = OutputChannel { t, y: y.clone(), sigma: 1e-3, ..OutputChannel::default() };
         let run = IdentificationRun { channels: vec![channel], ..IdentificationRun::default() };
-        let mut led = GriddedRecording::new(&run, 0, kernel([&run].into_iter())).unwrap();
-        let of = |led: &GriddedRecording, size: f64| led.products(&[y.iter().map(|v| size * v).collect()]);
-        let made = |led: &GriddedRecording, size: f64| Spectra {
-            noise: of(led, size),
-            terms: of(led, 1.0),
-            real: of(led, 10.0 * size),
+        let mut prescribed = GriddedRecording::new(&run, 0, kernel([&run].into_iter())).unwrap();
+        let of = |prescribed: &GriddedRecording, size: f64| {
+            prescribed.products(&[y.iter().map(|v| size * v).collect()])
+        };
+        let made = |prescribed: &GriddedRecording, size: f64| Spectra {
+            noise: of(prescribed, size),
+            terms: of(prescribed, 1.0),
+            real: of(prescribed, 10.0 * size),
         };
         let mut weighed = |size: f64| {
-            let own = made(&led, size);
-            weigh(&mut led, &own, &[&own], &[]);
-            (led.whiten.clone(), led.share.clone(), led.floors.clone())
+            let own = made(&prescribed, size);
+            weigh(&mut prescribed, &own, &[&own], &[]);
+            (prescribed.whiten.clone(), prescribed.share.clone(), prescribed.floors.clone())
         };
         let first = weighed(1e-3);
         assert_ne!(weighed(2e-3), first);
         assert_eq!(weighed(1e-3), first);
-        assert_eq!(first.0.len(), led.parts.last().unwrap().octave + 1);
+        assert_eq!(first.0.len(), prescribed.parts.last().unwrap().octave + 1);
     }
 }

@@ -32,13 +32,14 @@ impl Fold {
 
     /// The search over the others: typical sizes, causes and floors are those of all.
     pub fn search<'a>(&'a self, all: &CaseSearch<'_>) -> CaseSearch<'a> {
-        let mut led = all.led[..all.case.train.len()].to_vec();
-        let mut expected = all.expected[..led.len()].to_vec();
-        let (last, left) = (led.remove(self.run), expected.remove(self.run));
-        led.push(last);
+        let mut prescribed = all.prescribed[..all.case.train.len()].to_vec();
+        let mut expected = all.expected[..prescribed.len()].to_vec();
+        let (last, left) = (prescribed.remove(self.run), expected.remove(self.run));
+        prescribed.push(last);
         expected.push(left);
-        let (sizes, causes, adrift) = (all.sizes.clone(), all.causes.clone(), all.adrift.clone());
-        CaseSearch { case: &self.case, sizes, causes, led, expected, adrift }
+        let (sizes, causes, drifting_starts) =
+            (all.sizes.clone(), all.causes.clone(), all.drifting_starts.clone());
+        CaseSearch { case: &self.case, sizes, causes, prescribed, expected, drifting_starts }
     }
 
     /// Fits a set to the others, free-running, from the estimate from all recordings: as it ran freely, or else as the balances have
@@ -54,14 +55,14 @@ impl Fold {
         let set = &from.stated.set;
         let stated = search.state(set).ok()?;
         let start = stated.begin_with(&[&known]);
-        let led = search.fit(stated, &start, options).ok()?;
-        let Some(free) = &from.stated.free else { return Some(search.polish(&led, polish)) };
+        let prescribed = search.fit(stated, &start, options).ok()?;
+        let Some(free) = &from.stated.free else { return Some(search.polish(&prescribed, polish)) };
         let mut allowed = free.clone();
         allowed.remove(self.run);
         let mut stated = search.state_like(set, Some(allowed)).ok()?;
         let start = stated.begin_with(&[&known]);
-        if led.knows() {
-            led.believe(&mut stated, 1.0);
+        if prescribed.is_unbiased() {
+            prescribed.believe(&mut stated, 1.0);
         }
         search.polished(stated, &start, AGAIN)
     }

@@ -52,7 +52,7 @@ pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> FittedSet {
         octaves: vec![octave; 2],
         prior2: 0.0,
         occam: 0.0,
-        surer: 1.0,
+        tightening: 1.0,
     }
 }
 

@@ -108,8 +108,8 @@ pub fn moved(y: &[f64], samples: f64) -> Vec<f64> {
             let (before, here, behind) = (at(k - 1), at(k), at(k + 1));
             let (slope, bend) = (0.5 * (behind - before), 0.5 * (behind - 2.0 * here + before));
             let parabola = |m: f64| here + m * (slope + m * bend);
-            let beside = |m: isize| at(k + m) - parabola(m as f64);
-            let rest: f64 = taps.clone().zip(&weights).map(|(m, weight)| weight * beside(m)).sum();
+            let difference = |m: isize| at(k + m) - parabola(m as f64);
+            let rest: f64 = taps.clone().zip(&weights).map(|(m, weight)| weight * difference(m)).sum();
             parabola(w) + rest / sum
         })
         .collect()

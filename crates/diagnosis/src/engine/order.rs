@@ -28,26 +28,29 @@ impl CaseSearch<'_> {
         let problem = self.compare(&base.stated);
         let (mut power, mut step): (Vec<[f64; 3]>, f64) = (Vec::new(), 0.0);
         for run in 0..self.case.train.len() {
-            let led = &self.led[run];
+            let prescribed = &self.prescribed[run];
             let missing = problem.missing(run, &base.theta).ok()?;
-            let (channel, factor) = self.shaft(led.channels.iter().map(|c| c.output), h)?;
+            let (channel, factor) = self.shaft(prescribed.channels.iter().map(|c| c.output), h)?;
             // The motor's own balance where it is measured.
-            let phase: Vec<f64> =
-                led.channels[channel].y[led.counts.clone()].iter().map(|y| y * factor).collect();
+            let phase: Vec<f64> = prescribed.channels[channel].y[prescribed.counts.clone()]
+                .iter()
+                .map(|y| y * factor)
+                .collect();
             let turns = range(&phase) / TAU;
             if power.is_empty() {
                 step = if turns < TURNS { 0.4 / turns.max(1.0) } else { 0.5 };
                 power = vec![[0.0; 3]; (self.finest(h) / step) as usize];
             }
-            let plain = led.counted(&missing[channel]);
+            let plain = prescribed.counted(&missing[channel]);
             // Differences bring out fast lines, the series itself slow ones; a gear error goes with the torque it carries.
             let mut quick: Vec<f64> = plain.windows(2).map(|w| w[1] - w[0]).collect();
             quick.push(0.0);
-            let mut drives = self.case.subject.drives(h.site).filter_map(|input| led.inputs.get(input));
+            let mut drives =
+                self.case.subject.drives(h.site).filter_map(|input| prescribed.inputs.get(input));
             let drive = drives.find(|u| !u.is_empty());
             let carried: Vec<f64> = drive.map_or_else(
                 || vec![0.0; plain.len()],
-                |u| u[led.counts.clone()].iter().zip(&plain).map(|(u, v)| u * v).collect(),
+                |u| u[prescribed.counts.clone()].iter().zip(&plain).map(|(u, v)| u * v).collect(),
             );
             add_lines(&mut power, step, &phase, [&plain, &quick, &carried]);
         }

@@ -45,7 +45,7 @@ pub struct BalanceProblem<'a> {
     /// The recordings.
     pub runs: &'a [Compared],
     /// The recordings that drive the model; empty: it runs freely.
-    pub led: Vec<(&'a GriddedRecording, Links)>,
+    pub prescribed: Vec<(&'a GriddedRecording, Links)>,
     /// What is estimated.
     pub unknowns: Vec<BalanceUnknown>,
     /// Columns of the Jacobian that are held as they are: by unknown, over all readings.
@@ -66,7 +66,7 @@ impl<'a> BalanceProblem<'a> {
             nominal,
             ties: Vec::new(),
             runs,
-            led: Vec::new(),
+            prescribed: Vec::new(),
             unknowns: Vec::new(),
             orders: Vec::new(),
             held: BTreeMap::new(),
@@ -90,7 +90,7 @@ impl BalanceProblem<'_> {
         (0..self.runs.len()).map(|run| self.length(run)).sum()
     }
     fn length(&self, run: usize) -> usize {
-        self.led.get(run).map_or_else(|| self.runs[run].len(), |l| l.0.len())
+        self.prescribed.get(run).map_or_else(|| self.runs[run].len(), |l| l.0.len())
     }
     /// Where each recording's residuals begin; last: where they end.
     pub fn begins(&self) -> Vec<usize> {
@@ -231,7 +231,7 @@ impl BalanceProblem<'_> {
         p: &[T],
         sensors: &SensorSet<T>,
     ) -> Result<Vec<T>, PredictError> {
-        let Some((led, links)) = self.led.get(run) else {
+        let Some((prescribed, links)) = self.prescribed.get(run) else {
             let mut found = self.differences(run, p, sensors, self.shifted(run, theta).as_ref())?;
             found.iter_mut().zip(self.weights(run)).for_each(|(v, w)| *v = *v * w);
             return Ok(found);
@@ -241,9 +241,9 @@ impl BalanceProblem<'_> {
             .filter(|(target, by)| target.shifts() && *by != 0.0)
             .collect();
         if moves.is_empty() {
-            return Ok(led.weighted(&led.missing(self.model, links, p, sensors)?));
+            return Ok(prescribed.weighted(&prescribed.missing(self.model, links, p, sensors)?));
         }
-        let moved = led.shifted(&moves);
+        let moved = prescribed.shifted(&moves);
         Ok(moved.weighted(&moved.missing(self.model, links, p, sensors)?))
     }
 
@@ -270,9 +270,10 @@ impl BalanceProblem<'_> {
     /// See [`PredictError`].
     pub fn missing(&self, run: usize, theta: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
         let (p, sensors) = self.arguments(run, theta, |_, v, _| v);
-        self.led
-            .get(run)
-            .map_or_else(|| Ok(Vec::new()), |(led, links)| led.missing(self.model, links, &p, &sensors))
+        self.prescribed.get(run).map_or_else(
+            || Ok(Vec::new()),
+            |(prescribed, links)| prescribed.missing(self.model, links, &p, &sensors),
+        )
     }
 
     /// 1 over the deviation of each reading.

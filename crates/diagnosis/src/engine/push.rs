@@ -123,7 +123,7 @@ impl CaseSearch<'_> {
 
     /// Stretches of two lengths all along what counts.
     pub(super) fn tries(&self) -> Vec<Stretch> {
-        let (first, last) = self.led[..self.case.train.len()]
+        let (first, last) = self.prescribed[..self.case.train.len()]
             .iter()
             .map(|l| (l.t[l.counts.start], l.t[l.counts.end - 1]))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |m, e| (m.0.min(e.0), m.1.max(e.1)));
@@ -162,15 +162,15 @@ impl CaseSearch<'_> {
     fn missing(&self, base: &FittedSet, run: usize, coordinate: usize) -> Option<Missing> {
         let problem = self.compare(&base.stated);
         let series = problem.missing(run, &base.theta).ok()?;
-        let led = &self.led[run];
-        let c = problem.led.get(run)?.1.lead_of(coordinate)?;
-        let here = &series[c][led.counts.clone()];
+        let prescribed = &self.prescribed[run];
+        let c = problem.prescribed.get(run)?.1.lead_of(coordinate)?;
+        let here = &series[c][prescribed.counts.clone()];
         let mut sizes: Vec<f64> = here.iter().map(|r| r.abs()).collect();
         let middle = sizes.len() / 2;
         let scatter = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745;
         // Simulated less measured: what lacks has the other sign, which the amplitude takes.
         let a = here.iter().map(|r| r / scatter.max(1e-300)).collect();
-        Some(Missing { t: led.t[led.counts.clone()].to_vec(), a })
+        Some(Missing { t: prescribed.t[prescribed.counts.clone()].to_vec(), a })
     }
 }
 

@@ -127,8 +127,8 @@ impl PreparedCase {
     pub fn read_noisily(&self, run: &mut IdentificationRun, rng: &mut impl Rng) {
         for c in &mut run.channels {
             let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
-            let told = self.correlation.get(c.output).copied().unwrap_or(0.0);
-            for (y, noise) in c.y.iter_mut().zip(coloured(told, rng)) {
+            let correlation = self.correlation.get(c.output).copied().unwrap_or(0.0);
+            for (y, noise) in c.y.iter_mut().zip(coloured(correlation, rng)) {
                 *y += white * noise;
                 if c.resolution > 0.0 {
                     *y = (*y / c.resolution).round() * c.resolution;
@@ -136,8 +136,8 @@ impl PreparedCase {
             }
         }
         for d in &mut run.drives {
-            let [sigma, told] = self.input_noise_of(d.input);
-            d.u.iter_mut().zip(coloured(told, rng)).for_each(|(u, noise)| *u += sigma * noise);
+            let [sigma, correlation] = self.input_noise_of(d.input);
+            d.u.iter_mut().zip(coloured(correlation, rng)).for_each(|(u, noise)| *u += sigma * noise);
         }
     }
 
@@ -400,17 +400,17 @@ fn parabola(channel: &OutputChannel, start: f64) -> Option<[f64; 2]> {
     if most < 3 {
         return channel.y.first().map(|y| [*y, 0.0]);
     }
-    let mut said: Vec<[[f64; 2]; 2]> = Vec::new();
+    let mut ranges: Vec<[[f64; 2]; 2]> = Vec::new();
     for n in std::iter::successors(Some(least.min(most)), |n| Some(2 * n)).take_while(|n| *n <= most) {
         let own = parabola_of(channel, start, n)?;
         let agrees =
             |old: &[[f64; 2]; 2]| (0..2).all(|j| (own[0][j] - old[0][j]).abs() <= AGREES * old[1][j]);
-        if !said.iter().all(agrees) {
+        if !ranges.iter().all(agrees) {
             break;
         }
-        said.push(own);
+        ranges.push(own);
     }
-    said.last().map(|s| s[0])
+    ranges.last().map(|s| s[0])
 }
 
 /// The same through so many readings; and their deviations.

@@ -64,7 +64,7 @@ pub struct FreeRunFit {
 
 /// A recording that runs freely from where it fits best.
 #[derive(Clone, Debug)]
-pub struct SettledReplay {
+pub struct FittedReplay {
     /// Readings in the channels' units, channel after channel.
     pub shown: Vec<Vec<f64>>,
     /// All parameters of the model in their units, first states among them.
@@ -81,7 +81,7 @@ pub struct SettledReplay {
 
 impl FittedSet {
     /// Where they miss an effect balances bias the parameters: only their priors limit them then.
-    pub(super) fn knows(&self) -> bool {
+    pub(super) fn is_unbiased(&self) -> bool {
         self.stated.set.iter().any(Hypothesis::is_effect) || self.misses_little()
     }
     /// Replaces the priors of the unknowns that `stated` shares with this set by this set's posterior from the balances.
@@ -167,14 +167,16 @@ impl CaseSearch<'_> {
                     (None, _) => 0.1 * self.typical(c.positions.first().map(|p| p.0)),
                 };
                 let doubt = doubt.max(1e-12);
-                let adrift =
-                    seen.is_none().then(|| self.adrift.get(&(run.run.name.clone(), name.clone()))).flatten();
+                let drifting_starts = seen
+                    .is_none()
+                    .then(|| self.drifting_starts.get(&(run.run.name.clone(), name.clone())))
+                    .flatten();
                 all.push(BalanceUnknown {
                     name,
                     unit: String::new(),
                     target: BalanceTarget::Parameter(at),
                     run: Some(index),
-                    start: adrift.copied().unwrap_or(value),
+                    start: drifting_starts.copied().unwrap_or(value),
                     scale: Scale::Linear(doubt),
                     lower: f64::NEG_INFINITY,
                     upper: f64::INFINITY,
@@ -193,10 +195,10 @@ impl CaseSearch<'_> {
     pub fn polish(&self, from: &FittedSet, iterations: usize) -> FreeRunFit {
         let before = CompleteModel { stated: from.stated.clone(), theta: from.theta.clone() };
         let train = &self.case.train;
-        let Ok(settled) = self.settled(&before, train) else {
+        let Ok(fitted_replay) = self.fitted_replay(&before, train) else {
             return FreeRunFit { complete: before, misfit: f64::INFINITY, fitted: None };
         };
-        let shown: ReplayedReadings = settled.iter().map(|s| s.shown.clone()).collect();
+        let shown: ReplayedReadings = fitted_replay.iter().map(|s| s.shown.clone()).collect();
         let misfit = self.misfit(&shown, train);
         // Where a motion bifurcates (a stop before or behind a tooth) nothing is to be learnt: every recording counts by what
         // it misses itself.
@@ -206,13 +208,13 @@ impl CaseSearch<'_> {
         };
         let mut start = self.begin_with(&stated, from);
         for (x, u) in start.iter_mut().zip(&stated.unknowns) {
-            let of = u.run.and_then(|run| settled[run].first.iter().find(|f| f.0 == u.name));
+            let of = u.run.and_then(|run| fitted_replay[run].first.iter().find(|f| f.0 == u.name));
             if let Some((_, there)) = of {
                 *x = *there;
             }
         }
         let claims = from.stated.set.iter().any(Hypothesis::is_effect);
-        let known = from.knows();
+        let known = from.is_unbiased();
         let held = |looser: f64| {
             let mut stated = stated.clone();
             if known {
@@ -253,7 +255,7 @@ impl CaseSearch<'_> {
     }
 
     /// A set that was fitted freely, readings counting by what it misses of them by now, and where it ended.
-    pub fn anew(&self, from: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
+    pub fn restated(&self, from: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
         let (problem, train) = (self.compare(&from.stated), &self.case.train);
         let shown = |run: usize| problem.shown(run, &from.theta).map(|s| self.allowed(&s, &train[run]));
         let allowed: Result<Vec<Vec<f64>>, PredictError> =
@@ -327,7 +329,7 @@ impl CaseSearch<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        self.floors_around(complete, runs, &self.settled(complete, runs)?, (seed, DRAWS))
+        self.floors_around(complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS))
     }
 
     /// The same around recordings that are determined already; noise is drawn so often from this seed.
@@ -338,10 +340,10 @@ impl CaseSearch<'_> {
         &self,
         complete: &CompleteModel,
         runs: &[Compared],
-        settled: &[SettledReplay],
+        fitted_replay: &[FittedReplay],
         (seed, draws): (u64, u32),
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        let floors = |(run, settled): (&Compared, &SettledReplay)| {
+        let floors = |(run, fitted_replay): (&Compared, &FittedReplay)| {
             let inputs: Vec<Vec<f64>> = run.run.drives.iter().map(|d| d.u.clone()).collect();
             let noise: Vec<[f64; 2]> =
                 run.run.drives.iter().map(|d| self.case.input_noise_of(d.input)).collect();
@@ -356,15 +358,15 @@ impl CaseSearch<'_> {
                 noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
                 let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
                 let problem =
-                    BalanceProblem { allowed: settled.allowed.clone(), ..self.alone(complete, &noisy) };
+                    BalanceProblem { allowed: fitted_replay.allowed.clone(), ..self.alone(complete, &noisy) };
                 // Part of the noise goes into the first states.
-                let theta = solve(&problem, &settled.theta, options)
-                    .map_or_else(|_| settled.theta.clone(), |found| found.x);
+                let theta = solve(&problem, &fitted_replay.theta, options)
+                    .map_or_else(|_| fitted_replay.theta.clone(), |found| found.x);
                 problem.shown(0, &theta)
             })?;
             Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
         };
-        parallel::map(runs.iter().zip(settled), floors).into_iter().collect()
+        parallel::map(runs.iter().zip(fitted_replay), floors).into_iter().collect()
     }
 }
 

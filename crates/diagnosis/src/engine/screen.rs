@@ -91,9 +91,9 @@ impl CaseSearch<'_> {
             return Some(ScreenedCause { index, gain, start, looked: None });
         }
         let problem = self.compare(&stated);
-        let beside = AddedCause::new(base, projection, &problem, &stated, &from)?;
-        let best = beside.firmest(self.looks(base, projection, h, stated.posed.last()?, orders)?)?;
-        Some(ScreenedCause { index, gain: best.gain, start: beside.start(&best), looked: Some(best.looked) })
+        let added = AddedCause::new(base, projection, &problem, &stated, &from)?;
+        let best = added.firmest(self.looks(base, projection, h, stated.posed.last()?, orders)?)?;
+        Some(ScreenedCause { index, gain: best.gain, start: added.start(&best), looked: Some(best.looked) })
     }
 
     /// Where to look from at a cause; `None`: it cannot be seen with this base. `orders`: of the shaft, if known.
@@ -150,8 +150,8 @@ impl CaseSearch<'_> {
         let stated = self.state_like(&set, base.stated.free.clone()).ok()?;
         let from = self.begin_with(&stated, base);
         let (problem, posed) = (self.compare(&stated), stated.posed.last()?);
-        let beside = AddedCause::new(base, projection, &problem, &stated, &from)?;
-        let change = |s: Stretch| Some((s, beside.change(filled(&once, &posed.unknowns, &[s]))?));
+        let added = AddedCause::new(base, projection, &problem, &stated, &from)?;
+        let change = |s: Stretch| Some((s, added.change(filled(&once, &posed.unknowns, &[s]))?));
         let mut left: Vec<(Stretch, DVector<f64>)> =
             parallel::map(tries, change).into_iter().flatten().collect();
         let (mut stretches, mut taken) = (Vec::new(), Vec::new());
@@ -173,7 +173,7 @@ impl CaseSearch<'_> {
     pub fn alike(&self, best: &FittedSet, least: f64) -> Vec<RequestedCause> {
         let projection = Projection::without_last(best);
         let whole = 0.5 * projection.residuals.norm_squared().max(f64::MIN_POSITIVE);
-        let asked = |i: usize| {
+        let requested = |i: usize| {
             let s = self.screen_one(best, &projection, i, &[])?;
             let mut set = best.stated.set.clone();
             set.push(self.causes[i].clone());
@@ -188,7 +188,7 @@ impl CaseSearch<'_> {
             own.is_effect() && !best.stated.set.iter().any(|h| h.same_place(own))
         };
         let tasks: Vec<usize> = (0..self.causes.len()).filter(other).collect();
-        let mut all: Vec<RequestedCause> = parallel::map(tasks, asked).into_iter().flatten().collect();
+        let mut all: Vec<RequestedCause> = parallel::map(tasks, requested).into_iter().flatten().collect();
         all.retain(|a| a.share >= least);
         descending(&mut all, |item| item.share);
         all
@@ -198,7 +198,7 @@ impl CaseSearch<'_> {
     /// misses, best first; with the effects of `base`, or alone where it has none.
     pub fn lacking(&self, base: &FittedSet, least: f64) -> Vec<RequestedCause> {
         let whole = 0.5 * base.residuals.norm_squared();
-        let asked = |s: ScreenedCause| {
+        let requested = |s: ScreenedCause| {
             let cause = self.causes[s.index].clone();
             let share = s.gain / whole.max(f64::MIN_POSITIVE);
             if share < least || !cause.is_effect() {
@@ -215,13 +215,13 @@ impl CaseSearch<'_> {
             let start = all.begins_like(&stated, &s.start);
             Some(RequestedCause { share, stated, start })
         };
-        self.screen(base).into_iter().filter_map(asked).collect()
+        self.screen(base).into_iter().filter_map(requested).collect()
     }
 
-    /// How a set would fare that has a cause more than `led`, where `base`, which runs freely, falls short: as large as the
+    /// How a set would do that has a cause more than `grown`, where `base`, which runs freely, falls short: as large as the
     /// balances have it.
-    pub fn asked(&self, base: &FittedSet, grown: &FittedSet) -> Option<RequestedCause> {
-        let (mut stated, start) = self.beside(base, grown)?;
+    pub fn requested(&self, base: &FittedSet, grown: &FittedSet) -> Option<RequestedCause> {
+        let (mut stated, start) = self.in_addition(base, grown)?;
         grown.believe(&mut stated, 1.0);
         let there = self.compare(&stated).residuals(&start).ok()?;
         let difference: Vec<f64> = there.iter().zip(base.residuals.iter()).map(|(a, b)| a - b).collect();

@@ -121,7 +121,7 @@ pub struct FittedSet {
     /// -1/2 log det(1 + Lambda^-1 F), what the unknowns cost.
     pub occam: f64,
     /// Factor by which the plant's prior standard deviations were reduced: the more, the more is missed.
-    pub surer: f64,
+    pub tightening: f64,
 }
 
 impl FittedSet {
@@ -164,11 +164,11 @@ pub struct CaseSearch<'a> {
     /// All causes.
     pub causes: Vec<Hypothesis>,
     /// Recordings for fitting, then those held out.
-    pub led: Vec<GriddedRecording>,
+    pub prescribed: Vec<GriddedRecording>,
     /// Mean square that a perfect model leaves, by recording and octave.
     pub expected: Vec<Vec<f64>>,
     /// Where first states that no recording shows begin, by recording and state.
-    pub(super) adrift: BTreeMap<(String, String), f64>,
+    pub(super) drifting_starts: BTreeMap<(String, String), f64>,
 }
 
 impl<'a> CaseSearch<'a> {
@@ -186,9 +186,9 @@ impl<'a> CaseSearch<'a> {
             runs: &runs,
         });
         let causes = hypothesis::all(case);
-        let Floors { led, expected } = floors::floors(case, seed)?;
-        let mut own = Self { case, sizes, causes, led, expected, adrift: BTreeMap::new() };
-        own.adrift = own.adrift();
+        let Floors { prescribed, expected } = floors::floors(case, seed)?;
+        let mut own = Self { case, sizes, causes, prescribed, expected, drifting_starts: BTreeMap::new() };
+        own.drifting_starts = own.drifting_starts();
         Ok(own)
     }
 
@@ -265,9 +265,10 @@ impl<'a> CaseSearch<'a> {
         // What nothing prescribes has initial states.
         for (run, compared) in p.train.iter().enumerate() {
             let coordinates = || p.subject.coordinates(&model, &nominal);
-            let led = self.led.get(run).filter(|_| free.is_none());
-            let unled: Option<Vec<usize>> = led.map(|l| l.links(&model, &coordinates()).unled().collect());
-            let which = |c: usize| unled.as_ref().is_none_or(|unled| unled.contains(&c));
+            let prescribed = self.prescribed.get(run).filter(|_| free.is_none());
+            let unprescribed: Option<Vec<usize>> =
+                prescribed.map(|l| l.links(&model, &coordinates()).unprescribed().collect());
+            let which = |c: usize| unprescribed.as_ref().is_none_or(|unprescribed| unprescribed.contains(&c));
             unknowns.extend(self.first_states((&model, &nominal), compared, run, which));
         }
         let (mut begin, mut posed) = (Vec::new(), Vec::new());
@@ -298,13 +299,13 @@ impl<'a> CaseSearch<'a> {
     pub fn compare<'b>(&'b self, stated: &'b PosedSet) -> BalanceProblem<'b> {
         let coordinates = self.case.subject.coordinates(&stated.model, &stated.nominal);
         let lead = if stated.free.is_none() { self.case.train.len() } else { 0 };
-        let led = self.led[..lead].iter();
+        let prescribed = self.prescribed[..lead].iter();
         let orders = stated.posed.iter().zip(&stated.begin).zip(&stated.set);
         let orders = orders.filter_map(|((p, begin), h)| Some((begin + p.order?, self.angle_turned(h))));
         BalanceProblem {
             orders: orders.collect(),
             ties: stated.ties.clone(),
-            led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
+            prescribed: prescribed.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
             allowed: stated.free.clone().unwrap_or_default(),
             belief: stated.belief.as_ref(),
@@ -315,13 +316,13 @@ impl<'a> CaseSearch<'a> {
     pub fn octaves(&self, residuals: &[f64]) -> Vec<Octave> {
         let mut all: Vec<Octave> = Vec::new();
         let mut left = residuals.iter();
-        for (led, expected) in self.led[..self.case.train.len()].iter().zip(&self.expected) {
-            let m = led.channels.len();
-            for part in &led.parts {
+        for (prescribed, expected) in self.prescribed[..self.case.train.len()].iter().zip(&self.expected) {
+            let m = prescribed.channels.len();
+            for part in &prescribed.parts {
                 all.resize(all.len().max(part.octave + 1), Octave::default());
                 let own = &mut all[part.octave];
                 own.squares += left.by_ref().take(m).map(|r| r * r).sum::<f64>();
-                let count = led.share.get(part.octave).copied().unwrap_or(1.0) * m as f64;
+                let count = prescribed.share.get(part.octave).copied().unwrap_or(1.0) * m as f64;
                 own.expected += expected.get(part.octave).copied().unwrap_or(1.0) * count;
                 own.count += count;
             }
@@ -346,7 +347,7 @@ impl<'a> CaseSearch<'a> {
     ///
     /// # Errors
     /// See [`Self::fit`].
-    pub fn fit_beside(
+    pub fn fit_in_addition(
         &self,
         stated: PosedSet,
         start: &[f64],
@@ -375,12 +376,12 @@ impl<'a> CaseSearch<'a> {
         let problem = BalanceProblem { held, ..self.compare(&stated) };
         let times = if problem.orders.is_empty() { 1 } else { PATIENCE };
         let options = SolverOptions { max_iterations: times * options.max_iterations, ..options };
-        let (found, surer) = if stated.free.is_some() {
+        let (found, tightening) = if stated.free.is_some() {
             (solve(&problem, start, options)?, 1.0)
         } else {
             self.solve_believing(problem, &stated, start, options)?
         };
-        Ok(FittedSet { surer, ..self.fitted(stated, found.x, found.residuals, found.jacobian) })
+        Ok(FittedSet { tightening, ..self.fitted(stated, found.x, found.residuals, found.jacobian) })
     }
 
     /// A set with its residuals and their derivatives, made again where it is kept without.
@@ -421,11 +422,11 @@ impl<'a> CaseSearch<'a> {
     ) -> FittedSet {
         let readings = self.compare(&stated).readings();
         let chi2 = r.rows(0, readings).norm_squared();
-        let led = stated.free.is_none();
+        let prescribed = stated.free.is_none();
         let prior2 = r.rows(readings, r.len() - readings).norm_squared();
-        let octaves = if led { self.octaves(&r.as_slice()[..readings]) } else { Vec::new() };
+        let octaves = if prescribed { self.octaves(&r.as_slice()[..readings]) } else { Vec::new() };
         let information = jacobian.tr_mul(&jacobian);
-        let (occam, surer) = (0.0, 1.0);
+        let (occam, tightening) = (0.0, 1.0);
         let mut fitted = FittedSet {
             stated,
             theta,
@@ -437,7 +438,7 @@ impl<'a> CaseSearch<'a> {
             octaves,
             prior2,
             occam,
-            surer,
+            tightening,
         };
         fitted.occam = self::occam(&fitted, readings);
         fitted
@@ -450,7 +451,7 @@ impl<'a> CaseSearch<'a> {
 
     /// A set in numbers in addition to `base`, which runs freely, and where to begin: what both share as the base has it, the rest as
     /// the set was fitted.
-    pub fn beside(&self, base: &FittedSet, set: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
+    pub fn in_addition(&self, base: &FittedSet, set: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
         let stated = self.state_like(&set.stated.set, base.stated.free.clone()).ok()?;
         let start = stated.begin_with(&[base, set]);
         Some((stated, start))
@@ -477,7 +478,7 @@ mod tests {
     use crate::engine::offset::offset;
 
     #[test]
-    fn a_set_begins_where_the_first_that_knows_an_unknown_has_it() {
+    fn a_set_begins_where_the_first_with_an_unknown_has_it() {
         // Offsets of outputs in recordings.
         let one = |(o, run): &(usize, usize)| offset((&o.to_string(), ""), *o, *run, (0.0, 1.0));
         let unknowns = |all: &[(usize, usize)]| all.iter().map(one).collect();

@@ -76,7 +76,7 @@ impl SearchResult {
         let all = self.sets.iter().chain([&self.best]);
         let laws = all.filter(|f| !f.stated.set.iter().any(Hypothesis::is_push));
         let least = 1.0 + laws.map(FittedSet::excess).fold(0.0, f64::min);
-        if least > 1.0 - DOUBT { 1.0 } else { least.max(LEAST) }
+        if least > 1.0 - FLOOR_UNCERTAINTY { 1.0 } else { least.max(LEAST) }
     }
     /// An excess over that.
     pub fn above(&self, excess: f64) -> f64 {
@@ -98,9 +98,9 @@ pub const WHOLLY: f64 = 0.7;
 /// or this share, however much is left,
 pub const NEARLY: f64 = 0.85;
 /// and it brings so much evidence.
-pub const ASKED: f64 = 100.0;
+pub const REQUIRED: f64 = 100.0;
 /// Parameters that are so far from their prior means, in squares of standard deviations, are biased.
-const DRAGGED: f64 = 25.0;
+const BIASED: f64 = 25.0;
 /// Share of what several impulses explain that one has to leave to them.
 const ALIKE: f64 = 0.9;
 /// Share of what the best of a screen explains that they have to explain themselves.
@@ -118,7 +118,7 @@ const CLOSE: f64 = 5.0;
 /// Share of the floor that a set leaves at the least: less was fitted away.
 const LEAST: f64 = 0.02;
 /// Share of the floor that it may be off by.
-const DOUBT: f64 = 0.25;
+const FLOOR_UNCERTAINTY: f64 = 0.25;
 /// Share of the floor's power from which an excess is plain.
 pub const PLAIN: f64 = 0.25;
 /// An excess that is a smaller share of the floor's power than this is none.
@@ -147,17 +147,21 @@ impl CaseSearch<'_> {
     ///
     /// # Errors
     /// Why the nominal model cannot be fitted.
-    pub fn select(&self, effort: SearchEffort, mut tell: impl FnMut(&str)) -> Result<SearchResult, String> {
+    pub fn select(
+        &self,
+        effort: SearchEffort,
+        mut report_progress: impl FnMut(&str),
+    ) -> Result<SearchResult, String> {
         let options = effort.options();
         let stated = self.state(&[])?;
         let start = self.compare(&stated).start();
         let plain = self.fit(stated, &start, options).map_err(|e| e.to_string())?;
-        tell(&format!("nothing added: excess {:.3}", plain.excess()));
+        report_progress(&format!("nothing added: excess {:.3}", plain.excess()));
         let mut sets: Vec<FittedSet> = Vec::new();
         let mut best = plain.clone();
         let mut beam = vec![plain.clone()];
         // Where a cause has biased parameters by much, it is better seen from where they were.
-        if plain.prior2 > DRAGGED && plain.excess() > NEGLIGIBLE {
+        if plain.prior2 > BIASED && plain.excess() > NEGLIGIBLE {
             beam.extend(self.given(&plain));
         }
         let mut alone: Vec<(FittedSet, Vec<ScreenedCause>)> = Vec::new();
@@ -168,8 +172,8 @@ impl CaseSearch<'_> {
                 let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
                 // Parameters were fitted with the plain model.
                 let own = if depth == 1 && followed > 0 { 0 } else { refits.div_ceil(3) };
-                let wanted = self.likeliest(&screened, refits, own);
-                let fits = self.fit_each(wanted, base, options, |set| {
+                let selected = self.likeliest(&screened, refits, own);
+                let fits = self.fit_each(selected, base, options, |set| {
                     depth == 1 || !grown.iter().any(|g| same(&g.stated.set, set))
                 });
                 fits.into_iter().for_each(|fitted| keep(&mut grown, fitted.lean()));
@@ -195,7 +199,7 @@ impl CaseSearch<'_> {
             });
             descending(&mut grown, |item| item.evidence(1.0));
             let Some(top) = grown.first() else { break };
-            tell(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
+            report_progress(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
             let (before, after) = (best.excess(), top.excess());
             let gained = before - after;
             let evidence = top.evidence(1.0) - best.evidence(1.0);
@@ -205,7 +209,7 @@ impl CaseSearch<'_> {
                 && (depth == 1
                     || gained > LEFT_TO_FORM * plain.excess()
                     || (after < NEGLIGIBLE && gained > WHOLLY * before || gained > NEARLY * before)
-                        && evidence > ASKED);
+                        && evidence > REQUIRED);
             if worth {
                 best = top.clone();
             }
@@ -213,13 +217,13 @@ impl CaseSearch<'_> {
             beam = leading.into_iter().flatten().map(Cow::into_owned).collect();
             sets.extend(grown.into_iter().map(FittedSet::lean));
             // Of two causes neither may explain much by itself.
-            let promising = depth == 1 && evidence > ASKED;
+            let promising = depth == 1 && evidence > REQUIRED;
             if !(worth || promising) || after < NEGLIGIBLE {
                 break;
             }
         }
         best = self.without_needless(best, options);
-        best = self.exchanged(best, &mut sets, effort, options, &mut tell);
+        best = self.exchanged(best, &mut sets, effort, options, &mut report_progress);
         self.share_orders(&best, &plain, &mut sets, options);
         let simpler = |f: &&FittedSet| f.stated.set.len() <= best.stated.set.len();
         let most = sets.iter().filter(simpler).max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)));
@@ -242,9 +246,9 @@ impl CaseSearch<'_> {
         let options = effort.options();
         let Some(base) = self.whole(base) else { return };
         let screened = self.screen(&base);
-        let wanted = self.likeliest(&screened, GROW, GROW);
+        let selected = self.likeliest(&screened, GROW, GROW);
         let new = |set: &[Hypothesis]| !found.sets.iter().any(|f| same(&f.stated.set, set));
-        let fits = self.fit_each(wanted, &base, options, new);
+        let fits = self.fit_each(selected, &base, options, new);
         found.sets.extend(fits.into_iter().map(FittedSet::lean));
     }
 
@@ -287,22 +291,22 @@ impl CaseSearch<'_> {
             || s.gain > LEADING * gain(screened.first()) && gain(screened.iter().find(once)) < ALIKE * s.gain
     }
 
-    /// Fits `base` with each of these causes more, where the set is `wanted`.
+    /// Fits `base` with each of these causes more, where the set is `selected`.
     fn fit_each<'s>(
         &self,
         causes: impl Iterator<Item = &'s ScreenedCause>,
         base: &FittedSet,
         options: SolverOptions,
-        wanted: impl Fn(&[Hypothesis]) -> bool,
+        selected: impl Fn(&[Hypothesis]) -> bool,
     ) -> Vec<FittedSet> {
         let step = |s: &'s ScreenedCause| {
             let mut set = base.stated.set.clone();
             set.push(self.causes[s.index].clone());
-            wanted(&set).then_some((set, &s.start))
+            selected(&set).then_some((set, &s.start))
         };
         let steps: Vec<_> = causes.filter_map(step).collect();
         let fit = |(set, start): (Vec<Hypothesis>, &Vec<f64>)| {
-            self.fit_beside(self.state(&set).ok()?, start, options, base).ok()
+            self.fit_in_addition(self.state(&set).ok()?, start, options, base).ok()
         };
         parallel::map(steps, fit).into_iter().flatten().collect()
     }
@@ -314,7 +318,7 @@ impl CaseSearch<'_> {
         sets: &mut Vec<FittedSet>,
         effort: SearchEffort,
         options: SolverOptions,
-        tell: &mut impl FnMut(&str),
+        report_progress: &mut impl FnMut(&str),
     ) -> FittedSet {
         let mut i = 0;
         let mut rounds = 0;
@@ -328,7 +332,7 @@ impl CaseSearch<'_> {
             let mut better: Option<FittedSet> = None;
             let few = effort.refits.saturating_sub(2);
             let screened = self.screen(&base);
-            let wanted = self.likeliest(&screened, few, few.div_ceil(3)).filter(|s| {
+            let selected = self.likeliest(&screened, few, few.div_ceil(3)).filter(|s| {
                 let h = &self.causes[s.index];
                 let set = [&fewer[..], std::slice::from_ref(h)].concat();
                 let known = sets.iter().find(|f| same(&f.stated.set, &set));
@@ -336,7 +340,7 @@ impl CaseSearch<'_> {
                 let promised = base.evidence(1.0) + s.gain - CLOSE;
                 *h != out && known.is_none_or(|f| f.evidence(1.0) < promised)
             });
-            for fit in self.fit_each(wanted, &base, options, |_| true) {
+            for fit in self.fit_each(selected, &base, options, |_| true) {
                 if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + CLOSE {
                     better = Some(fit.clone());
                 }
@@ -344,7 +348,11 @@ impl CaseSearch<'_> {
             }
             match better {
                 Some(found) => {
-                    tell(&format!("exchanged: {:?}: excess {:.3}", found.labels(), found.excess()));
+                    report_progress(&format!(
+                        "exchanged: {:?}: excess {:.3}",
+                        found.labels(),
+                        found.excess()
+                    ));
                     best = found;
                     i = 0;
                 }

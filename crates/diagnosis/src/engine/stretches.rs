@@ -32,8 +32,15 @@ impl Stretches {
     /// The search over them, where nothing is prescribed: typical sizes are those of all, causes those that act all along.
     pub fn search<'a>(&'a self, all: &CaseSearch<'_>) -> CaseSearch<'a> {
         let causes = all.causes.iter().filter(|h| h.is_alike_in_all() && !h.is_push()).cloned().collect();
-        let (sizes, adrift) = (all.sizes.clone(), all.adrift.clone());
-        CaseSearch { case: &self.case, sizes, causes, led: Vec::new(), expected: Vec::new(), adrift }
+        let (sizes, drifting_starts) = (all.sizes.clone(), all.drifting_starts.clone());
+        CaseSearch {
+            case: &self.case,
+            sizes,
+            causes,
+            prescribed: Vec::new(),
+            expected: Vec::new(),
+            drifting_starts,
+        }
     }
 }
 

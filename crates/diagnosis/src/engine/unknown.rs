@@ -104,7 +104,7 @@ impl UnknownPrior {
         Self { mean, deviation, heavy: true }
     }
     /// With a standard deviation smaller by this factor.
-    pub fn surer(self, times: f64) -> Self {
+    pub fn tightening(self, times: f64) -> Self {
         Self { deviation: self.deviation / times, ..self }
     }
     /// The residual at a coordinate, whose square is -2 log density up to a constant, and how it changes with the coordinate.

@@ -6,11 +6,11 @@ use rand_distr::StandardNormal;
 use trueup_identification::parallel;
 
 /// Noise of deviation 1 with this correlation of successive readings.
-pub(crate) fn coloured(told: f64, rng: &mut impl Rng) -> impl Iterator<Item = f64> {
-    let new = (1.0 - told * told).sqrt();
+pub(crate) fn coloured(correlation: f64, rng: &mut impl Rng) -> impl Iterator<Item = f64> {
+    let new = (1.0 - correlation * correlation).sqrt();
     let first = rng.sample::<f64, _>(StandardNormal);
     std::iter::successors(Some(first), move |last| {
-        Some(told * last + new * rng.sample::<f64, _>(StandardNormal))
+        Some(correlation * last + new * rng.sample::<f64, _>(StandardNormal))
     })
 }
 
@@ -42,9 +42,11 @@ pub fn carried<E: Send>(
         let noisy: Vec<Vec<f64>> = inputs
             .iter()
             .zip(noise)
-            .map(|(u, [sd, told])| match *sd {
+            .map(|(u, [sd, correlation])| match *sd {
                 0.0 => u.clone(),
-                sd => u.iter().zip(coloured(*told, &mut rng)).map(|(u, noise)| u + sd * noise).collect(),
+                sd => {
+                    u.iter().zip(coloured(*correlation, &mut rng)).map(|(u, noise)| u + sd * noise).collect()
+                }
             })
             .collect();
         let square = |(a, b): (&Vec<f64>, &Vec<f64>)| {

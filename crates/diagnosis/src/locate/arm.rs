@@ -65,14 +65,14 @@ const SLOW: f64 = 0.25;
 /// A drift this many times its floor is one.
 const MARGIN: f64 = 1.5;
 
-/// Balances by a low-pass of fourth order, forwards and backwards, at `cutoff` in Hz. `doubts` are standard deviations of
+/// Balances by a low-pass of fourth order, forwards and backwards, at `cutoff` in Hz. `deviations` are standard deviations of
 /// parameters by index (masses, inertias, centres of mass). `None` for missing coordinates, unequal lengths, or fewer than
 /// nine periods of the cutoff.
 pub fn arm_balances(
     arm: &PlanarManipulator,
     p: &[f64],
     columns: &ArmColumns<'_>,
-    doubts: &[(usize, f64)],
+    deviations: &[(usize, f64)],
     cutoff: f64,
 ) -> Option<ArmBalances> {
     let (mut out, motion, reach) = balances(arm, p, columns, cutoff)?;
@@ -84,7 +84,7 @@ pub fn arm_balances(
         let value = slow.filtfilt(&b.value).map_or_else(Vec::new, |v| v[reach..v.len() - reach].to_vec());
         out.ratios.push(size(b).max(size(&EquationBalance { value, floor })));
     }
-    judge(&mut out, &model, &motion, columns, doubts, reach);
+    judge(&mut out, &model, &motion, columns, deviations, reach);
     Some(out)
 }
 
@@ -370,7 +370,7 @@ fn judge(
     model: &NominalArm<'_>,
     motion: &MeasuredMotion,
     columns: &ArmColumns<'_>,
-    doubts: &[(usize, f64)],
+    deviations: &[(usize, f64)],
     reach: usize,
 ) {
     // On a fixed base momentum is not kept, and the base shows nothing.
@@ -425,7 +425,7 @@ fn judge(
                     design.view_mut((c * picked, 3 + c), (picked, 1)).copy_from_slice(&line);
                 }
             }
-            for (k, (index, sd)) in doubts.iter().take(fitted).enumerate() {
+            for (k, (index, sd)) in deviations.iter().take(fitted).enumerate() {
                 let shifted = |s: f64| {
                     let mut p = p.clone();
                     p[*index] += 0.05 * s * sd;
@@ -446,12 +446,12 @@ fn judge(
             left = (&y - &design * &step).norm_squared();
             for k in 0..fitted {
                 theta[k] -= step[own + k];
-                p[doubts[k].0] = model.p[doubts[k].0] + theta[k] * doubts[k].1;
+                p[deviations[k].0] = model.p[deviations[k].0] + theta[k] * deviations[k].1;
             }
         }
         (left / (rows - own).max(1) as f64).sqrt()
     };
-    (out.ratio, out.ratio_fitted) = (fit(0), fit(doubts.len()));
+    (out.ratio, out.ratio_fitted) = (fit(0), fit(deviations.len()));
     let limit = MARGIN + 2.0 * (2.0 / rows as f64).sqrt();
     out.cause = if out.ratio_fitted > limit {
         BoundarySide::External

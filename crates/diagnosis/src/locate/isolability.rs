@@ -258,31 +258,31 @@ impl EquationStructure {
 
     /// The equations that alternating paths reach from those that a largest matching leaves free.
     fn over_determined(&self, equations: &[usize]) -> BTreeSet<usize> {
-        let mut owner: Vec<Option<usize>> = vec![None; self.unknowns.len()];
+        let mut matched: Vec<Option<usize>> = vec![None; self.unknowns.len()];
         let mut free = Vec::new();
         for e in equations {
-            if !self.augment(*e, &mut owner, &mut vec![false; self.unknowns.len()]) {
+            if !self.augment(*e, &mut matched, &mut vec![false; self.unknowns.len()]) {
                 free.push(*e);
             }
         }
         let mut reached: BTreeSet<usize> = free.iter().copied().collect();
         while let Some(e) = free.pop() {
-            for owner in self.equations[e].unknowns.iter().filter_map(|u| owner[*u]) {
-                if reached.insert(owner) {
-                    free.push(owner);
+            for matched in self.equations[e].unknowns.iter().filter_map(|u| matched[*u]) {
+                if reached.insert(matched) {
+                    free.push(matched);
                 }
             }
         }
         reached
     }
 
-    fn augment(&self, e: usize, owner: &mut [Option<usize>], tried: &mut [bool]) -> bool {
+    fn augment(&self, e: usize, matched: &mut [Option<usize>], tried: &mut [bool]) -> bool {
         for &u in &self.equations[e].unknowns {
             if std::mem::replace(&mut tried[u], true) {
                 continue;
             }
-            if owner[u].is_none_or(|other| self.augment(other, owner, tried)) {
-                owner[u] = Some(e);
+            if matched[u].is_none_or(|other| self.augment(other, matched, tried)) {
+                matched[u] = Some(e);
                 return true;
             }
         }

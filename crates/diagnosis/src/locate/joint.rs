@@ -275,7 +275,7 @@ fn system<'a, const N: usize>(p: &[f64], c: &JointColumns<'a>) -> Option<Unknown
     let unsure = g_m * g_m.transpose() * (level * level * (0.02 / h).max(1.0));
     let noise = g_m * g_m.transpose() * (p[j::TORQUE_CONSTANT] * c.current_floor).powi(2);
     let sticks = |k: usize| still(velocity[k]) || still(velocity[k + 1]);
-    let doubt = (0..n - 1).map(|k| if sticks(k) { unsure + noise } else { noise }).collect();
+    let process_noise = (0..n - 1).map(|k| if sticks(k) { unsure + noise } else { noise }).collect();
 
     let mut readings = Vec::new();
     let mut names = Vec::new();
@@ -323,7 +323,7 @@ fn system<'a, const N: usize>(p: &[f64], c: &JointColumns<'a>) -> Option<Unknown
         start_deviation[2] = 10.0 * wide + torque / p[j::STIFFNESS];
         start_deviation[3] = start_deviation[1];
     }
-    Some(UnknownInputSystem { places, push, doubt, readings, start, start_deviation, step: h })
+    Some(UnknownInputSystem { places, push, process_noise, readings, start, start_deviation, step: h })
 }
 
 /// Speed of the motor by whatever encoder there is.

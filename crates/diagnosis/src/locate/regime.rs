@@ -77,7 +77,7 @@ pub fn regimes(features: &[Feature<'_>], whitened: &[f64], seed: u64) -> Vec<Reg
     grow(&binned, &power, &all, DEPTH, n, scatter(&power), &mut Vec::new(), &mut leaves);
     let lift = |leaf: &Leaf| leaf.mean / mean;
     // What a leaf takes of the scatter; a lift alone is easily had by few samples.
-    let tells = |leaf: &Leaf| leaf.samples as f64 * (leaf.mean - mean).max(0.0).powi(2);
+    let explained = |leaf: &Leaf| leaf.samples as f64 * (leaf.mean - mean).max(0.0).powi(2);
     let whole: f64 = leaves.iter().map(|leaf| leaf.mean.max(0.0) * leaf.samples as f64).sum();
     leaves.retain(|leaf| lift(leaf) >= LIFT);
     if leaves.is_empty() {
@@ -90,7 +90,7 @@ pub fn regimes(features: &[Feature<'_>], whitened: &[f64], seed: u64) -> Vec<Reg
             let shuffled = shuffle(&power, block, &mut rng);
             let mut found = Vec::new();
             grow(&binned, &shuffled, &all, DEPTH, n, scatter(&shuffled), &mut Vec::new(), &mut found);
-            found.iter().map(tells).fold(0.0, f64::max)
+            found.iter().map(explained).fold(0.0, f64::max)
         })
         .collect();
     let mut regimes: Vec<Regime> = leaves
@@ -99,7 +99,8 @@ pub fn regimes(features: &[Feature<'_>], whitened: &[f64], seed: u64) -> Vec<Reg
             bounds: bounds(&leaf.path, features, &binned),
             share: leaf.mean * leaf.samples as f64 / whole,
             lift: lift(leaf),
-            p_value: (1 + chance.iter().filter(|c| **c >= tells(leaf)).count()) as f64 / (DRAWS + 1) as f64,
+            p_value: (1 + chance.iter().filter(|c| **c >= explained(leaf)).count()) as f64
+                / (DRAWS + 1) as f64,
         })
         .filter(|r| r.p_value <= 0.05)
         .collect();

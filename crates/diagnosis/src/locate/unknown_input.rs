@@ -16,7 +16,7 @@ pub struct UnknownInputSystem<'a, const N: usize> {
     /// What known inputs add from each sample to the next.
     pub push: Vec<SVector<f64, N>>,
     /// Variance that they add beyond it (where friction is not known because the motor sticks); empty: none.
-    pub doubt: Vec<SMatrix<f64, N, N>>,
+    pub process_noise: Vec<SMatrix<f64, N, N>>,
     /// Readings.
     pub readings: Vec<ChannelReading<'a, N>>,
     /// State at the first sample, d = 0.
@@ -195,8 +195,8 @@ impl<const N: usize> UnknownInputSystem<'_, N> {
                 x = f * x + self.push[k];
                 p = f * p * f.transpose();
                 p[(last, last)] += walk(k);
-                if let Some(doubt) = self.doubt.get(k) {
-                    p += doubt;
+                if let Some(process_noise) = self.process_noise.get(k) {
+                    p += process_noise;
                 }
             }
         }

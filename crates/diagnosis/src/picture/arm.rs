@@ -22,16 +22,16 @@ const BASE: usize = 3;
 /// Those of them that give its place, in m: forces act on them.
 const PLACE: usize = 2;
 /// Relative standard deviation of masses and inertias where none is declared.
-const DOUBT: f64 = 0.05;
+const DEVIATION: f64 = 0.05;
 
 pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, p: &[f64]) {
     let n = arm.links();
-    let doubts = doubts(loaded, n, p);
+    let deviations = deviations(loaded, n, p);
     let mut all: Vec<(&str, f64, ArmBalances)> = Vec::new();
     for recording in loaded.train() {
         let names = coordinates(arm);
         let inputs = channels(&input::list(&arm.layout()));
-        let wanted: Vec<&str> = names
+        let required: Vec<&str> = names
             .iter()
             .chain(&inputs)
             .map(String::as_str)
@@ -39,16 +39,16 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
             .collect();
         // Base and joints are required, a fixed base only for its sensors; a motor without one turns with its joint.
         let first = if arm.has_fixed_base() { BASE } else { 0 };
-        if names[first..BASE + n].iter().any(|c| !wanted.contains(&c.as_str())) {
+        if names[first..BASE + n].iter().any(|c| !required.contains(&c.as_str())) {
             continue;
         }
         let step = names[first..BASE + n]
             .iter()
             .filter_map(|c| recording.channel(c)?.median_step())
             .fold(0.0, f64::max);
-        let Some(grid) = ChannelGrid::of(recording, &wanted, step) else { continue };
+        let Some(grid) = ChannelGrid::of(recording, &required, step) else { continue };
         let column = |name: &String| -> &[f64] {
-            wanted.iter().position(|w| w == name).map_or(&[], |k| &grid.columns[k])
+            required.iter().position(|w| w == name).map_or(&[], |k| &grid.columns[k])
         };
         let floor = |name: &String| deviation(&out.floors, name).unwrap_or(0.0);
         let still = vec![0.0; grid.columns.first().map_or(0, Vec::len)];
@@ -61,7 +61,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
             position_floor: names.iter().map(floor).collect(),
             velocity_floor: Vec::new(),
         };
-        if let Some(b) = arm_balances(arm, p, &columns, &doubts, (CUTOFF / step).min(FASTEST)) {
+        if let Some(b) = arm_balances(arm, p, &columns, &deviations, (CUTOFF / step).min(FASTEST)) {
             let start = grid.start + b.first as f64 * step;
             for (k, (name, row)) in names.iter().zip(&b.missing).enumerate() {
                 let unit = if k < PLACE { "N" } else { "N.m" };
@@ -206,10 +206,10 @@ fn channels<K>(list: &[LayoutEntry<K>]) -> Vec<String> {
 }
 
 /// Standard deviations of masses, inertias and centres of mass.
-fn doubts(loaded: &Loaded, n: usize, p: &[f64]) -> Vec<(usize, f64)> {
+fn deviations(loaded: &Loaded, n: usize, p: &[f64]) -> Vec<(usize, f64)> {
     let mut all = Vec::new();
     let mut add = |index: usize, name: String, scale: f64| {
-        let doubt = loaded.case.doubt(&name).unwrap_or(DOUBT);
+        let doubt = loaded.case.doubt(&name).unwrap_or(DEVIATION);
         all.push((index, doubt * scale.abs()));
     };
     add(parameter::base_mass(n), "baseMass".into(), p[parameter::base_mass(n)]);

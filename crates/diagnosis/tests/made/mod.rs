@@ -133,7 +133,7 @@ impl Joint {
         if self.flexible {
             own.extend([("stiffness", self.stiffness), ("damping", self.damping)]);
         }
-        let doubts: String = own.iter().map(|(name, _)| format!("{name} = {doubt:?}\n")).collect();
+        let deviations: String = own.iter().map(|(name, _)| format!("{name} = {doubt:?}\n")).collect();
         let own: String = own.iter().map(|(name, value)| format!("{name} = {value:?}\n")).collect();
         let load = if self.load_seen {
             format!("[channels.loadAngle]\nnoise = {load_noise:?}\n")
@@ -142,7 +142,7 @@ impl Joint {
         };
         format!(
             "model = \"TwoMassJoint\"\ntrain = [\"1.csv\", \"2.csv\", \"3.csv\"]\nholdout = [\"4.csv\"]\n\
-             [parameters]\njointFlexible = {flexible}\ngearRatio = {gear:?}\n{own}[uncertain]\n{doubts}\
+             [parameters]\njointFlexible = {flexible}\ngearRatio = {gear:?}\n{own}[uncertain]\n{deviations}\
              [channels.motorAngle]\nnoise = {motor_noise:?}\n{load}\
              [channels.motorCurrent]\nnoise = {current_noise:?}\n"
         )

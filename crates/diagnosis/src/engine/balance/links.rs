@@ -2,7 +2,7 @@
 
 use trueup_numerics::Scalar;
 
-use super::led::GriddedRecording;
+use super::prescribed::GriddedRecording;
 use crate::engine::coordinate::CoordinateReadings;
 use crate::engine::subject::EngineModel;
 
@@ -17,7 +17,7 @@ pub struct Links {
     pub(super) positions: Vec<(usize, Vec<(usize, f64)>)>,
     pub(super) velocities: Vec<(usize, Vec<(usize, f64)>)>,
     /// States with the position of a coordinate that nothing prescribes.
-    pub(super) unled: Vec<(usize, Vec<(usize, f64)>)>,
+    pub(super) unprescribed: Vec<(usize, Vec<(usize, f64)>)>,
     /// Rows of the equations whose accelerations are as measured while others are integrated: row, coordinate, factor.
     pub(super) given: Vec<(usize, usize, f64)>,
     /// State that is each coordinate's velocity.
@@ -43,13 +43,14 @@ impl GriddedRecording {
                 continue;
             }
             let best = |list: &[(usize, f64)]| {
-                let seen = self.channels.iter().enumerate().filter(|(k, _)| !self.leading.beside.contains(k));
+                let seen =
+                    self.channels.iter().enumerate().filter(|(k, _)| !self.leading.secondary.contains(k));
                 seen.filter_map(|(k, s)| Some((k, find(list, s.output)?, s.sigma)))
                     .min_by(|a, b| (a.2 / a.1.abs()).total_cmp(&(b.2 / b.1.abs())))
                     .map(|(k, f, _)| (k, f))
             };
-            let led = best(&c.positions).map(|(k, f)| (k, f, false));
-            leads.push(led.or_else(|| best(&c.velocities).map(|(k, f)| (k, f, true))));
+            let prescribed = best(&c.positions).map(|(k, f)| (k, f, false));
+            leads.push(prescribed.or_else(|| best(&c.velocities).map(|(k, f)| (k, f, true))));
         }
         let shows = self.channels.iter().map(|s| {
             coordinates.iter().enumerate().find_map(|(i, c)| {
@@ -70,11 +71,11 @@ impl GriddedRecording {
             }
             all.into_iter().partition::<Vec<_>, _>(|a| a.1.iter().all(|(i, _)| leads[*i].is_some()))
         };
-        let (positions, unled) = sum(&|c| c.position.clone());
+        let (positions, unprescribed) = sum(&|c| c.position.clone());
         let (velocities, _) = sum(&|c| c.velocity.clone());
-        let led = |s: &usize| positions.iter().chain(&velocities).any(|p| p.0 == *s);
+        let prescribed = |s: &usize| positions.iter().chain(&velocities).any(|p| p.0 == *s);
         let followers = model.plant().followers().to_vec();
-        let free = (0..model.sizes().states).filter(|s| !led(s) && !followers.contains(s)).collect();
+        let free = (0..model.sizes().states).filter(|s| !prescribed(s) && !followers.contains(s)).collect();
         let (held, stops): (Vec<usize>, Vec<usize>) = (0..coordinates.len())
             .filter(|i| coordinates[*i].held.is_some())
             .partition(|i| leads[*i].is_some());
@@ -98,7 +99,7 @@ impl GriddedRecording {
             shows: shows.collect(),
             positions,
             velocities,
-            unled,
+            unprescribed,
             followers,
             free,
             leads,
@@ -109,7 +110,7 @@ impl GriddedRecording {
 impl Links {
     /// The position of a coordinate that is not prescribed: from a state that depends on it.
     pub(super) fn position<T: Scalar>(&self, i: usize, coordinate: &[[T; 3]], x: &[T]) -> T {
-        let Some((state, parts)) = self.unled.iter().find(|u| u.1.iter().any(|p| p.0 == i)) else {
+        let Some((state, parts)) = self.unprescribed.iter().find(|u| u.1.iter().any(|p| p.0 == i)) else {
             return T::zero();
         };
         let mut rest = x[*state];
@@ -124,7 +125,7 @@ impl Links {
         rest / own
     }
     /// Channels of positions whose coordinate another one prescribes, and that one.
-    pub fn beside(&self) -> Vec<[usize; 2]> {
+    pub fn secondary(&self) -> Vec<[usize; 2]> {
         let other = |c: usize| match self.shows[c] {
             Some((i, _, false)) => self.lead_of(i).filter(|l| *l != c).map(|l| [c, l]),
             _ => None,
@@ -132,7 +133,7 @@ impl Links {
         (0..self.shows.len()).filter_map(other).collect()
     }
     /// Coordinates that nothing prescribes.
-    pub fn unled(&self) -> impl Iterator<Item = usize> {
+    pub fn unprescribed(&self) -> impl Iterator<Item = usize> {
         self.leads.iter().enumerate().filter(|l| l.1.is_none()).map(|l| l.0)
     }
     /// The channel that prescribes a coordinate.

@@ -77,13 +77,13 @@ mod tests {
             sigma: 1e-6,
             ..OutputChannel::default()
         };
-        let led = GriddedRecording::new(
+        let prescribed = GriddedRecording::new(
             &IdentificationRun { channels: vec![motor], ..IdentificationRun::default() },
             2,
             1.5,
         )
         .unwrap();
-        let links = led.links(&model, &coordinates);
+        let links = prescribed.links(&model, &coordinates);
         let (x, u) = (vec![0.0; model.sizes().states], vec![0.0; model.sizes().inputs]);
         let modes = vec![0; model.sizes().modes];
         let found = fastest(&model, &links, &At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes });

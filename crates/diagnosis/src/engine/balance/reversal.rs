@@ -2,8 +2,8 @@
 
 use trueup_numerics::Scalar;
 
-use super::led::GriddedRecording;
 use super::links::Links;
+use super::prescribed::GriddedRecording;
 
 /// Over so many kernels a series fades into a reversal and out of it.
 const FADE: f64 = 16.0;

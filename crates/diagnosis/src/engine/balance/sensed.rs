@@ -4,8 +4,8 @@ use trueup_identification::sensors::{LinearSensor, SensorSet};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
-use super::led::GriddedRecording;
 use super::links::Links;
+use super::prescribed::GriddedRecording;
 use crate::engine::octaves;
 use crate::engine::subject::EngineModel;
 

@@ -1,7 +1,7 @@
 //! How large the terms of a balance are.
 
-use super::led::GriddedRecording;
 use super::links::Links;
+use super::prescribed::GriddedRecording;
 use crate::engine::coordinate::CoordinateReadings;
 
 impl GriddedRecording {

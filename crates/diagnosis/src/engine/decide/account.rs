@@ -12,7 +12,7 @@ pub(super) struct Account {
     /// Share of the free-running gap above the floor (as powers) that it closes.
     pub closed: f64,
     /// Its own free run shows it, and does not diverge far: it may be as sensitive as the plant itself.
-    pub witness: bool,
+    pub is_evidence: bool,
 }
 
 impl Account {
@@ -39,8 +39,9 @@ impl Account {
         let both = 0.5 * (balances + self.closed);
         let least = if plain { balances.min(self.closed) } else { self.closed };
         // What they see plainly and wholly explain is known, whatever becomes of a free run that bifurcates.
-        let told = self.whole > limits.gap.bare && self.left < limits.gap.bare && balances > limits.gap.told;
-        if self.witness && least < limits.gap.neither && !told {
+        let explained_alone =
+            self.whole > limits.gap.bare && self.left < limits.gap.bare && balances > limits.gap.known;
+        if self.is_evidence && least < limits.gap.neither && !explained_alone {
             return both;
         }
         balances.max(self.closed).max(both + 0.2)
@@ -52,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_balances_and_free_runs_say_together() {
+    fn what_balances_and_free_runs_give_together() {
         let limits = Thresholds::default();
         // Excess without and with the effects, share of the free run's gap closed, whether that is evidence; known enough?
         let cases = [
@@ -72,10 +73,10 @@ mod tests {
             ("the same, but nothing plain is left", 100.0, 1.0, 0.0, true, true),
             ("the same, but no free run is evidence", 100.0, 8.0, 0.0, false, true),
         ];
-        for (what, whole, left, closed, witness, wanted) in cases {
-            let account = Account { claims: true, whole, left, closed, witness };
+        for (what, whole, left, closed, is_evidence, expected) in cases {
+            let account = Account { claims: true, whole, left, closed, is_evidence };
             let known = account.known(&limits);
-            assert_eq!(known >= limits.gap.explained, wanted, "{what}: {known}");
+            assert_eq!(known >= limits.gap.explained, expected, "{what}: {known}");
         }
     }
 }

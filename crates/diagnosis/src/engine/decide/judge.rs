@@ -44,7 +44,7 @@ impl<'a> Judge<'a> {
         left(self.ran.after(at).unwrap_or(assumed), self.free.floor)
     }
     /// What a free run leaves, by which sets are distinguished.
-    fn telling(&self, at: usize) -> f64 {
+    fn compared_power(&self, at: usize) -> f64 {
         self.power(at).max(left(self.limits.free_runs.even * self.free.floor, self.free.floor))
     }
     pub(super) fn tuned(&self) -> f64 {
@@ -52,13 +52,13 @@ impl<'a> Judge<'a> {
     }
     /// Logarithm of the probability of a set by balances and free run, up to a constant.
     fn score(&self, at: usize) -> f64 {
-        let told = self.balances.odds(&self.found.sets[at], &self.found.best);
-        told - self.limits.free_runs.weight * self.telling(at).ln()
+        let odds = self.balances.odds(&self.found.sets[at], &self.found.best);
+        odds - self.limits.free_runs.weight * self.compared_power(at).ln()
     }
     /// By how much set `a` leaves more than set `b` does (logarithm of the power), as far as recordings agree on it: a free
     /// run that does better in one and worse in another is luck.
     fn further(&self, a: usize, b: usize) -> f64 {
-        let all = (self.telling(a) / self.telling(b)).ln();
+        let all = (self.compared_power(a) / self.compared_power(b)).ln();
         let [Some(of_a), Some(of_b)] = [a, b].map(|set| self.ran.each(set)) else { return all };
         let each: Vec<f64> = of_a.iter().zip(&of_b).map(|(a, b)| (a / b).ln()).collect();
         agreed(all, &each)
@@ -78,14 +78,14 @@ impl<'a> Judge<'a> {
         self.free.bare() <= self.free.chance
     }
     /// What balances miss without a set and hardly with it is known, whatever free runs show.
-    fn is_told(&self, set: &FittedSet) -> bool {
+    fn is_known(&self, set: &FittedSet) -> bool {
         let limits = &self.limits.gap;
         let [seen, left] = [&self.found.plain, set].map(|f| above(f.excess(), self.balances.least));
-        seen > limits.bare && left < limits.bare && left < (1.0 - limits.told) * seen
+        seen > limits.bare && left < limits.bare && left < (1.0 - limits.known) * seen
     }
     /// It has several causes, which possible noise of the sensors makes less necessary.
     fn is_too_much(&self, set: &FittedSet) -> bool {
-        self.as_good() && set.effects() > 1 && !self.is_told(set)
+        self.as_good() && set.effects() > 1 && !self.is_known(set)
     }
     /// Where no free run chose and none shows anything: the balances see nothing either, or what little they see no effect
     /// explains; or parameters take it; or it would take several effects at once.
@@ -93,9 +93,9 @@ impl<'a> Judge<'a> {
         let limits = &self.limits.gap;
         let above = |f: &FittedSet| above(f.excess(), self.balances.least);
         let seen = above(&self.found.plain);
-        let mends = |f: &FittedSet| above(f) < (1.0 - limits.explained) * seen;
-        let spurious = seen <= limits.bare && !mends(&self.found.best);
-        let taken = mends(self.found.without_effects()) || self.is_too_much(&self.found.best);
+        let explains = |f: &FittedSet| above(f) < (1.0 - limits.explained) * seen;
+        let spurious = seen <= limits.bare && !explains(&self.found.best);
+        let taken = explains(self.found.without_effects()) || self.is_too_much(&self.found.best);
         self.as_good() && (seen < limits.left || spurious || taken)
     }
 
@@ -108,9 +108,9 @@ impl<'a> Judge<'a> {
             let limits = &self.limits.free_runs;
             // What may be the sensors' noise a cause has to take nearly all of.
             let most = if self.free.bare() > self.free.chance { limits.idle } else { limits.instead };
-            let mends = |&at: &usize| self.power(at) < most * self.tuned();
+            let explains = |&at: &usize| self.power(at) < most * self.tuned();
             let single = self.best_of_size(1);
-            return self.one_more(1, single).or(single).filter(mends);
+            return self.one_more(1, single).or(single).filter(explains);
         }
         let size = self.found.best.stated.set.len();
         let own = self.best_of_size(size);
@@ -125,8 +125,8 @@ impl<'a> Judge<'a> {
     /// The fewest causes that do as well as `own`, where the balances do not require that; if it did not run one cause less.
     fn fewer(&self, size: usize, own: Option<usize>) -> Option<usize> {
         let Some(own) = own else { return self.best_of_size(size - 1) };
-        let stands = |fewer: &usize| !self.is_asked_for(own, *fewer) && self.does_as_well(*fewer, own);
-        (1..size).filter_map(|size| self.best_of_size(size)).find(stands)
+        let suffices = |fewer: &usize| !self.is_required(own, *fewer) && self.does_as_well(*fewer, own);
+        (1..size).filter_map(|size| self.best_of_size(size)).find(suffices)
     }
     /// Another effect by itself, where the free run of the set chosen changes nothing: what the balances favour is then worth
     /// nothing, unless they are decisive.
@@ -134,7 +134,7 @@ impl<'a> Judge<'a> {
         let limits = &self.limits.free_runs;
         let remains = chosen.map_or(self.tuned(), |at| self.power(at));
         let idle = chosen.is_none() || remains > limits.idle * self.tuned();
-        let open = |at| chosen.is_none_or(|c| self.score(at) > self.score(c) - self.limits.odds.settled);
+        let open = |at| chosen.is_none_or(|c| self.score(at) > self.score(c) - self.limits.odds.decisive);
         let does = |at: &usize| idle && self.power(*at) < limits.instead * remains && open(*at);
         self.of_size(1).filter(does).max_by(|a, b| self.score(*a).total_cmp(&self.score(*b)))
     }
@@ -148,18 +148,18 @@ impl<'a> Judge<'a> {
         with * limits.more < without && without - with > limits.form * self.tuned()
     }
     fn does_as_well(&self, without: usize, with: usize) -> bool {
-        self.telling(without) < self.limits.free_runs.needless * self.telling(with)
+        self.compared_power(without) < self.limits.free_runs.needless * self.compared_power(with)
     }
     /// What the balances plainly miss without a cause and hardly with it is no matter of a form, unless it is next to nothing of
     /// what they miss without any.
-    fn is_asked_for(&self, with: usize, without: usize) -> bool {
+    fn is_required(&self, with: usize, without: usize) -> bool {
         let (limits, plain) = (&self.limits.balances, self.limits.gap.left);
         let [with, without] = [with, without].map(|at| &self.found.sets[at]);
         let of = |f: &FittedSet| above(f.excess(), self.balances.least);
         let [after, before] = [with, without].map(of);
         let plain = plain.max(limits.nothing * of(&self.found.plain));
         let plainly = before > plain && before - after > limits.wholly * before;
-        plainly && with.evidence(1.0) > without.evidence(1.0) + limits.asked
+        plainly && with.evidence(1.0) > without.evidence(1.0) + limits.required
     }
 
     /// Other causes instead of the `i`-th of `best`, with their odds.
@@ -196,18 +196,18 @@ impl<'a> Judge<'a> {
         if twins && self.closes_nearly_all(at) {
             return 0.0;
         }
-        let told = if twins { 0.0 } else { self.balances.odds(f, best) };
-        let Some(chosen) = chosen else { return told };
+        let odds = if twins { 0.0 } else { self.balances.odds(f, best) };
+        let Some(chosen) = chosen else { return odds };
         // Predictions as near to each other as either is to the recordings distinguish nothing, unless the balances do.
-        let outweighs = if late { limits.settled } else { limits.outweighs };
+        let outweighs = if late { limits.decisive } else { limits.outweighs };
         let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.free_runs.alike * after);
-        if alike && told > -outweighs {
+        if alike && odds > -outweighs {
             return 0.0;
         }
         // The prior range counts no more than so much.
         let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
         let spared = (-possible - limits.possible).max(0.0);
-        told - self.limits.free_runs.weight * self.further(at, chosen) + spared
+        odds - self.limits.free_runs.weight * self.further(at, chosen) + spared
     }
     /// It has friction of the same rigid joint instead of the `i`-th cause.
     fn is_law_of_the_same(&self, other: &FittedSet, best: &FittedSet, i: usize) -> bool {
@@ -215,7 +215,7 @@ impl<'a> Judge<'a> {
         other.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o))
     }
     fn closes_nearly_all(&self, at: usize) -> bool {
-        self.ran.after(at).is_some() && self.power(at) < (1.0 - self.limits.gap.told) * self.tuned()
+        self.ran.after(at).is_some() && self.power(at) < (1.0 - self.limits.gap.known) * self.tuned()
     }
 }
 

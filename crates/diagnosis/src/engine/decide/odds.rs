@@ -57,7 +57,7 @@ impl Balances {
 
     fn of(&self, a: &Left<'_>, b: &Left<'_>) -> f64 {
         let apart = self.by_size(a, b);
-        let plain = self.beside_noise(a, b) + possible(a, b);
+        let plain = self.relative_to_misfit(a, b) + possible(a, b);
         if plain * apart > 0.0 && plain.abs() > apart.abs() { plain } else { apart }
     }
 
@@ -71,7 +71,7 @@ impl Balances {
 
     /// Half the difference of the sums of squares in units of what the better of the two leaves, noise or misfit, octave by
     /// octave: a misfit is no noise, so that readings count the less the more of it there is.
-    fn beside_noise(&self, a: &Left<'_>, b: &Left<'_>) -> f64 {
+    fn relative_to_misfit(&self, a: &Left<'_>, b: &Left<'_>) -> f64 {
         let of = |(a, b): (&Octave, &Octave)| {
             if a.expected <= 0.0 {
                 return 0.0;

@@ -24,10 +24,10 @@ fn the_same_effect_in_two_places_is_known() {
         ("another effect", &["cable-stiffness[1]"], Verdict::Ambiguous),
         ("both", &["backlash[2]", "cable-stiffness[1]"], Verdict::Ambiguous),
     ];
-    for (what, others, wanted) in cases {
+    for (what, others, expected) in cases {
         let sets: Vec<_> = ["backlash[1]"].iter().chain(others).map(|labels| (*labels, 1.0, 1.1)).collect();
         let (found, decision) = decided(&sets);
-        assert_eq!(decision.verdict, wanted, "{what}");
+        assert_eq!(decision.verdict, expected, "{what}");
         // Where else it fits is reported all the same.
         assert_eq!(decision.close(&found, 0).count(), others.len(), "{what}");
     }
@@ -46,17 +46,17 @@ fn a_gap_that_may_be_noise_is_one_where_a_cause_takes_it() {
         ("a cause takes half of it", 1.4, 1.2, Verdict::NoGap),
         ("less than the declared noise may leave", 1.15, 1.0, Verdict::NoGap),
     ];
-    for (what, tuned, after, wanted) in cases {
+    for (what, tuned, after, expected) in cases {
         let plain = fitted("", 1.0, 10.0);
         let sets = vec![fitted("backlash", 1.0, 10.0)];
         let found = SearchResult { best: plain.clone(), plain, sets };
         let (_, decision) = judged(found, vec![Some(after)], free(tuned));
-        assert_eq!(decision.verdict, wanted, "{what}");
+        assert_eq!(decision.verdict, expected, "{what}");
     }
 }
 
 #[test]
-fn where_free_runs_show_nothing_parameters_go_first_and_effects_stand_alone() {
+fn where_free_runs_show_nothing_parameters_go_first_and_effects_are_single() {
     // What the sets leave in floors, where the plain model leaves 100; the first was chosen by the balances, none ran.
     let cases = [
         ("one effect explains it", &[("backlash", 1.0)][..], &["backlash"][..]),
@@ -73,10 +73,10 @@ fn where_free_runs_show_nothing_parameters_go_first_and_effects_stand_alone() {
             &["backlash", "cable-stiffness:load"],
         ),
     ];
-    for (what, sets, wanted) in cases {
+    for (what, sets, expected) in cases {
         let fits = sets.iter().map(|set| fitted(set.0, set.1, 100.0)).collect();
         let (found, _) = judged(found(fits, Some(0), 100.0), vec![None; sets.len()], free(1.3));
-        assert_eq!(found.best.labels(), wanted, "{what}");
+        assert_eq!(found.best.labels(), expected, "{what}");
     }
 }
 
@@ -88,24 +88,24 @@ fn parameters_that_leave_plain_misses_and_do_not_help_free_runs_are_no_cause() {
         ("free runs are corrected", 5.0, 7.2, Verdict::Parameters),
         ("neither", 5.0, 9.5, Verdict::Unknown),
     ];
-    for (what, leaves, tuned, wanted) in cases {
+    for (what, leaves, tuned, expected) in cases {
         let found = found(vec![fitted("motorInertia", leaves, 100.0)], Some(0), 100.0);
         let (_, decision) = judged(found, vec![None], FreeRun { before: 10.0, chance: 7.0, ..free(tuned) });
-        assert_eq!(decision.verdict, wanted, "{what}");
+        assert_eq!(decision.verdict, expected, "{what}");
     }
 }
 
 /// Values that no fit moved explain nothing, and what does worse on what was held out than the refitted model is not claimed.
 #[test]
 fn what_was_not_done_and_what_does_worse_explain_nothing() {
-    for (tuned, wanted) in [(9.5, Verdict::Parameters), (10.0, Verdict::Unknown)] {
+    for (tuned, expected) in [(9.5, Verdict::Parameters), (10.0, Verdict::Unknown)] {
         let found = found(vec![fitted("motorInertia", 1.2, 100.0)], Some(0), 100.0);
         let (_, decision) = judged(found, vec![None], FreeRun { before: 10.0, chance: 7.0, ..free(tuned) });
-        assert_eq!((decision.verdict, decision.unmoved), (wanted, tuned == 10.0));
-        assert!((decision.unknown < 0.1) == (wanted == Verdict::Parameters), "{}", decision.unknown);
+        assert_eq!((decision.verdict, decision.unmoved), (expected, tuned == 10.0));
+        assert!((decision.unknown < 0.1) == (expected == Verdict::Parameters), "{}", decision.unknown);
     }
     // Gaps of the effect and of the tuned model; chance leaves 1.5 floors.
-    for (after, tuned, wanted) in [
+    for (after, tuned, expected) in [
         (2.0, 9.0, Verdict::Effects),
         (9.2, 9.0, Verdict::Unknown),
         // By no more than chance.
@@ -113,7 +113,7 @@ fn what_was_not_done_and_what_does_worse_explain_nothing() {
     ] {
         let found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
         let (_, decision) = judged(found, vec![Some(after)], FreeRun { before: 10.0, ..free(tuned) });
-        assert_eq!(decision.verdict, wanted, "{after} {tuned}");
+        assert_eq!(decision.verdict, expected, "{after} {tuned}");
         assert!(!decision.unmoved);
     }
 }
@@ -122,7 +122,7 @@ fn what_was_not_done_and_what_does_worse_explain_nothing() {
 /// good as perfect.
 #[test]
 fn what_does_worse_on_what_is_left_out_is_not_claimed() {
-    for ([tuned, with], wanted) in
+    for ([tuned, with], expected) in
         [([5.0, 1.1], Verdict::Effects), ([5.0, 5.2], Verdict::Unknown), ([1.05, 1.1], Verdict::Effects)]
     {
         let mut found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
@@ -130,24 +130,24 @@ fn what_does_worse_on_what_is_left_out_is_not_claimed() {
         let ran = FreeRunGaps { gaps: vec![Some(2.0)], left_out, ..FreeRunGaps::default() };
         let (raw, mut free) = (found.plain.excess(), free(9.0));
         let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
-        assert_eq!(decision.verdict, wanted, "{tuned} {with}");
+        assert_eq!(decision.verdict, expected, "{tuned} {with}");
         assert_eq!(decision.left_out, left_out.map(|l| (Some(0), l)));
-        assert!((decision.unknown < 0.5) == (wanted == Verdict::Effects));
+        assert!((decision.unknown < 0.5) == (expected == Verdict::Effects));
     }
 }
 
 /// Where the refitted model leaves no more than chance does, a cause that does worse than it leaves the parameters.
 #[test]
 fn what_does_worse_than_a_refit_that_leaves_chance_leaves_the_parameters() {
-    for (tuned, wanted) in [(1.4, Verdict::Parameters), (1.6, Verdict::Unknown)] {
+    for (tuned, expected) in [(1.4, Verdict::Parameters), (1.6, Verdict::Unknown)] {
         let mut found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
         let left_out = Some(LeftOut { tuned: 5.0, with: 5.2, noise: 1.0 });
         let ran = FreeRunGaps { gaps: vec![Some(1.45)], left_out, ..FreeRunGaps::default() };
         let (raw, mut free) = (found.plain.excess(), FreeRun { before: 30.0, ..free(tuned) });
         let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
-        assert_eq!(decision.verdict, wanted, "{tuned}");
+        assert_eq!(decision.verdict, expected, "{tuned}");
         let claimed = found.best.stated.set.iter().any(Hypothesis::is_effect);
-        assert_eq!(claimed, wanted == Verdict::Unknown, "{tuned}");
+        assert_eq!(claimed, expected == Verdict::Unknown, "{tuned}");
         assert_eq!(decision.rivals.len(), found.best.stated.set.len());
     }
 }
@@ -156,7 +156,7 @@ fn what_does_worse_than_a_refit_that_leaves_chance_leaves_the_parameters() {
 /// without being known is not claimed. One that takes less, or leaves more, is not.
 #[test]
 fn a_refit_that_takes_nearly_all_and_is_near_the_floor_is_enough() {
-    for (tuned, windowed, wanted) in [
+    for (tuned, windowed, expected) in [
         (90.0, Some(1.1), Verdict::Parameters),
         (90.0, Some(50.0), Verdict::Unknown),
         (90.0, None, Verdict::Unknown),
@@ -166,9 +166,9 @@ fn a_refit_that_takes_nearly_all_and_is_near_the_floor_is_enough() {
             let sets = found(vec![fitted(set, leaves, 100.0)], Some(0), 100.0);
             let (found, decision) =
                 judged(sets, vec![ran], FreeRun { before: 1000.0, windowed, ..free(tuned) });
-            assert_eq!(decision.verdict, wanted, "{set} {tuned} {windowed:?}");
+            assert_eq!(decision.verdict, expected, "{set} {tuned} {windowed:?}");
             let claimed = found.best.stated.set.iter().any(Hypothesis::is_effect);
-            assert_eq!(claimed, wanted == Verdict::Unknown && set == "backlash", "{set} {tuned}");
+            assert_eq!(claimed, expected == Verdict::Unknown && set == "backlash", "{set} {tuned}");
             assert_eq!(decision.rivals.len(), found.best.stated.set.len());
         }
     }

@@ -1,6 +1,6 @@
 //! Where the lines between verdicts are.
 
-use crate::engine::select::{ASKED, PLAIN, WHOLLY};
+use crate::engine::select::{PLAIN, REQUIRED, WHOLLY};
 
 /// Figures that were set on trials whose seeds are not those reported.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,7 +25,7 @@ pub struct OfGap {
     /// Share of the balances' excess, or of the free-running gap, that an explanation has to take; below it the cause is unknown.
     pub explained: f64,
     /// Share of the balances' excess that makes a cause known by itself where nothing plain is left.
-    pub told: f64,
+    pub known: f64,
     /// Share of either below which the other alone does not do.
     pub neither: f64,
     /// Excess that may be left whatever the share.
@@ -39,7 +39,7 @@ pub struct OfGap {
     /// How steeply the odds of an unknown cause fall with the share that is explained.
     pub steep: f64,
     /// Probability of an unknown cause where no effect is claimed, at the most.
-    pub doubt: f64,
+    pub unknown_at_most: f64,
 }
 
 /// What balances say of sets.
@@ -52,7 +52,7 @@ pub struct OfBalances {
     /// Share of the readings that counts in what is misfit, where it is compared with the noise.
     pub form: f64,
     /// A cause less is no matter of a form where the whole set brings so much evidence,
-    pub asked: f64,
+    pub required: f64,
     /// and takes this share of what is missed without,
     pub wholly: f64,
     /// which is more than this share of what is missed without any.
@@ -69,7 +69,7 @@ pub struct OfFreeRuns {
     /// Times the floor up to which gaps are alike.
     pub even: f64,
     /// Times the gap of the tuned model beyond which a free run is no evidence.
-    pub astray: f64,
+    pub diverging: f64,
     /// Two predictions that are apart by less than this share of the gap that is left are alike.
     pub alike: f64,
     /// A further cause has to divide the gap (as a power) by this where the balances do not require it,
@@ -93,7 +93,7 @@ pub struct OfOdds {
     /// Odds that the unknowns' ranges alone may bring for one cause against another.
     pub possible: f64,
     /// Odds of the balances that free runs cannot turn,
-    pub settled: f64,
+    pub decisive: f64,
     /// and those that count though free runs are alike.
     pub outweighs: f64,
 }
@@ -104,21 +104,21 @@ impl Default for OfGap {
             shown: 0.06,
             bare: 2.0,
             explained: 0.8,
-            told: 0.95,
+            known: 0.95,
             neither: 0.2,
             left: PLAIN,
             missed: 1.5,
             refitted: 0.1,
             luck: 0.8,
             steep: 12.0,
-            doubt: 0.05,
+            unknown_at_most: 0.05,
         }
     }
 }
 
 impl Default for OfBalances {
     fn default() -> Self {
-        Self { trust: 0.05, most: 400.0, form: 0.3, asked: ASKED, wholly: WHOLLY, nothing: 1e-3 }
+        Self { trust: 0.05, most: 400.0, form: 0.3, required: REQUIRED, wholly: WHOLLY, nothing: 1e-3 }
     }
 }
 
@@ -128,7 +128,7 @@ impl Default for OfFreeRuns {
             weight: 4.0,
             near: 2.0,
             even: 1.2,
-            astray: 1.5,
+            diverging: 1.5,
             alike: 0.5,
             more: 3.0,
             form: 0.1,
@@ -141,6 +141,6 @@ impl Default for OfFreeRuns {
 
 impl Default for OfOdds {
     fn default() -> Self {
-        Self { apart: 3.0, possible: 1.0, settled: 40.0, outweighs: 12.0 }
+        Self { apart: 3.0, possible: 1.0, decisive: 40.0, outweighs: 12.0 }
     }
 }

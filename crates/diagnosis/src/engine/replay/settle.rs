@@ -6,7 +6,7 @@ use trueup_identification::lsq::{SolverOptions, solve};
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 
-use super::{CompleteModel, NEAR, ReplayedReadings, SettledReplay};
+use super::{CompleteModel, FittedReplay, NEAR, ReplayedReadings};
 use crate::engine::hypothesis::PosedHypothesis;
 use crate::engine::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Compared};
 use crate::engine::search::CaseSearch;
@@ -20,9 +20,9 @@ const GROWING: [f64; 3] = [0.1, 0.25, 0.5];
 
 /// Whichever misses less.
 pub(super) fn nearer(
-    one: Result<(f64, SettledReplay), PredictError>,
-    other: Result<(f64, SettledReplay), PredictError>,
-) -> Result<(f64, SettledReplay), PredictError> {
+    one: Result<(f64, FittedReplay), PredictError>,
+    other: Result<(f64, FittedReplay), PredictError>,
+) -> Result<(f64, FittedReplay), PredictError> {
     match (one, other) {
         (Ok(one), Ok(other)) => Ok(if other.0 < one.0 { other } else { one }),
         (one, other) => one.or(other),
@@ -54,24 +54,24 @@ impl CaseSearch<'_> {
     ///
     /// # Errors
     /// The model cannot be simulated.
-    pub fn settled(
+    pub fn fitted_replay(
         &self,
         complete: &CompleteModel,
         runs: &[Compared],
-    ) -> Result<Vec<SettledReplay>, PredictError> {
+    ) -> Result<Vec<FittedReplay>, PredictError> {
         parallel::map(runs, |run| self.settle(complete, run)).into_iter().collect()
     }
 
     /// What they show then.
     ///
     /// # Errors
-    /// See [`Self::settled`].
+    /// See [`Self::fitted_replay`].
     pub fn replay(
         &self,
         complete: &CompleteModel,
         runs: &[Compared],
     ) -> Result<ReplayedReadings, PredictError> {
-        Ok(self.settled(complete, runs)?.into_iter().map(|s| s.shown).collect())
+        Ok(self.fitted_replay(complete, runs)?.into_iter().map(|s| s.shown).collect())
     }
 
     /// What is unknown of one recording once everything else is set.
@@ -111,7 +111,7 @@ impl CaseSearch<'_> {
 
     /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not determine by their
     /// noise where the motion began, and a replay is judged by the gap.
-    fn settle(&self, complete: &CompleteModel, run: &Compared) -> Result<SettledReplay, PredictError> {
+    fn settle(&self, complete: &CompleteModel, run: &Compared) -> Result<FittedReplay, PredictError> {
         let mut problem = self.alone(complete, run);
         // The smallest gap, whatever the prior; what nothing shows still stays near.
         for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
@@ -183,7 +183,7 @@ impl CaseSearch<'_> {
         problem: &mut BalanceProblem<'_>,
         start: Vec<f64>,
         run: &Compared,
-    ) -> Result<(f64, SettledReplay), PredictError> {
+    ) -> Result<(f64, FittedReplay), PredictError> {
         let mut theta = start;
         for limits in [(3, 3e-3), (8, 1e-4)] {
             theta = self.evenly(problem, theta, run, limits)?;
@@ -198,18 +198,18 @@ impl CaseSearch<'_> {
         let offsets = problem.unknowns.iter().zip(&theta).filter_map(offset).collect();
         let parameters = problem.parameters(0, &theta);
         let allowed = problem.allowed.clone();
-        Ok((missed, SettledReplay { shown, parameters, offsets, theta, first, allowed }))
+        Ok((missed, FittedReplay { shown, parameters, offsets, theta, first, allowed }))
     }
 
     /// Where what a recording does not show begins when it prescribes what it shows: a free run may end elsewhere (of a satellite that
     /// no sensor shows). `None`: it shows everything.
     fn begun(&self, problem: &BalanceProblem<'_>, run: &Compared) -> Option<Vec<f64>> {
-        let led = self.led.iter().find(|led| led.name == run.run.name)?;
+        let prescribed = self.prescribed.iter().find(|prescribed| prescribed.name == run.run.name)?;
         let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
-        let links = led.links(problem.model, &coordinates);
-        links.unled().next()?;
-        let led = BalanceProblem {
-            led: vec![(led, links)],
+        let links = prescribed.links(problem.model, &coordinates);
+        links.unprescribed().next()?;
+        let prescribed = BalanceProblem {
+            prescribed: vec![(prescribed, links)],
             unknowns: problem.unknowns.clone(),
             ..BalanceProblem::free(problem.model, problem.nominal.clone(), problem.runs)
         };
@@ -220,9 +220,9 @@ impl CaseSearch<'_> {
                 radius: 10.0,
                 ..SolverOptions::default()
             };
-            solve(&led, start, options).ok()
+            solve(&prescribed, start, options).ok()
         };
-        let best = from(&led.start())?;
+        let best = from(&prescribed.start())?;
         let other = self.turned(problem, run, &best.x).and_then(|start| from(&start));
         Some(other.filter(|other| other.cost < best.cost).unwrap_or(best).x)
     }
@@ -230,11 +230,11 @@ impl CaseSearch<'_> {
     /// The same first states, what no sensor shows and nothing holds turning the other way: its rate enters by its square above all,
     /// so that a fit that has its sign wrong stays there. `None`: all is seen or held.
     fn turned(&self, problem: &BalanceProblem<'_>, run: &Compared, theta: &[f64]) -> Option<Vec<f64>> {
-        let led = self.led.iter().find(|led| led.name == run.run.name)?;
+        let prescribed = self.prescribed.iter().find(|prescribed| prescribed.name == run.run.name)?;
         let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
-        let unled: Vec<usize> = led.links(problem.model, &coordinates).unled().collect();
-        let adrift = unled.iter().map(|c| &coordinates[*c]).filter(|c| c.spring.is_none());
-        let rates: Vec<usize> = adrift.filter_map(|c| Some(c.start?[1])).collect();
+        let unprescribed: Vec<usize> = prescribed.links(problem.model, &coordinates).unprescribed().collect();
+        let drifting_starts = unprescribed.iter().map(|c| &coordinates[*c]).filter(|c| c.spring.is_none());
+        let rates: Vec<usize> = drifting_starts.filter_map(|c| Some(c.start?[1])).collect();
         let turns =
             |u: &BalanceUnknown| matches!(u.target, BalanceTarget::Parameter(at) if rates.contains(&at));
         let mut start = theta.to_vec();
@@ -245,7 +245,7 @@ impl CaseSearch<'_> {
     }
 
     /// The first states of what drifts in each recording by the model as it is: by recording and state.
-    pub(in crate::engine) fn adrift(&self) -> BTreeMap<(String, String), f64> {
+    pub(in crate::engine) fn drifting_starts(&self) -> BTreeMap<(String, String), f64> {
         let Ok(stated) = self.state(&[]) else { return BTreeMap::new() };
         let theta = stated.begin_with(&[]);
         let complete = CompleteModel { stated, theta };

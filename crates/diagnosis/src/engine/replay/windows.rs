@@ -9,7 +9,7 @@ use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::Measure;
 
 use super::settle::nearer;
-use super::{CompleteModel, NEAR, ReplayedReadings, SettledReplay};
+use super::{CompleteModel, FittedReplay, NEAR, ReplayedReadings};
 use crate::engine::coordinate::median_step;
 use crate::engine::problem::{BalanceProblem, BalanceTarget, Compared};
 use crate::engine::recordings::first_states;
@@ -34,13 +34,13 @@ pub struct Window {
     pub of: usize,
     /// Its readings and inputs.
     run: Compared,
-    settled: SettledReplay,
+    fitted_replay: FittedReplay,
 }
 
 impl Window {
     /// Mean square of what it misses of each channel, in the channels' units.
     pub fn missed(&self) -> impl Iterator<Item = f64> {
-        let channels = self.run.run.channels.iter().zip(&self.settled.shown);
+        let channels = self.run.run.channels.iter().zip(&self.fitted_replay.shown);
         channels.filter(|(c, _)| !c.y.is_empty()).map(|(c, shown)| {
             let squares = c.y.iter().zip(shown).map(|(y, s)| (s - y).powi(2)).sum::<f64>();
             squares / c.y.len() as f64
@@ -65,7 +65,7 @@ impl CaseSearch<'_> {
         all().any(|r| last(r) - r.run.start >= 2.0 * seconds).then_some(seconds)
     }
 
-    /// A model through windows of recordings, first states of each estimated from its readings. `settled`: how the whole
+    /// A model through windows of recordings, first states of each estimated from its readings. `fitted_replay`: how the whole
     /// recordings ran, where causes go on from one window to the next.
     ///
     /// # Errors
@@ -75,7 +75,7 @@ impl CaseSearch<'_> {
         complete: &CompleteModel,
         runs: &[Compared],
         seconds: f64,
-        settled: Option<&[SettledReplay]>,
+        fitted_replay: Option<&[FittedReplay]>,
     ) -> Result<Vec<Window>, PredictError> {
         let cut = |(of, run): (usize, &Compared)| {
             self.cut_into(complete, run, seconds).into_iter().map(move |window| (of, window))
@@ -83,7 +83,7 @@ impl CaseSearch<'_> {
         let all: Vec<(usize, Compared)> = runs.iter().enumerate().flat_map(cut).collect();
         let one = |(of, run): (usize, Compared)| {
             let mut problem = self.alone(complete, &run);
-            hold_first(complete, &mut problem, settled.map(|s| &s[of]));
+            hold_first(complete, &mut problem, fitted_replay.map(|s| &s[of]));
             for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
                 prior.deviation *= VAGUELY;
             }
@@ -95,8 +95,8 @@ impl CaseSearch<'_> {
             {
                 best = nearer(best, self.settle_from(&mut problem, start, &run));
             }
-            let settled = best?.1;
-            Ok(Window { of, settled, run: run.clone() })
+            let fitted_replay = best?.1;
+            Ok(Window { of, fitted_replay, run: run.clone() })
         };
         parallel::map(all, one).into_iter().collect()
     }
@@ -147,9 +147,11 @@ impl CaseSearch<'_> {
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
         let one = |(k, w): (usize, &Window)| {
-            let (runs, settled) = (std::slice::from_ref(&w.run), std::slice::from_ref(&w.settled));
+            let (runs, fitted_replay) =
+                (std::slice::from_ref(&w.run), std::slice::from_ref(&w.fitted_replay));
             // There are many windows: noise is drawn once in each.
-            let found = self.floors_around(complete, runs, settled, (seed.wrapping_add(k as u64), 1))?;
+            let found =
+                self.floors_around(complete, runs, fitted_replay, (seed.wrapping_add(k as u64), 1))?;
             Ok(found.into_iter().next().unwrap_or_default())
         };
         let found: Result<Vec<Vec<f64>>, PredictError> =
@@ -170,13 +172,17 @@ impl CaseSearch<'_> {
 }
 
 /// First states of causes belong to the whole recording, whose time windows keep.
-fn hold_first(complete: &CompleteModel, problem: &mut BalanceProblem<'_>, settled: Option<&SettledReplay>) {
+fn hold_first(
+    complete: &CompleteModel,
+    problem: &mut BalanceProblem<'_>,
+    fitted_replay: Option<&FittedReplay>,
+) {
     let stated = &complete.stated;
     let own = stated.posed.iter().zip(&stated.begin);
     let own = own.flat_map(|(p, begin)| p.initial.iter().map(move |k| begin + k));
     let names: Vec<&str> = own.map(|k| &*stated.unknowns[k].name).collect();
     for u in problem.unknowns.iter_mut().filter(|u| names.contains(&&*u.name)) {
-        let first = settled.and_then(|s| s.first.iter().find(|f| f.0 == u.name));
+        let first = fitted_replay.and_then(|s| s.first.iter().find(|f| f.0 == u.name));
         let first = first.map_or(u.start, |f| u.scale.value(f.1).0);
         (u.start, u.lower, u.upper, u.prior) = (first, first, first, None);
     }
@@ -188,8 +194,8 @@ pub fn joined(windows: &[Window]) -> ReplayedReadings {
     for w in windows {
         all.resize(all.len().max(w.of + 1), Vec::new());
         let own = &mut all[w.of];
-        own.resize(own.len().max(w.settled.shown.len()), Vec::new());
-        own.iter_mut().zip(&w.settled.shown).for_each(|(all, shown)| all.extend(shown));
+        own.resize(own.len().max(w.fitted_replay.shown.len()), Vec::new());
+        own.iter_mut().zip(&w.fitted_replay.shown).for_each(|(all, shown)| all.extend(shown));
     }
     all
 }

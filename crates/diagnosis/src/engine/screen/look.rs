@@ -54,8 +54,8 @@ pub(super) struct AddedCause<'a> {
     keeps: Vec<Option<usize>>,
     /// First states that the base does not have.
     fresh: Vec<usize>,
-    /// See [`LinearisedCause::stands`].
-    stands: bool,
+    /// See [`LinearisedCause::fixed_size`].
+    fixed_size: bool,
 }
 
 impl<'a> AddedCause<'a> {
@@ -76,15 +76,15 @@ impl<'a> AddedCause<'a> {
         let fresh = |k: &usize| base.place_of(&stated.unknowns[*k]).is_none();
         let fresh = (0..begin).filter(fresh).collect();
         // Free runs shift what is simulated.
-        let stands = base.stated.free.is_none() && stated.set.last()?.shifts_reading();
-        Some(Self { base, projection, problem, from, begin, posed, keeps, fresh, stands })
+        let fixed_size = base.stated.free.is_none() && stated.set.last()?.shifts_reading();
+        Some(Self { base, projection, problem, from, begin, posed, keeps, fresh, fixed_size })
     }
 
     /// The look that predicts most; of many only the likeliest few are made in full.
     pub(super) fn firmest(&self, looks: Vec<TrialValues>) -> Option<LookPromise> {
         let all = if looks.len() > FEW { self.likeliest(looks) } else { looks };
-        let promises = all.into_iter().filter_map(|values| self.at(values, None));
-        promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
+        let candidates = all.into_iter().filter_map(|values| self.at(values, None));
+        candidates.max_by(|a, b| a.firm.total_cmp(&b.firm))
     }
 
     /// How the residuals change, after removal of what the unknowns of the base would take up.
@@ -104,7 +104,7 @@ impl<'a> AddedCause<'a> {
     /// With unknowns around these values, in one recording or all.
     fn at(&self, values: TrialValues, run: Option<usize>) -> Option<LookPromise> {
         let looked = self.look(values, run)?;
-        if self.stands {
+        if self.fixed_size {
             return self.standing(looked, run);
         }
         let own = looked.columns.iter().map(|c| &c.1);
@@ -125,20 +125,20 @@ impl<'a> AddedCause<'a> {
         let mut values = looked.values.clone();
         self.posed.amplitudes.iter().for_each(|(k, n)| values[*k] = n + factors[0] * (values[*k] - n));
         let moved = if factors[0] > 0.0 { self.look(values, run) } else { None };
-        let promises = [Some(looked), moved].into_iter().flatten().filter_map(|looked| {
+        let candidates = [Some(looked), moved].into_iter().flatten().filter_map(|looked| {
             let firm = self.projection.standing(&looked.columns.first()?.1);
             let (factors, steps) = (vec![1.0], Vec::new());
             // Too far off to be compared it predicts no improvement.
             firm.is_finite().then(|| LookPromise { looked, gain: firm.max(0.0), firm, factors, steps })
         });
-        promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
+        candidates.max_by(|a, b| a.firm.total_cmp(&b.firm))
     }
 
     /// How the residuals change with unknowns around these values.
     fn look(&self, values: TrialValues, run: Option<usize>) -> Option<LinearisedCause> {
-        let (one_sided, stands) = (self.posed.one_sided(), self.stands);
+        let (one_sided, fixed_size) = (self.posed.one_sided(), self.fixed_size);
         let mut looked =
-            LinearisedCause { values, columns: Vec::new(), fresh: Vec::new(), one_sided, stands };
+            LinearisedCause { values, columns: Vec::new(), fresh: Vec::new(), one_sided, fixed_size };
         let begins = self.problem.begins();
         let rows = run.map_or(0..begins[begins.len() - 1], |r| begins[r]..begins[r + 1]);
         for keep in &self.keeps {

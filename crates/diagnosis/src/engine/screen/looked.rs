@@ -15,7 +15,7 @@ pub(super) struct LinearisedCause {
     pub one_sided: bool,
     /// It counts as it was looked at: half the change of a reading that is shifted is the mean of two readings, which has
     /// less noise than either.
-    pub stands: bool,
+    pub fixed_size: bool,
 }
 
 impl LinearisedCause {

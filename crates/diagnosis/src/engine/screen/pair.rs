@@ -35,7 +35,8 @@ impl CaseSearch<'_> {
         if all.is_empty() {
             return Vec::new();
         }
-        let stands: Vec<bool> = looks.iter().flat_map(|(_, l)| l.columns.iter().map(|_| l.stands)).collect();
+        let fixed_size: Vec<bool> =
+            looks.iter().flat_map(|(_, l)| l.columns.iter().map(|_| l.fixed_size)).collect();
         let all = DMatrix::from_columns(&all);
         let (among, with) = (all.tr_mul(&all), all.tr_mul(&Projection::new(base).residuals));
         let of = |a: usize, b: usize| -> Option<CausePair> {
@@ -46,7 +47,7 @@ impl CaseSearch<'_> {
             }
             let own = |i: usize| begin[i]..begin[i + 1];
             // What is kept as it was looked at changes what the other has to explain.
-            let (fixed, at): (Vec<usize>, Vec<usize>) = own(a).chain(own(b)).partition(|i| stands[*i]);
+            let (fixed, at): (Vec<usize>, Vec<usize>) = own(a).chain(own(b)).partition(|i| fixed_size[*i]);
             let left = |i: usize| with[i] + fixed.iter().map(|f| among[(i, *f)]).sum::<f64>();
             let products = DMatrix::from_fn(at.len(), at.len(), |i, j| among[(at[i], at[j])]);
             let (gain, factors) = best(products, DVector::from_fn(at.len(), |i, _| left(at[i])));
@@ -85,6 +86,6 @@ impl CaseSearch<'_> {
             let factors = &pair.factors[k];
             looked.set(&mut start, stated.begin[first + k], posed, factors);
         }
-        self.fit_beside(stated, &start, options, base).ok()
+        self.fit_in_addition(stated, &start, options, base).ok()
     }
 }

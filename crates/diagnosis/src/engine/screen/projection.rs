@@ -21,12 +21,12 @@ pub(super) struct Projection {
 
 impl Projection {
     pub(super) fn new(base: &FittedSet) -> Self {
-        let (residuals, j) = base.as_believed();
+        let (residuals, j) = base.as_fitted();
         Self::of(residuals, j)
     }
     /// Of a fit that lacks its last cause, in proportion: as if all that it does were to be explained again (EST-10).
     pub(super) fn without_last(fitted: &FittedSet) -> Self {
-        let (mut residuals, j) = fitted.as_believed();
+        let (mut residuals, j) = fitted.as_fitted();
         let s = &fitted.stated;
         let begin = s.begin.last().copied().unwrap_or(s.unknowns.len());
         for (k, neutral) in s.posed.last().iter().flat_map(|p| &p.amplitudes) {
@@ -77,7 +77,7 @@ impl Projection {
         let old = base.stated.unknowns[k].prior?;
         let (mut a, mut b) = (self.information.clone(), self.gradient.clone());
         let r = base.theta[k] - old.mean;
-        let change = base.surer.powi(2) * (1.0 / (sd * sd) - 1.0 / (old.deviation * old.deviation));
+        let change = base.tightening.powi(2) * (1.0 / (sd * sd) - 1.0 / (old.deviation * old.deviation));
         a[(k, k)] += change;
         b[k] += change * r;
         let step = -a.cholesky()?.solve(&b);

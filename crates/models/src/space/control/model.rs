@@ -34,8 +34,8 @@ pub struct SpaceController {
 const DEFAULTS: [(&str, f64); 12] = [
     ("baseControl", 1.0),
     ("taskWeight", 1.0),
-    ("singularityThreshold", 0.05),
-    ("dampingFactor", 0.05),
+    ("singularityThreshold", 0.1),
+    ("dampingFactor", 0.1),
     ("jointVelocityLimit", 1.0),
     ("velocityGain", 40.0),
     ("trackingGain", 400.0),

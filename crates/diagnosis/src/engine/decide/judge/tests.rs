@@ -23,33 +23,33 @@ const OTHER: &str = "cable-stiffness";
 const TWO: &str = "backlash motor-friction";
 
 #[test]
-fn one_fewer_stands_where_it_does_as_well_and_balances_do_not_ask_for_two() {
+fn one_fewer_is_chosen_where_it_does_as_well_and_balances_do_not_require_two() {
     let cases = [
         ("as well", [1.1, 1.0], [1.5, 1.45], 0),
         ("worse by more than a fifth", [1.1, 1.0], [1.7, 1.45], 1),
         ("as well, but the balances require both", [50.0, 1.0], [1.5, 1.45], 1),
         ("as well, and most of what the balances miss stays with both", [50.0, 30.0], [1.5, 1.45], 0),
     ];
-    for (what, left, gaps, wanted) in cases {
+    for (what, left, gaps, expected) in cases {
         let sets = [(ONE, left[0], Some(gaps[0])), (TWO, left[1], Some(gaps[1]))];
-        assert_eq!(chosen(10.0, Some(1), &sets), Some(wanted), "{what}");
+        assert_eq!(chosen(10.0, Some(1), &sets), Some(expected), "{what}");
     }
 }
 
 #[test]
-fn balances_ask_for_no_cause_that_takes_next_to_nothing_of_what_they_missed() {
-    for (missed, gaps, wanted) in [(1e3, [1.5, 1.45], 1), (1e5, [1.5, 1.45], 0), (1e5, [1.9, 1.45], 1)] {
+fn balances_require_no_cause_that_takes_next_to_nothing_of_what_they_missed() {
+    for (missed, gaps, expected) in [(1e3, [1.5, 1.45], 1), (1e5, [1.5, 1.45], 0), (1e5, [1.9, 1.45], 1)] {
         let sets = vec![fitted(ONE, 50.0, 1e4), fitted(TWO, 1.0, 1e4)];
         let mut found = found(sets, Some(1), 1e4);
         found.plain = fitted("", missed, 1e4);
         let ran = FreeRunGaps { gaps: gaps.map(Some).to_vec(), ..FreeRunGaps::default() };
         let chosen = Judge::new(&found, free(10.0), &ran, &Thresholds::default()).choose();
-        assert_eq!(chosen, Some(wanted), "{missed}, {gaps:?}");
+        assert_eq!(chosen, Some(expected), "{missed}, {gaps:?}");
     }
 }
 
 #[test]
-fn as_few_stand_as_do_as_well() {
+fn as_few_are_chosen_as_do_as_well() {
     const THREE: &str = "backlash motor-friction cable-stiffness";
     let cases = [
         ("one does as well", [1.1, 1.05, 1.0], [1.5, 1.45, 1.45], 0),
@@ -59,14 +59,14 @@ fn as_few_stand_as_do_as_well() {
         ("neither does", [1.1, 1.05, 1.0], [1.9, 1.9, 1.45], 2),
         ("what balances miss of one is not plain", [1.2, 1.0, 1.0], [1.5, 1.45, 1.45], 0),
     ];
-    for (what, left, gaps, wanted) in cases {
+    for (what, left, gaps, expected) in cases {
         let sets = [ONE, TWO, THREE].iter().zip(left).zip(gaps).map(|((set, l), g)| (*set, l, Some(g)));
-        assert_eq!(chosen_of(1e4, 10.0, Some(2), &sets.collect::<Vec<_>>()), Some(wanted), "{what}");
+        assert_eq!(chosen_of(1e4, 10.0, Some(2), &sets.collect::<Vec<_>>()), Some(expected), "{what}");
     }
 }
 
 #[test]
-fn one_more_stands_where_it_does_far_better_and_its_own_falls_short() {
+fn one_more_is_chosen_where_it_does_far_better_and_its_own_falls_short() {
     let cases = [
         ("far better", 10.0, [Some(5.0), Some(2.0)], 1),
         ("its own comes near the floor", 8.0, [Some(1.9), Some(1.0)], 0),
@@ -74,23 +74,23 @@ fn one_more_stands_where_it_does_far_better_and_its_own_falls_short() {
         ("far better, but by less than a law's form", 40.0, [Some(5.0), Some(2.0)], 0),
         ("its own did not run", 10.0, [None, Some(5.0)], 1),
     ];
-    for (what, tuned, gaps, wanted) in cases {
+    for (what, tuned, gaps, expected) in cases {
         let sets = [(ONE, 10.0, gaps[0]), (TWO, 9.0, gaps[1])];
-        assert_eq!(chosen(tuned, Some(0), &sets), Some(wanted), "{what}");
+        assert_eq!(chosen(tuned, Some(0), &sets), Some(expected), "{what}");
     }
 }
 
 #[test]
-fn another_effect_stands_where_the_chosen_set_changes_nothing() {
+fn another_effect_is_chosen_where_the_chosen_set_changes_nothing() {
     let cases = [
         ("it closes the gap", 500.0, [9.0, 2.0], 1),
         ("it leaves more than a quarter", 500.0, [9.0, 5.0], 0),
         ("the chosen set halves the gap", 500.0, [7.0, 2.0], 0),
         ("the balances are decisive", 5000.0, [9.0, 2.0], 0),
     ];
-    for (what, left, gaps, wanted) in cases {
+    for (what, left, gaps, expected) in cases {
         let sets = [(TWO, 100.0, Some(gaps[0])), (OTHER, left, Some(gaps[1]))];
-        assert_eq!(chosen(10.0, Some(0), &sets), Some(wanted), "{what}");
+        assert_eq!(chosen(10.0, Some(0), &sets), Some(expected), "{what}");
     }
 }
 
@@ -106,10 +106,10 @@ fn of_several_that_may_take_its_place_the_likeliest_does() {
             1,
         ),
     ];
-    for (what, singles, wanted) in cases {
+    for (what, singles, expected) in cases {
         let mut sets = vec![(TWO, 100.0, Some(9.0))];
         sets.extend(names.iter().zip(singles).map(|(name, (left, gap))| (*name, left, Some(gap))));
-        assert_eq!(chosen(10.0, Some(0), &sets), Some(wanted), "{what}");
+        assert_eq!(chosen(10.0, Some(0), &sets), Some(expected), "{what}");
     }
 }
 
@@ -127,7 +127,7 @@ fn where_balances_chose_no_effect_one_has_to_halve_the_gap() {
 }
 
 #[test]
-fn where_balances_chose_no_effect_two_stand_where_one_falls_short_and_they_do_far_better() {
+fn where_balances_chose_no_effect_two_are_chosen_if_one_falls_short_and_they_do_far_better() {
     let cases = [
         ("far better", Some(5.0), 1.1, Some(1)),
         ("one comes near the floor", Some(1.9), 1.0, Some(0)),
@@ -135,8 +135,8 @@ fn where_balances_chose_no_effect_two_stand_where_one_falls_short_and_they_do_fa
         ("one that does not halve the gap", Some(9.0), 1.1, Some(1)),
         ("neither halves it", Some(9.5), 8.0, None),
     ];
-    for (what, one, two, wanted) in cases {
-        assert_eq!(chosen(10.0, None, &[(ONE, 100.0, one), (TWO, 100.0, Some(two))]), wanted, "{what}");
+    for (what, one, two, expected) in cases {
+        assert_eq!(chosen(10.0, None, &[(ONE, 100.0, one), (TWO, 100.0, Some(two))]), expected, "{what}");
     }
 }
 
