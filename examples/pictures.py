@@ -283,7 +283,7 @@ PICTURES = {
     "05-coupled-capture": ("speeds.svg", coupled),
     "06-backlash": ("gap.svg", backlash),
     "07-space-arm": ("path.svg", space_arm),
-    "08-delian": ("figure-12.svg", delian),
+    "08-delian": ("hand.svg", delian),
 }
 
 

@@ -1,4 +1,4 @@
-"""docs/papers.md: its commands run, and print the figures that stand next to them."""
+"""docs/papers.md: its commands run, and print the figures next to them."""
 
 import re
 import shlex

@@ -16,7 +16,7 @@ LIMIT = '<limit lower="-9" upper="9" effort="9" velocity="9"/>'
 
 
 def robot(dice, arms, joints):
-    """A URDF that nobody chose: a base with arms of revolute joints, a hand without mass at each end."""
+    """A random URDF: a base with arms of revolute joints, a hand without mass at each end."""
 
     def vector(size):
         return " ".join(repr(dice.uniform(-size, size)) for _ in range(3))

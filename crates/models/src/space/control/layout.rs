@@ -16,7 +16,7 @@ pub static BASE_CONTROL: Items = Items {
             "moving",
             "something else moves it: Jacobian of the arm, with the base's velocity as measured (CTS-4)",
         ),
-        ("fixed", "Jacobian of the arm alone, as if the base stood still: for comparison"),
+        ("fixed", "Jacobian of the arm alone, as if the base did not move: for comparison"),
     ],
 };
 

@@ -26,7 +26,7 @@ fn inertia(random: &mut Random) -> Matrix3<f64> {
     sum
 }
 
-/// A robot of one or two arms that nobody chose, of `joints` joints each.
+/// A random robot of one or two arms, of `joints` joints each.
 fn drawn(random: &mut Random, arms: usize, joints: usize) -> RobotDesign {
     let mut design = presets::chaser();
     design.base_mass = 40.0 + 20.0 * random.vector(1, 1.0)[0];
