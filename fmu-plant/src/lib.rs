@@ -12,6 +12,7 @@ mod space;
 mod structure;
 
 pub use arm::TEST_BED;
+pub use contact::Contact;
 pub use experiment::schedule;
 pub use flexible_arm::{of_arm, with_links};
 pub use model::PlantModelTable;

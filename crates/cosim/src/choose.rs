@@ -77,7 +77,7 @@ pub(crate) fn choose(
                 "inputs from the file are followed on lines; nothing is coupled, so nothing is extrapolated";
             (Algorithm::Extrapolate, reason.into())
         } else if lines().next().is_some() {
-            let reason = "nothing is coupled, and the FMU does not say that it follows inputs within a step: they are held";
+            let reason = "nothing is coupled, and the FMU does not declare that it follows inputs within a step: they are held";
             (Algorithm::Jacobi, reason.into())
         } else {
             (Algorithm::Jacobi, "nothing is coupled".into())
@@ -89,7 +89,7 @@ pub(crate) fn choose(
     if outer.all(|l| samples(l.from.component) || samples(l.to.component))
         && !plan.driven.iter().any(|d| d.linear && !samples(d.to.component))
     {
-        let reason = "no two FMUs that are connected say that they can be followed within a step (event mode, early return, intermediate update, \
+        let reason = "no two FMUs that are connected declare that they can be followed within a step (event mode, early return, intermediate update, \
                       input derivatives, FMU state with a default step, continuous states): inputs are held";
         return Ok((Algorithm::Jacobi, reason.into()));
     }

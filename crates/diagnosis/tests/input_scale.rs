@@ -55,8 +55,6 @@ fn one_file(seed: u64, count: usize) {
             (degrees, "radians were interpreted as degrees in this recording alone"),
             (1.0 / degrees, "degrees were interpreted as radians in this recording alone"),
         ][k % 6];
-        // A dead drive is reported where the model misses three times what it misses elsewhere: next to a gap it may not be.
-        let slack = if factor == 0.0 { 0.0 } else { slack };
         let mut loaded = recorded(1.0, slack);
         times(&mut loaded, file, factor);
         let all = reported(&loaded);

@@ -76,6 +76,11 @@ impl UnpackedFmu {
         &self.file
     }
 
+    /// Where it is unpacked.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
     /// Its description.
     pub fn description(&self) -> &Description {
         &self.description

@@ -21,6 +21,7 @@ mod join;
 mod number;
 mod page;
 mod picture;
+mod scene;
 mod surface;
 mod svg;
 mod tiles;

@@ -2,15 +2,23 @@
 
 use std::fmt::Write as _;
 
+use trueup_scene::Scene;
+
 use crate::chart::{Axis, Chart, Style};
 use crate::join::join;
+use crate::scene::figure;
 use crate::svg::svg;
 
 /// Samples that a chart hands to the script; enough to zoom into, little enough to load at once.
 const POINTS: usize = 12_000;
 
+/// What a page may load: nothing that is not in it.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
 const STYLE: &str = include_str!("../assets/page.css");
 const SCRIPT: &str = include_str!("../assets/page.js");
+const SCENES: &str = include_str!("../assets/scene.js");
 const TILES: &str = include_str!("../assets/tiles.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
 const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
@@ -21,6 +29,7 @@ pub struct Page {
     html: String,
     charts: usize,
     tiles: bool,
+    scenes: bool,
     open: bool,
     /// Where the table of contents goes, if there is one.
     contents: Option<usize>,
@@ -34,11 +43,20 @@ impl Page {
         let html = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n<title>{title}</title>\n\
              <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{}</header>\n<main>\n",
             if lead.is_empty() { String::new() } else { format!("<p>{}</p>\n", escape(lead)) }
         );
-        Self { html, charts: 0, tiles: false, open: false, contents: None, headings: Vec::new() }
+        Self {
+            html,
+            charts: 0,
+            tiles: false,
+            scenes: false,
+            open: false,
+            contents: None,
+            headings: Vec::new(),
+        }
     }
 
     /// A table of contents with all sections of the page.
@@ -115,6 +133,12 @@ impl Page {
         );
     }
 
+    /// A scene that moves, under a title.
+    pub fn scene(&mut self, title: &str, scene: &Scene) {
+        self.scenes = true;
+        self.html.push_str(&figure(title, scene));
+    }
+
     /// There are tiles, which have a script.
     pub(crate) fn has_tiles(&mut self) {
         self.tiles = true;
@@ -138,6 +162,9 @@ impl Page {
         }
         if self.tiles {
             let _ = write!(self.html, "<script>\n{TILES}</script>\n");
+        }
+        if self.scenes {
+            let _ = write!(self.html, "<script>\n{SCENES}</script>\n");
         }
         self.html.push_str("</body>\n</html>\n");
         self.html

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 pub use load::Loaded;
 
+use crate::columns::ColumnRule;
 use crate::names::base_name;
 use crate::recording::{ChannelSettings, DeclaredFigures};
 pub use crate::value::ParameterValue;
@@ -20,7 +21,7 @@ pub use crate::value::ParameterValue;
 pub struct KnownEffect {
     /// As in the list of effects, a place behind a colon.
     pub id: String,
-    /// Which joint of an arm, from 1; `None`: of a joint, at no joint, or as arrays of its parameters say.
+    /// Which joint of an arm, from 1; `None`: of a joint, at no joint, or as given by arrays of its parameters.
     pub joint: Option<usize>,
     /// Its parameters that the case gives, an array's element under its indexed name.
     pub given: Vec<String>,
@@ -59,12 +60,15 @@ pub struct Case {
     pub channels: BTreeMap<String, ChannelSettings>,
     /// Rows a second of all recordings, in Hz, whatever their clocks show; `None`: by the clocks.
     pub rate: Option<f64>,
+    /// What columns of its recordings are.
+    pub columns: Vec<ColumnRule>,
 }
 
 impl Case {
-    /// What holds for all its recordings.
-    pub(crate) fn declared(&self) -> DeclaredFigures {
-        DeclaredFigures { channels: self.channels.clone(), rate: self.rate }
+    /// What holds for this recording of it.
+    pub(crate) fn declared(&self, recording: &str) -> DeclaredFigures {
+        let columns = ColumnRule::of(&self.columns, recording);
+        DeclaredFigures { channels: self.channels.clone(), rate: self.rate, columns }
     }
 
     /// The nominal value of this parameter or element.

@@ -33,7 +33,7 @@ fn each_has_its_line_and_its_mend() {
         ("from = 1,", "from = 0, spacing = \"log\",", "s.toml:5: `a`: equal ratios lead to no 0"),
         ("[1, 2]", "[1, [2]]", "s.toml:6: `b`: values are finite numbers, true, false or texts"),
         ("[1, 2]", "[]", "there is no run"),
-        ("\"grid\"", "\"grid\"\nruns = 5", "s.toml:3: of a grid or a list the factors say how many"),
+        ("\"grid\"", "\"grid\"\nruns = 5", "s.toml:3: of a grid or a list the factors define how many"),
         ("\"grid\"", "\"sobol\"", "this design needs `runs = N`"),
         ("\"grid\"", "\"sobol\"\nruns = 5", "s.toml:6: `a`: `points` belongs to a grid"),
         ("\"grid\"", "\"list\"", "s.toml:5: `a`: a list needs `values"),

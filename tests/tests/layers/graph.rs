@@ -53,7 +53,7 @@ const RULES: &[Rule] = &[
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
         name: "trueup-estimation",
-        ours: &["trueup-numerics", "trueup-models", "trueup-signals"],
+        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals"],
         never: ARCHIVES,
     },
     Rule { name: "trueup-hypotheses", ours: &["trueup-signals", "trueup-estimation"], never: ARCHIVES },
@@ -83,8 +83,10 @@ const RULES: &[Rule] = &[
         ],
         never: ARCHIVES,
     },
+    // Recorded motion in, poses of bodies out, by the models' kinematics; it draws nothing and integrates nothing.
+    Rule { name: "trueup-scene", ours: &["trueup-numerics", "trueup-models"], never: INPUT_OUTPUT },
     // Finished results in, a page out: it never simulates or fits; of a diagnosis it reads the result.
-    Rule { name: "trueup-report", ours: &["trueup-diagnosis"], never: ARCHIVES },
+    Rule { name: "trueup-report", ours: &["trueup-diagnosis", "trueup-scene"], never: ARCHIVES },
     // Depends on nothing of ours, so that its truth is independent.
     Rule { name: "trueup-trials", ours: &[], never: ARCHIVES },
     Rule { name: "fmu-plant", ours: BINDING, never: ARCHIVES },
@@ -111,6 +113,7 @@ const RULES: &[Rule] = &[
             "trueup-identification",
             "trueup-diagnosis",
             "trueup-report",
+            "trueup-scene",
             "trueup-trials",
             "fmu-plant",
             "fmu-controller",

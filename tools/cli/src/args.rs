@@ -1,6 +1,7 @@
 //! The command line.
 
 mod arm;
+mod case;
 mod identify;
 mod scale;
 mod shell;
@@ -12,6 +13,7 @@ use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, ComponentInterface};
 
 pub(crate) use arm::{ArmCommand, ArmMap};
+pub(crate) use case::{Check, Init, Schema, SchemaOf};
 pub(crate) use identify::{Identify, Statics};
 pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
@@ -36,6 +38,10 @@ pub(crate) enum CliCommand {
     Scale(ScaleCommand),
     /// Run a system many times with values that are varied, resumable and in shares
     Sweep(SweepCommand),
+    /// Draft a case.toml from logs: columns, units, clock, recordings at rest; guesses are marked
+    Init(Init),
+    /// Report what recordings, sensors and excitation can determine, and what is wrong with them, before any fit
+    Check(Check),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
@@ -55,6 +61,8 @@ pub(crate) enum CliCommand {
     /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
+    /// Print the JSON Schema of a file, for editors that complete and check it
+    Schema(Schema),
     /// Print the script that completes commands and options in a shell
     Completions(Completions),
     /// Write the manual pages of all commands
@@ -73,10 +81,19 @@ pub(crate) enum FmuCommand {
     Validate(Validate),
 }
 
+/// Joints of a controller at most: as many as a robot has bodies.
+const MOST_JOINTS: i64 = trueup_models::space::MAX_BODIES as i64;
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct RobotArgument {
-    /// A file of TOML (see docs/robots.md) or URDF, or a preset of SpatialFreeFlyer (see `trueup fmu list`)
+    /// A file of TOML (see docs/robots.md), URDF or MJCF, or a preset of SpatialFreeFlyer (see `trueup fmu list`)
     pub(crate) file: PathBuf,
+    /// Write the robot as TOML to standard output instead: a file to edit
+    #[arg(long, conflicts_with_all = ["json", "sweep", "surface", "pose"])]
+    pub(crate) toml: bool,
+    /// Change inertias that no body has into the nearest ones that some body has; what is changed is reported
+    #[arg(long)]
+    pub(crate) repair_inertia: bool,
     /// Angles of all joints in rad (ways of prismatic ones in m); all 0 when not given
     #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_negative_numbers = true)]
     pub(crate) pose: Vec<f64>,
@@ -210,12 +227,18 @@ pub(crate) struct Pack {
     /// Parameter set to start from (see `trueup fmu list`)
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Robot of a SpatialFreeFlyer or a FlexibleArm: a file of TOML (see docs/robots.md) or URDF
+    /// Robot of a SpatialFreeFlyer or a FlexibleArm: a file of TOML (see docs/robots.md), URDF or MJCF
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub(crate) robot: Option<PathBuf>,
     /// Hold the robot's base: it is bolted to the ground, and the FMU has a parameter `gravity`
     #[arg(long, requires = "robot")]
     pub(crate) held: bool,
+    /// Change inertias of the robot that no body has into the nearest ones that some body has; what is changed is reported
+    #[arg(long, requires = "robot")]
+    pub(crate) repair_inertia: bool,
+    /// Number of joints of a ManipulatorController
+    #[arg(long, value_name = "N", conflicts_with = "flexible", value_parser = clap::value_parser!(u16).range(1..=MOST_JOINTS))]
+    pub(crate) joints: Option<u16>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`)
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]

@@ -32,7 +32,7 @@ pub(crate) fn models() -> impl Iterator<Item = CatalogModel> {
         model("GripperContact", "contact of a gripper of balls with a docking port, bodies from elsewhere"),
         model("CaptureScene", "chaser, gripper and target in one: a capture in the plane"),
         model("JointController", "P/PI and wave-based control of one joint"),
-        model("ManipulatorController", "the same control law for every joint of an arm"),
+        model(ARM_CONTROLLER, "the same control law for every joint of an arm"),
     ]
     .into_iter()
 }
@@ -41,6 +41,9 @@ pub(crate) fn models() -> impl Iterator<Item = CatalogModel> {
 pub(crate) fn presets(model: &str) -> impl Iterator<Item = &'static ValuePreset> {
     PRESETS.iter().filter(move |p| p.model == model)
 }
+
+/// The controller of an arm, for any number of joints.
+pub(crate) const ARM_CONTROLLER: &str = "ManipulatorController";
 
 /// The model whose presets are robots.
 pub(crate) const FLYER: &str = "SpatialFreeFlyer";

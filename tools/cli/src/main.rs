@@ -11,6 +11,7 @@ mod error;
 mod help;
 mod isolate;
 mod modelica;
+mod moving;
 mod near;
 mod output;
 mod plot;

@@ -1,7 +1,9 @@
-//! The page of `trueup simulate --plot`: one chart per unit, a table, the log of the run.
+//! The page of `trueup simulate --plot`: the moving picture, one chart per vector and per unit of scalars, a table, the log of the run.
 
 use trueup_cosim::{ColumnKind, SeriesMemory};
 use trueup_report::{Chart, Page, Style, escape, number};
+
+use crate::moving::{self, PlantInRun};
 
 /// Curves that can be distinguished in one chart.
 const MOST: usize = 8;
@@ -10,11 +12,12 @@ const MOST: usize = 8;
 const FLAT: f64 = 200.0;
 
 /// One HTML file.
-pub(crate) fn page(title: &str, results: &SeriesMemory, log: &str) -> String {
+pub(crate) fn page(title: &str, results: &SeriesMemory, plants: &[PlantInRun], log: &str) -> String {
     let time = results.time();
     let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
     let lead = format!("{} rows from {} s to {} s.", time.len(), number(first), number(last));
     let mut page = Page::new(title, &lead);
+    moving::onto(&mut page, plants, results);
     page.section("Results", "Drag to zoom, double click to see all, click a name to hide its curve.");
     for group in groups(results) {
         let columns = group.iter().map(|k| &results.columns()[*k]);
@@ -40,11 +43,12 @@ pub(crate) fn page(title: &str, results: &SeriesMemory, log: &str) -> String {
     page.finish()
 }
 
-/// Numbers of the same unit and sort, in the order of the columns, cut into charts.
+/// The elements of a vector, and scalars of the same unit and sort, in the order of the columns, cut into charts.
 fn groups(results: &SeriesMemory) -> Vec<Vec<usize>> {
     let sort = |k: &usize| {
         let column = &results.columns()[*k];
         (
+            vector(&column.name),
             column.unit.as_str(),
             matches!(column.kind, ColumnKind::Real | ColumnKind::Single),
             column.kind == ColumnKind::Boolean,
@@ -57,9 +61,18 @@ fn groups(results: &SeriesMemory) -> Vec<Vec<usize>> {
             None => groups.push(vec![k]),
         }
     }
-    let groups = groups.into_iter().flat_map(|group| magnitudes(results, group));
+    let groups = groups.into_iter().flat_map(|group| match vector(&results.columns()[group[0]].name) {
+        Some(_) => vec![group],
+        None => magnitudes(results, group),
+    });
     let even = |group: &Vec<usize>| group.len().div_ceil(group.len().div_ceil(MOST));
     groups.flat_map(|g| g.chunks(even(&g)).map(<[usize]>::to_vec).collect::<Vec<_>>()).collect()
+}
+
+/// Of which vector this is an element: `jointAngle[2]` of `jointAngle`, `tipPosition[1,3]` of row 1 of `tipPosition`.
+fn vector(column: &str) -> Option<&str> {
+    let (row, _) = column.split_once('[')?;
+    Some(column.rsplit_once(',').map_or(row, |(row, _)| row))
 }
 
 /// Cuts a group so that no curve is flat next to another one: an angle before a gear and one behind it.
@@ -110,7 +123,10 @@ mod tests {
         assert!(results.row(ResultRow { time: 0.0, point: Some(0), values: &values }).is_ok());
         let sizes: Vec<usize> = groups(&results).iter().map(Vec::len).collect();
         assert_eq!(sizes, [5, 5, 1, 1]);
-        let html = page("<run>", &results, "log & all");
+        for (column, wanted) in [("q[2]", Some("q")), ("a.b[1,3]", Some("a.b[1")), ("a.b", None)] {
+            assert_eq!(vector(column), wanted);
+        }
+        let html = page("<run>", &results, &[], "log & all");
         assert_eq!(html.matches("<svg").count(), 4);
         assert!(html.contains("&lt;run&gt;") && html.contains("log &amp; all"));
     }

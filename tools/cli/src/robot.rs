@@ -1,13 +1,19 @@
-//! Robots: presets, files of TOML, files of URDF.
+//! Robots: presets, files of TOML, of URDF, of MJCF.
 
 mod flexure;
+mod mjcf;
+mod overlay;
 mod panel;
 mod reduced;
+mod repair;
+mod tree;
 mod urdf;
+mod written;
 mod wrong;
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, RobotDesign, Thruster};
@@ -16,10 +22,11 @@ use trueup_models::space::tree::JointType;
 
 use crate::error::CliError;
 use crate::near::suggestion;
-pub(crate) use urdf::JointFriction;
+pub(crate) use tree::JointFriction;
+use tree::TreeRobot;
 use wrong::RobotFileError;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct File {
     name: Option<String>,
@@ -28,6 +35,7 @@ struct File {
     analysis: bool,
     /// Bending shortens links; left out: where the base is held and every link that bends is a beam.
     #[serde(rename = "axial-stiffening")]
+    #[schemars(with = "Option<bool>")]
     axial_stiffening: Option<Spanned<bool>>,
     base: BaseEntry,
     #[serde(default)]
@@ -40,7 +48,7 @@ struct File {
     appendage: Vec<panel::Panel>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BaseEntry {
     mass: f64,
@@ -50,7 +58,7 @@ struct BaseEntry {
     held: bool,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct DriveEntry {
     #[serde(default)]
@@ -65,14 +73,36 @@ struct DriveEntry {
     damping: f64,
 }
 
-#[derive(Deserialize)]
+impl DriveEntry {
+    fn design(&self) -> DesignMotor {
+        DesignMotor {
+            flexible: self.flexible,
+            inertia: self.inertia,
+            gear_ratio: self.gear_ratio,
+            stiffness: self.stiffness,
+            damping: self.damping,
+        }
+    }
+}
+
+/// What a joint loses, at the joint's side.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FrictionEntry {
+    #[serde(default)]
+    viscous: f64,
+    #[serde(default)]
+    coulomb: f64,
+}
+
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Nozzle {
     position: [f64; 3],
     direction: [f64; 3],
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct BodyEntry {
     name: Option<String>,
@@ -89,11 +119,14 @@ struct BodyEntry {
     #[serde(default = "along_z")]
     axis: [f64; 3],
     motor: Option<DriveEntry>,
+    #[serde(default)]
+    friction: FrictionEntry,
     /// What bends between its joint and what it carries.
+    #[schemars(with = "Option<flexure::BendingEntry>")]
     link: Option<Spanned<flexure::BendingEntry>>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum RobotJointKind {
     #[default]
@@ -101,7 +134,7 @@ enum RobotJointKind {
     Prismatic,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct HandEntry {
     name: Option<String>,
@@ -120,11 +153,18 @@ fn along_z() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
+/// JSON Schema of a robot's file, by what its reader takes.
+pub(crate) fn schema() -> serde_json::Value {
+    schemars::schema_for!(File).to_value()
+}
+
 /// A robot with what was read of it beyond its design.
 pub(crate) struct RobotFile {
     pub(crate) design: RobotDesign,
     /// What joints lose, of each moving body; empty where the file has no words for it.
     pub(crate) friction: Vec<JointFriction>,
+    /// Start values of the FMU beyond those of the design.
+    pub(crate) start: Vec<(String, f64)>,
     /// What of the file is not used, or was chosen.
     pub(crate) notes: Vec<String>,
     /// Why the base is free where that was not requested.
@@ -133,52 +173,26 @@ pub(crate) struct RobotFile {
     pub(crate) without_friction: Option<String>,
 }
 
-/// A robot by the name of a preset, or read from a file and checked.
-pub(crate) fn read(path: &Path) -> Result<RobotFile, CliError> {
-    read_among(path, &[])
+/// A robot by the name of a preset, or read from a file and checked; with `repair` inertias that no body has are changed first.
+pub(crate) fn read(path: &Path, repair: bool) -> Result<RobotFile, CliError> {
+    read_among(path, repair, &[])
 }
 
 /// The same where there are presets of other names, too, which the caller has.
-pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<RobotFile, CliError> {
-    let plain = |design| RobotFile {
-        design,
-        friction: Vec::new(),
-        notes: Vec::new(),
-        floats: None,
-        without_friction: None,
-    };
+pub(crate) fn read_among(path: &Path, repair: bool, others: &[&str]) -> Result<RobotFile, CliError> {
     if let Some(preset) = PRESETS.iter().find(|p| path.to_str() == Some(p.name)) {
-        return Ok(plain((preset.design)()));
+        return Ok(RobotFile::of((preset.design)()));
     }
     let presets: Vec<&str> = PRESETS.iter().map(|p| p.name).chain(others.iter().copied()).collect();
     let text = std::fs::read_to_string(path).map_err(|e| {
         let named = path.to_string_lossy();
-        let all = format!("give a file of TOML or URDF, or one of {}", presets.join(", "));
+        let all = format!("give a file of TOML, URDF or MJCF, or one of {}", presets.join(", "));
         CliError::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
     })?;
-    let urdf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
-    let mut robot = if urdf || text.trim_start().starts_with('<') {
-        let made = urdf::read(path, &text)?;
-        let without_friction = made.without_friction();
-        RobotFile {
-            design: made.design,
-            friction: made.friction,
-            notes: made.notes,
-            floats: made.floats,
-            without_friction,
-        }
-    } else {
-        let line = |byte: usize| text.as_bytes().iter().take(byte).filter(|b| **b == b'\n').count() + 1;
-        let file: File = toml::from_str(&text).map_err(|e| {
-            let line = e.span().map_or(1, |s| line(s.start));
-            CliError::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
-        })?;
-        let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        plain(file.design(fallback).map_err(|wrong| match wrong.at {
-            Some(byte) => CliError::Failed(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
-            None => CliError::at(path, wrong.why),
-        })?)
-    };
+    let mut robot = parsed(path, &text)?;
+    if repair {
+        robot.notes.extend(repair::repair(&mut robot.design));
+    }
     let design = &robot.design;
     design.check_bodies().map_err(|faults| {
         let all: Vec<_> = faults.iter().map(ToString::to_string).collect();
@@ -186,7 +200,9 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<RobotFile, CliE
     })?;
     design.check().map_err(|why| CliError::at(path, why))?;
     let doubts: Vec<_> = design.doubts().iter().map(ToString::to_string).collect();
-    robot.notes.extend(doubts.into_iter().map(|doubt| format!("{doubt} It is used as it is")));
+    robot.notes.extend(
+        doubts.into_iter().map(|doubt| format!("{doubt} It is used as it is; --repair-inertia changes it")),
+    );
     let others = robot.floats.iter_mut().chain(&mut robot.without_friction);
     robot
         .notes
@@ -196,7 +212,90 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<RobotFile, CliE
     Ok(robot)
 }
 
+/// By what the text is: URDF, MJCF, a robot of its own, or an overlay.
+fn parsed(path: &Path, text: &str) -> Result<RobotFile, CliError> {
+    let is = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+    if is("urdf") || is("xml") || is("mjcf") || text.trim_start().starts_with('<') {
+        return described(path, text).map(of_tree);
+    }
+    let line = |byte: usize| text.as_bytes().iter().take(byte).filter(|b| **b == b'\n').count() + 1;
+    let unread = |e: &toml::de::Error| {
+        let line = e.span().map_or(1, |s| line(s.start));
+        CliError::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
+    };
+    let misfit = |wrong: RobotFileError| match wrong.at {
+        Some(byte) => CliError::Failed(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
+        None => CliError::at(path, wrong.why),
+    };
+    if overlay::is_overlay(text) {
+        let overlay: overlay::Overlay = toml::from_str(text).map_err(|e| unread(&e))?;
+        let (name, at) = overlay.source().map_err(misfit)?;
+        let file = path.with_file_name(name);
+        let inner = std::fs::read_to_string(&file)
+            .map_err(|e| misfit(RobotFileError::at(at, format!("{}: {e}", file.display()))))?;
+        return overlay.over(described(&file, &inner)?).map_err(misfit);
+    }
+    let file: File = toml::from_str(text).map_err(|e| unread(&e))?;
+    let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    file.robot(fallback).map_err(misfit)
+}
+
+/// A robot as another tool describes it.
+fn described(path: &Path, text: &str) -> Result<TreeRobot, CliError> {
+    if mjcf::is_mjcf(text) { mjcf::read(path, text) } else { urdf::read(path, text) }
+}
+
+fn of_tree(made: TreeRobot) -> RobotFile {
+    let without_friction = made.without_friction();
+    RobotFile {
+        design: made.design,
+        friction: made.friction,
+        start: Vec::new(),
+        notes: made.notes,
+        floats: made.floats,
+        without_friction,
+    }
+}
+
+impl RobotFile {
+    fn of(design: RobotDesign) -> Self {
+        let (friction, start, notes) = (Vec::new(), Vec::new(), Vec::new());
+        Self { design, friction, start, notes, floats: None, without_friction: None }
+    }
+
+    /// The file that reads back as this robot.
+    pub(crate) fn toml(&self) -> Result<String, String> {
+        written::toml(&self.design, &self.friction)
+    }
+}
+
 impl File {
+    fn robot(mut self, fallback: String) -> Result<RobotFile, RobotFileError> {
+        let friction: Vec<_> = (self.body.iter_mut())
+            .map(|b| JointFriction { viscous: b.friction.viscous, coulomb: b.friction.coulomb })
+            .collect();
+        for (b, friction) in self.body.iter().zip(&friction) {
+            if !(friction.viscous >= 0.0
+                && friction.coulomb >= 0.0
+                && (friction.viscous + friction.coulomb).is_finite())
+            {
+                let name = b.name.as_deref().unwrap_or("a body");
+                return Err(format!("`{name}`: friction has numbers not below 0").into());
+            }
+        }
+        let robot = RobotFile::of(self.design(fallback)?);
+        let lossy: Vec<_> = robot
+            .design
+            .links
+            .iter()
+            .zip(&friction)
+            .filter(|(_, f)| f.is_there())
+            .map(|(l, _)| l.name.as_str())
+            .collect();
+        let without = (!lossy.is_empty()).then(|| tree::lost("friction", &lossy));
+        Ok(RobotFile { friction, without_friction: without, ..robot })
+    }
+
     fn design(self, fallback: String) -> Result<RobotDesign, RobotFileError> {
         let names: Vec<String> = (self.body.iter().enumerate())
             .map(|(k, b)| b.name.clone().unwrap_or_else(|| format!("link {}", k + 1)))
@@ -233,13 +332,7 @@ impl File {
                 position: b.position,
                 orientation: b.orientation,
                 axis: b.axis,
-                motor: b.motor.map_or_else(DesignMotor::default, |m| DesignMotor {
-                    flexible: m.flexible,
-                    inertia: m.inertia,
-                    gear_ratio: m.gear_ratio,
-                    stiffness: m.stiffness,
-                    damping: m.damping,
-                }),
+                motor: b.motor.map_or_else(DesignMotor::default, |m| m.design()),
             });
         }
         let stiffening = self.axial_stiffening.as_ref().filter(|s| *s.get_ref());

@@ -83,7 +83,7 @@ pub(super) fn driven<'a>(
             Some(port) => all.drive(column, &port, false),
             None => all.report.wrong(
                 &wanted.place,
-                format!("column `{name}` names no input; call it component.input, or say what it drives under [inputs] columns"),
+                format!("column `{name}` names no input; call it component.input, or define what it drives under [inputs] columns"),
             ),
         }
     }

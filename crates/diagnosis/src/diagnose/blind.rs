@@ -1,4 +1,4 @@
-//! Recordings of which balances of accelerations say nothing.
+//! Recordings of which balances of accelerations give no information.
 
 use crate::engine::search::CaseSearch;
 use crate::outcome::Verdict;
@@ -13,9 +13,9 @@ pub(super) fn note(search: &CaseSearch<'_>, verdict: Verdict) -> Option<String> 
 fn text(blind: &[&str], all: usize) -> String {
     let which = if blind.len() == all { "all recordings for fitting".to_owned() } else { blind.join(", ") };
     format!(
-        "of {which} accelerations say nothing, only free runs do: more than three quarters of the time a joint with dry friction \
+        "for {which} accelerations give no information, only free runs do: more than three quarters of the time a joint with dry friction \
          is within a reversal, as far as rate and counts of its encoders can show; slower motions that go further, or finer \
-         encoders, would say more"
+         encoders, would give more"
     )
 }
 
@@ -25,7 +25,9 @@ mod tests {
 
     #[test]
     fn recordings_without_information_are_named() {
-        assert!(text(&["a.csv", "c.csv"], 3).starts_with("of a.csv, c.csv accelerations say nothing"));
+        assert!(
+            text(&["a.csv", "c.csv"], 3).starts_with("for a.csv, c.csv accelerations give no information")
+        );
         assert!(text(&["a.csv"], 1).starts_with("of all recordings for fitting accelerations"));
     }
 }

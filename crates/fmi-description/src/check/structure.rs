@@ -138,7 +138,7 @@ fn derivatives(d: &Description, f: &mut Findings) {
         if v.derivative.is_none() {
             f.error(
                 v.line,
-                format!("`{}` is listed as a derivative in ModelStructure but has no `derivative`: say of which state", v.name),
+                format!("`{}` is listed as a derivative in ModelStructure but has no `derivative`: name the state", v.name),
             );
         }
     }

@@ -53,6 +53,25 @@ pub fn about_axis<T: Scalar>(axis: Vector3<T>, angle: T) -> Quaternion<T> {
     [cos, axis[0] * sin, axis[1] * sin, axis[2] * sin]
 }
 
+/// The quaternion of a rotation, by its largest element, so that nothing is divided by what nearly vanishes (Shepperd 1978).
+pub fn quaternion(r: &Matrix3<f64>) -> Quaternion<f64> {
+    let trace = r[0][0] + r[1][1] + r[2][2];
+    let squares = [trace, r[0][0], r[1][1], r[2][2]];
+    let most = (0..4).fold(0, |b, k| if squares[k] > squares[b] { k } else { b });
+    let mut q = [0.0; 4];
+    q[most] = 0.5 * (1.0 + 2.0 * squares[most] - trace).max(0.0).sqrt();
+    let f = 0.25 / q[most];
+    if most == 0 {
+        (0..3).for_each(|i| q[1 + i] = (r[(i + 2) % 3][(i + 1) % 3] - r[(i + 1) % 3][(i + 2) % 3]) * f);
+    } else {
+        let (i, j, k) = (most - 1, most % 3, (most + 1) % 3);
+        q[0] = (r[k][j] - r[j][k]) * f;
+        q[1 + j] = (r[i][j] + r[j][i]) * f;
+        q[1 + k] = (r[i][k] + r[k][i]) * f;
+    }
+    q
+}
+
 /// d(Q)/dt for the rate omega in body axes: 1/2 Q (0, omega), and back to length 1 (SFF-1).
 pub fn rate<T: Scalar>(q: Quaternion<T>, omega: Vector3<T>) -> Quaternion<T> {
     let [w, x, y, z] = q;
@@ -90,4 +109,19 @@ pub fn unit<T: Scalar>(a: Vector3<T>) -> Vector3<T> {
 /// Four elements.
 pub(super) fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
     [v[at], v[at + 1], v[at + 2], v[at + 3]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quaternions_are_those_of_their_rotations() {
+        for q in [[1.0, 0.0, 0.0, 0.0], [0.1, 0.9, -0.3, 0.2], [0.0, 0.1, 0.9, 0.2], [-0.3, 0.2, 0.1, 0.9]] {
+            let r = rotation(q);
+            let again = rotation(quaternion(&r));
+            let off = r.iter().flatten().zip(again.iter().flatten()).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-15, "{q:?}");
+        }
+    }
 }

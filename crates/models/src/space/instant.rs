@@ -186,6 +186,10 @@ impl<T: Scalar> RobotInstant<T> {
             .of(body)
             .map_or([i, o, o, o], |(_, e)| normalized([i, e.gibbs[0], e.gibbs[1], e.gibbs[2]]))
     }
+    /// Axes of what hangs on this body, whose own are `frame`, where that is written.
+    pub(super) fn carried(&self, body: usize, frame: &SpatialFrame<T>) -> SpatialFrame<T> {
+        self.bent.ends.of(body).map_or(*frame, |(_, end)| frame.then(&end.frame))
+    }
     /// Of all bodies in the inertial frame; element 0 is the base.
     pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> PerBody<SpatialFrame<T>> {
         model.structure().tree.inertial(&self.placed)

@@ -23,6 +23,7 @@ mod link;
 pub mod measures;
 mod model;
 mod outputs;
+pub mod pose;
 mod prescribed;
 pub mod presets;
 pub mod ritz;

@@ -1,4 +1,4 @@
-"""Flexible manipulators as FMUs, anybody's FMUs, and what recordings say of them.
+"""Flexible manipulators as FMUs, FMUs of any tool, and diagnoses from recordings.
 
 Quantities are in SI; times are in s.
 """

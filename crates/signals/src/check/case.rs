@@ -20,7 +20,7 @@ pub(super) fn check(loaded: &Loaded, known: &[SignalVariable], findings: &mut Ve
             let apart = case.holdout.contains(&a.name) != case.holdout.contains(&b.name);
             let what = format!("it holds the same samples as {}", b.name);
             findings.push(if apart {
-                let mend = "hold out a run of its own: figures on what was fitted say nothing";
+                let mend = "hold out a run of its own: figures on what was fitted are no test";
                 Finding::error(FindingKind::HoldoutInTrain, &a.file, what, mend)
             } else {
                 Finding::warning(

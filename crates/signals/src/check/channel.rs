@@ -44,7 +44,7 @@ fn size(run: &Recording, variable: Option<&SignalVariable>, low: f64, high: f64)
     let v = variable?;
     let unit = if v.unit.is_empty() { String::new() } else { format!(" {}", v.unit) };
     let mend = format!(
-        "if the file is in another unit, say so in the sidecar: [columns] {} = {{ unit = \"...\" }}",
+        "if the file is in another unit, declare it in the sidecar: [columns] {} = {{ unit = \"...\" }}",
         v.name
     );
     let warn =

@@ -138,7 +138,7 @@ impl Relation {
                 };
                 let mend = match kind {
                     FindingKind::GearRatio => format!(
-                        "correct {parameter} in case.toml, or say the unit of one of them in the sidecar's [columns]"
+                        "correct {parameter} in case.toml, or declare the unit of one of them in the sidecar's [columns]"
                     ),
                     _ => MEND.to_owned(),
                 };
@@ -178,7 +178,7 @@ impl Relation {
 }
 
 /// What to do about a factor.
-const MEND: &str = "say the unit or the right name in the sidecar's [columns]";
+const MEND: &str = "declare the unit or the right name in the sidecar's [columns]";
 
 /// What a rate comes to from its first sample on, by trapezoids.
 fn integral(time: &[f64], rate: &[f64]) -> Vec<f64> {

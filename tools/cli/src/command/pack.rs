@@ -84,9 +84,10 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
             })
     };
     if args.model.is_empty() {
-        if !args.set.is_empty() || !args.flexible.is_empty() || !args.structure.is_empty() {
+        let chosen = !args.flexible.is_empty() || !args.structure.is_empty() || args.joints.is_some();
+        if !args.set.is_empty() || chosen {
             return Err(CliError::Usage(
-                "--set, --flexible and --structure require a model: name it".to_owned(),
+                "--set, --flexible, --joints and --structure require a model: name it".to_owned(),
             ));
         }
         // No structure is chosen here: a base floats. A robot without further choice is the flyer's: an arm on the ground has
@@ -124,7 +125,7 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
     // The arm's preset is the default.
     let named = args.preset.as_ref().filter(|_| model.name == catalog::FLYER).map(PathBuf::from);
     let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
-    let mut robot = crate::robot::read(&file)?;
+    let mut robot = crate::robot::read(&file, args.repair_inertia)?;
     // An arm of FlexibleArm is on the ground anyway.
     let ground = model.name == catalog::ARM;
     let floats = robot.floats.iter().filter(|_| !args.held && !ground);
@@ -158,6 +159,18 @@ fn frictions(robot: &crate::robot::RobotFile) -> Vec<(String, f64)> {
         .collect()
 }
 
+/// One entry per joint: which are flexible; of a controller their number counts alone.
+fn joints(model: CatalogModel, args: &Pack) -> Result<Vec<bool>, String> {
+    match args.joints {
+        None => Ok(args.flexible.clone()),
+        Some(n) if model.name == catalog::ARM_CONTROLLER => Ok(vec![false; usize::from(n)]),
+        Some(_) => Err(format!(
+            "--joints is for {}; --flexible has an entry per joint of an arm",
+            catalog::ARM_CONTROLLER
+        )),
+    }
+}
+
 /// What `--structure` chooses; the last one of a name counts.
 fn structure(model: CatalogModel, args: &Pack) -> Result<Vec<(String, Vec<u32>)>, String> {
     let known = catalog::choices(model.name);
@@ -189,17 +202,20 @@ fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliE
             design.unstiffened().iter().for_each(|note| crate::voice::note(note));
             let mut own = fmu_library::of_arm(&design, &chosen).map_err(refused)?;
             let lossy = frictions(&robot).into_iter().filter(|(_, value)| *value != 0.0);
-            lossy.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
+            let chosen = lossy.chain(robot.start);
+            chosen.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
             Configuration { effects, ..own }
         }
         Some(robot) => {
             // Nothing is: a name is refused.
             structure(model, args).map_err(refused)?;
             robot.design.unstiffened().iter().for_each(|note| crate::voice::note(note));
-            Configuration { effects, ..fmu_library::of_design(&robot.design).map_err(refused)? }
+            let mut own = fmu_library::of_design(&robot.design).map_err(refused)?;
+            robot.start.into_iter().for_each(|(name, value)| start::assign(&mut own.start, &name, value));
+            Configuration { effects, ..own }
         }
         None => Configuration {
-            joint_flexible: args.flexible.clone(),
+            joint_flexible: joints(model, args).map_err(refused)?,
             structure: structure(model, args).map_err(refused)?,
             effects,
             ..Configuration::of(model.name)

@@ -21,8 +21,11 @@ use crate::robot;
 
 pub(crate) fn run(args: &RobotArgument) -> Result<(), CliError> {
     // Links are looked at straight, their mass with that of their bodies.
-    let read = robot::read(&args.file)?;
+    let read = robot::read(&args.file, args.repair_inertia)?;
     read.notes.iter().for_each(|note| crate::voice::note(note));
+    if args.toml {
+        return say(&read.toml().map_err(|why| CliError::at(&args.file, why))?);
+    }
     let design = read.design.stiffened();
     let tip = chosen(args, &design)?;
     let q = pose(args, &design)?;
@@ -35,7 +38,7 @@ pub(crate) fn run(args: &RobotArgument) -> Result<(), CliError> {
     if let Some(over) = &args.surface {
         return surface::write(args, &design, tip, &q, over);
     }
-    let found = RobotPose::of(&design, tip, &q, &args.torque_joints);
+    let found = PoseAnalysis::of(&design, tip, &q, &args.torque_joints);
     let singular = match &args.sweep {
         Some(sweep) => Some(singular::along(&design, tip, &q, sweep)?),
         None => None,
@@ -84,7 +87,7 @@ fn pose(args: &RobotArgument, design: &RobotDesign) -> Result<Vec<f64>, CliError
 }
 
 /// What [`run`] shows.
-struct RobotPose {
+struct PoseAnalysis {
     q: Vec<f64>,
     reaction: Reaction<f64>,
     /// Of force, torque, both.
@@ -129,7 +132,7 @@ fn measures(
     measures_of(columns, arm.iter().filter(named).filter_map(|j| reaction.inertial.get(*j)))
 }
 
-impl RobotPose {
+impl PoseAnalysis {
     fn of(design: &RobotDesign, tip: &DesignTip, q: &[f64], torque_joints: &[usize]) -> Self {
         let reaction = design.robot().reaction(q, tip.mount);
         let form = form(design, tip, q);

@@ -53,6 +53,7 @@ fn simulated(args: &Simulate, plan: MasterPlan) -> Result<(), CliError> {
     let (start, stop, told) = (plan.grid.start, plan.grid.stop, plan.notes.len());
     let mut results = Results::create(&args.output).map_err(failed)?;
     let mut memory = args.plot.is_some().then(SeriesMemory::default);
+    let plants = if memory.is_some() { crate::moving::plants(&plan) } else { Vec::new() };
     let master = Master::new(plan).map_err(|e| match e {
         // The FMUs cannot follow the algorithm that the command line requests.
         RunError::Setting(_) if args.algorithm.is_some() => CliError::Usage(format!("--algorithm: {e}")),
@@ -88,7 +89,7 @@ fn simulated(args: &Simulate, plan: MasterPlan) -> Result<(), CliError> {
             results.finish().map_err(failed)?;
             if let (Some(file), Some(memory)) = (&plot_file, &memory) {
                 let title = args.file.file_stem().unwrap_or_default().to_string_lossy();
-                let html = crate::plot::page(&title, memory, &summary::log(&log));
+                let html = crate::plot::page(&title, memory, &plants, &summary::log(&log));
                 trueup_fmi_description::pack::write_file(file, html.as_bytes())
                     .map_err(|e| CliError::Failed(e.to_string()))?;
             }

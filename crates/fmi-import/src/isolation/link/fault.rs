@@ -28,7 +28,7 @@ pub(crate) fn ended(status: ExitStatus) -> String {
         6 => "crashed: SIGABRT (abort, a failed assertion, an uncaught exception, or its stack overflowed)",
         7 => "crashed: SIGBUS (bad memory access)",
         8 => "crashed: SIGFPE (arithmetic, such as an integer divided by zero)",
-        9 => "was killed: SIGKILL (by somebody, or for lack of memory)",
+        9 => "was killed: SIGKILL (from outside, or for lack of memory)",
         11 => "crashed: SIGSEGV (bad memory access, or its stack overflowed)",
         15 => "was killed: SIGTERM",
         24 => "was stopped: SIGXCPU (limit of processor time)",

@@ -27,7 +27,7 @@ impl<'a> ArmRequest<'a> {
         let mut design = if own {
             delian()
         } else {
-            let read = robot::read_among(&args.robot, &[DELIAN])?;
+            let read = robot::read_among(&args.robot, false, &[DELIAN])?;
             read.notes.iter().for_each(|note| voice::note(note));
             let design = RobotDesign { held: true, ..read.design };
             design.unstiffened().iter().for_each(|note| voice::note(note));

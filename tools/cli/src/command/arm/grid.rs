@@ -65,7 +65,7 @@ fn grid(asked: &ArmRequest<'_>) -> Result<PoseGrid, CliError> {
     };
     let slides = joints.iter().find(|j| asked.design.links[**j].joint == JointType::Prismatic);
     if let Some(j) = slides.filter(|_| asked.args.from.is_none() || asked.args.to.is_none()) {
-        return usage(format!("joint {} slides: say from where to where with --from and --to, in m", j + 1));
+        return usage(format!("joint {} slides: give the range with --from and --to, in m", j + 1));
     }
     let ends = |name: &str, given: &Option<Vec<f64>>, otherwise: [f64; 2]| match given.as_deref() {
         None => Ok(otherwise),

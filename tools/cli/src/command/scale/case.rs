@@ -29,8 +29,7 @@ pub(super) fn run(args: &ScaleCommand, law: &ScalingLaw) -> Result<(), CliError>
         let file = from.folder.join(name);
         let sidecars = [file.with_extension("toml"), PathBuf::from(format!("{}.toml", file.display()))];
         if let Some(sidecar) = sidecars.iter().find(|s| s.is_file()) {
-            let mend =
-                "let its columns bear names of variables in SI, say the rest in case.toml, and take it out";
+            let mend = "let its columns bear names of variables in SI, define the rest in case.toml, and take it out";
             return Err(CliError::at(sidecar, format!("a sidecar cannot be scaled; {mend}")));
         }
         if file.extension().is_none_or(|e| !e.eq_ignore_ascii_case("csv")) {

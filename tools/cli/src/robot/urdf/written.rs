@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::{UrdfFault, UrdfJoint, counted, line};
+use super::{FileFault, FileJoint, counted, line};
 
 /// Elements that their parent has once.
 const ONCE: [&str; 11] = [
@@ -20,7 +20,7 @@ const ONCE: [&str; 11] = [
 ];
 
 /// An element of xacro, or one that is there twice.
-pub(super) fn check(robot: Node<'_, '_>) -> Result<(), UrdfFault> {
+pub(super) fn check(robot: Node<'_, '_>) -> Result<(), FileFault> {
     let xacro = |n: &Node<'_, '_>| n.tag_name().namespace().is_some_and(|space| space.contains("xacro"));
     if let Some(node) = robot.descendants().find(xacro) {
         let why = format!(
@@ -45,7 +45,7 @@ pub(super) fn check(robot: Node<'_, '_>) -> Result<(), UrdfFault> {
 }
 
 /// Transmissions are named: what they reduce is not in the model.
-pub(super) fn transmissions(robot: Node<'_, '_>, joints: &[UrdfJoint<'_>]) -> Option<String> {
+pub(super) fn transmissions(robot: Node<'_, '_>, joints: &[FileJoint]) -> Option<String> {
     let all: Vec<&str> = robot
         .children()
         .filter(|c| c.has_tag_name("transmission"))

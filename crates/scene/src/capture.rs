@@ -1,0 +1,151 @@
+//! A capture: chaser, hand of balls, target; and a body that floats.
+
+use crate::planar::planar_scene;
+use crate::record::{MissingColumn, MotionRecord};
+use crate::scene::{PartLook, Scene, ScenePart, ScenePose, SceneShape};
+use trueup_models::arm::PlanarManipulator;
+use trueup_models::contact::layout::{
+    BodyParameters, ChaserParameters, GripperStructure, Parameters, PortShape,
+};
+use trueup_models::contact::{CaptureScene, FreeBody};
+
+/// Half of the side of a square of that mass and inertia, m.
+fn half(mass: f64, inertia: f64) -> f64 {
+    (1.5 * inertia / mass).sqrt()
+}
+
+/// Of `CaptureScene` with a rigid chaser, with these parameters.
+///
+/// # Errors
+/// A position or an attitude is not recorded.
+pub fn capture_scene(
+    capture: &CaptureScene,
+    p: &[f64],
+    record: &MotionRecord<'_>,
+) -> Result<Scene, MissingColumn> {
+    let gripper = Parameters::new(capture.structure());
+    let at = ChaserParameters::new(&()).behind(gripper.count);
+    let places = record.vector::<2>("chaserPosition")?;
+    let attitudes = record.series("chaserAttitude")?;
+    let poses: Vec<_> = places.iter().zip(&attitudes).map(|(r, a)| ScenePose::planar(*r, *a)).collect();
+    let hand = [p[at.end_effector], p[at.end_effector + 1]];
+    let size = half(p[at.mass], p[at.inertia]).min(0.7 * hand[0].hypot(hand[1]));
+    let shapes = vec![
+        SceneShape::Rod { from: [0.0; 3], to: [hand[0], hand[1], 0.0], radius: 0.04 * size },
+        SceneShape::Block { center: [0.0; 3], half: [size; 3] },
+    ];
+    let mut scene = Scene { planar: true, time: record.times().to_vec(), ..Scene::default() };
+    scene.parts.push(ScenePart { name: "chaser".into(), layer: 0, look: PartLook::Base, shapes, poses });
+    let hands = places.iter().zip(&attitudes).map(|(r, a)| {
+        let (sin, cos) = a.sin_cos();
+        ([r[0] + cos * hand[0] - sin * hand[1], r[1] + sin * hand[0] + cos * hand[1]], *a)
+    });
+    balls_and_target(&mut scene, capture.structure(), p, &hands.collect::<Vec<_>>(), record)?;
+    Ok(scene)
+}
+
+/// Of `CaptureScene` with the planar manipulator, with these parameters.
+///
+/// # Errors
+/// As [`capture_scene`].
+pub fn arm_capture_scene(
+    capture: &CaptureScene<PlanarManipulator>,
+    p: &[f64],
+    record: &MotionRecord<'_>,
+) -> Result<Scene, MissingColumn> {
+    let begin = Parameters::new(capture.structure()).count;
+    let mut scene = planar_scene(capture.chaser(), &p[begin..], record)?;
+    let tips = record.vector::<2>("tipPosition")?.into_iter().zip(record.series("tipAttitude")?);
+    balls_and_target(&mut scene, capture.structure(), p, &tips.collect::<Vec<_>>(), record)?;
+    Ok(scene)
+}
+
+/// Adds the balls of the hand, whose places and attitudes are given, and the target.
+fn balls_and_target(
+    scene: &mut Scene,
+    s: &GripperStructure,
+    p: &[f64],
+    hands: &[([f64; 2], f64)],
+    record: &MotionRecord<'_>,
+) -> Result<(), MissingColumn> {
+    let at = Parameters::new(s);
+    let jaws = record.series("jawPosition")?;
+    let poses = hands.iter().map(|(place, attitude)| ScenePose::planar(*place, *attitude)).collect();
+    let shapes = vec![SceneShape::Joint([0.0; 3])];
+    scene.parts.push(ScenePart { name: HAND.into(), layer: 0, look: PartLook::Base, shapes, poses });
+    for ball in 0..s.balls {
+        let pair = |begin: usize| [p[begin + 2 * ball], p[begin + 2 * ball + 1]];
+        let (open, closed) = (pair(at.open), pair(at.closed));
+        let pose = |((place, attitude), jaw): (&([f64; 2], f64), &f64)| {
+            let own: [f64; 2] = std::array::from_fn(|i| open[i] + jaw * (closed[i] - open[i]));
+            let (sin, cos) = attitude.sin_cos();
+            let turned = [cos * own[0] - sin * own[1], sin * own[0] + cos * own[1]];
+            ScenePose::planar([place[0] + turned[0], place[1] + turned[1]], *attitude)
+        };
+        scene.parts.push(ScenePart {
+            name: format!("ball P{}", ball + 1),
+            layer: 0,
+            look: PartLook::Motor,
+            shapes: vec![SceneShape::Ball { center: [0.0; 3], radius: p[at.ball_radius + ball] }],
+            poses: hands.iter().zip(&jaws).map(pose).collect(),
+        });
+    }
+    let places = record.vector::<2>("targetPosition")?;
+    let attitudes = record.series("targetAttitude")?;
+    let port = [-p[at.target_center], -p[at.target_center + 1], 0.0];
+    let distance = port[0].hypot(port[1]);
+    let own = half(p[at.target_mass], p[at.target_inertia]);
+    let size = if distance > 0.0 { own.min(0.9 * distance) } else { own };
+    let mut shapes = vec![
+        SceneShape::Rod { from: [0.0; 3], to: port, radius: 0.012 * size },
+        SceneShape::Block { center: [0.0; 3], half: [size; 3] },
+    ];
+    shapes.push(match s.against {
+        PortShape::Ball => SceneShape::Ball { center: port, radius: p[at.port_radius] },
+        PortShape::Plate => {
+            let (x, y) = (p[at.port_normal], p[at.port_normal + 1]);
+            let along = [-y * 0.5 * size / x.hypot(y), x * 0.5 * size / x.hypot(y)];
+            let end = |sign: f64| [port[0] + sign * along[0], port[1] + sign * along[1], 0.0];
+            SceneShape::Rod { from: end(-1.0), to: end(1.0), radius: 0.02 * size }
+        }
+    });
+    let poses = places.iter().zip(&attitudes).map(|(r, a)| ScenePose::planar(*r, *a)).collect();
+    scene.parts.push(ScenePart { name: "target".into(), layer: 0, look: PartLook::Target, shapes, poses });
+    Ok(())
+}
+
+/// Name of the part that the balls are fixed to.
+pub const HAND: &str = "hand";
+
+/// How far from the hand its balls are at most, jaws open, m: what a close-up shows.
+pub fn hand_reach(s: &GripperStructure, p: &[f64]) -> f64 {
+    let at = Parameters::new(s);
+    let of = |i: usize| p[at.open + 2 * i].hypot(p[at.open + 2 * i + 1]) + p[at.ball_radius + i];
+    (0..s.balls).map(of).fold(0.0, f64::max)
+}
+
+/// Of `FreeBody` with these parameters.
+///
+/// # Errors
+/// Its position or its attitude is not recorded.
+pub fn body_scene(body: &FreeBody, p: &[f64], record: &MotionRecord<'_>) -> Result<Scene, MissingColumn> {
+    let at = BodyParameters::new(&body.ports());
+    let places = record.vector::<2>("position")?;
+    let attitudes = record.series("attitude")?;
+    let ports = (0..body.ports()).map(|k| [p[at.port + 2 * k], p[at.port + 2 * k + 1], 0.0]);
+    let farthest = ports.clone().map(|r| r[0].hypot(r[1])).fold(0.0, f64::max);
+    let own = half(p[at.mass], p[at.inertia]);
+    let size = if farthest > 0.0 { own.min(0.9 * farthest) } else { own };
+    let mut shapes = vec![SceneShape::Block { center: [0.0; 3], half: [size; 3] }];
+    for port in ports {
+        shapes.push(SceneShape::Rod { from: [0.0; 3], to: port, radius: 0.06 * size });
+        shapes.push(SceneShape::Joint(port));
+    }
+    let poses = places.iter().zip(&attitudes).map(|(r, a)| ScenePose::planar(*r, *a)).collect();
+    Ok(Scene {
+        planar: true,
+        time: record.times().to_vec(),
+        parts: vec![ScenePart { name: "body".into(), layer: 0, look: PartLook::Target, shapes, poses }],
+        ..Scene::default()
+    })
+}
