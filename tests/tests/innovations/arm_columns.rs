@@ -5,11 +5,16 @@ use std::path::Path;
 
 use serde_json::Value;
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
+use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
+use trueup_estimation::innovations::gram::BaseGram;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryPlant;
+use trueup_hypotheses::innovations::along::PlantAlong;
 use trueup_hypotheses::innovations::chain_along::{ChainSizes, FrameMechanics, along_chain};
 use trueup_hypotheses::innovations::chain_orders::chain_orders;
-use trueup_hypotheses::innovations::chain_screen::{ScreenedShape, best_of_families, chain_shapes, survey};
+use trueup_hypotheses::innovations::chain_screen::{
+    ChainScreening, LOOKS, ScreenedShape, best_of_families, chain_shapes, survey,
+};
 use trueup_hypotheses::innovations::laws::arm_law_of;
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_models::plants;
@@ -21,12 +26,7 @@ use super::trajectory::{OffNumbers, frame_of, freeze};
 const TOLERANCE: f64 = 1e-6;
 /// A series below this share of the largest one of its column is rounding.
 const ROUNDING: f64 = 1e-7;
-/// Of products of columns, relative to both of them: single precision, and where a latent force takes up nearly all of a slow column
-/// what is left is a small difference.
-const PRODUCTS: f64 = 3e-4;
-/// The same of products that are near 0: less than 0.01 nat at amplitudes of a prior's width.
-const LEAST_PRODUCT: f64 = 1e-3;
-/// Of gains of a screen, nats or a share: sums of single precision.
+/// Of gains, nats or a share: columns pass in single precision, and steps of the other program are differences good to 1e-5.
 const NATS: f64 = 0.1;
 const RELATIVE: f64 = 1e-4;
 
@@ -45,8 +45,8 @@ fn text<'a>(v: &'a Value, key: &str) -> &'a str {
     v[key].as_str().unwrap_or("")
 }
 
-/// Our shape of a golden one; `duration`: of the longest recording.
-fn shape_of(effect: &str, place: &str, golden: &Value, duration: f64) -> LawShape {
+/// Our shape of a golden one.
+fn shape_of(effect: &str, place: &str, golden: &Value, along: &PlantAlong<'_>) -> LawShape {
     const PLACES: [&str; 6] = ["actuator", "motor-friction", "transmission", "load", "base", "tip"];
     let place = PLACES.iter().find(|p| **p == place).copied().unwrap_or("sensor");
     let number = |name: &str| golden[name].as_f64();
@@ -80,7 +80,7 @@ fn shape_of(effect: &str, place: &str, golden: &Value, duration: f64) -> LawShap
         ("sensor-delay", _) => "delay",
         ("sensor-drift", kind) => {
             match (kind, number("T")) {
-                ("late", Some(time)) => values.push(("k", time / duration)),
+                ("late", Some(time)) => values.push(("k", time / along.duration)),
                 (_, Some(time)) => values.push(("time", time)),
                 _ => {}
             }
@@ -107,6 +107,9 @@ fn shape_of(effect: &str, place: &str, golden: &Value, duration: f64) -> LawShap
         }
         ("load-friction" | "motor-friction", _) => "length",
         ("stribeck-friction", _) => {
+            let joint = indices(&golden["j"]).first().copied().unwrap_or(0);
+            let usual = along.joints[joint].motor_speed;
+            values.iter_mut().filter(|v| v.0 == "speed").for_each(|v| v.1 *= usual);
             values.push(("k", 1.0));
             "stribeck"
         }
@@ -189,6 +192,12 @@ fn sizes(own: &ChainSizes, golden: &Value, said: &mut OffNumbers) {
     }
 }
 
+/// What columns gain on the data alone, nats, by their Gram matrix with the data first.
+fn gained(products: Vec<f64>, size: usize, priors: &AmplitudePriors) -> f64 {
+    let data = products.first().copied().unwrap_or(f64::NAN);
+    log_evidence(&BaseGram { size, products, ..BaseGram::default() }, priors).log + 0.5 * data
+}
+
 /// The arm of a frame with a hinge inside a link.
 fn hinged(
     frame: &TrajectoryFrame,
@@ -218,7 +227,7 @@ fn columns(
     let all = list(&golden["candidates"]);
     for g in all {
         let (effect, place) = (text(g, "effect"), text(g, "place"));
-        let shape = shape_of(effect, place, &g["shape"], along.duration);
+        let shape = shape_of(effect, place, &g["shape"], &along);
         let Some(terms) = arm_law_of(effect, place).and_then(|law| law.terms(&along, &shape)) else {
             said.0.push(format!("{effect} at {place} has no columns"));
             continue;
@@ -250,14 +259,13 @@ fn columns(
             (i, 0) => group.base[order[i - 1]],
             (i, j) => group.own[group.size * order[i - 1] + order[j - 1]],
         };
-        for (i, row) in list(&g["gram"]).iter().enumerate() {
-            for (j, golden) in numbers(row).iter().enumerate().take(i + 1) {
-                let size = (product(i, i) * product(j, j)).sqrt();
-                let off = (product(i, j) - golden).abs();
-                if !(off <= (PRODUCTS * size).max(LEAST_PRODUCT)) {
-                    said.0.push(format!("{effect}: product {i} {j} off by {:.1e}", off / size));
-                }
-            }
+        let size = columns.len() + 1;
+        let own = (0..size).flat_map(|i| (0..size).map(move |j| (i.max(j), i.min(j))));
+        let own = own.map(|(i, j)| product(i, j)).collect();
+        let priors = AmplitudePriors::default().with(&priors[0], &priors[1]);
+        let [own, golden] = [own, numbers(&g["gram"])].map(|products| gained(products, size, &priors));
+        if !((own - golden).abs() <= NATS.max(RELATIVE * golden.abs())) {
+            said.0.push(format!("{effect} at {place} gains {own} nats, golden {golden}"));
         }
     }
     Ok(all.len())
@@ -296,14 +304,14 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     };
     count("shapes", all.len(), said);
     count("columns", all.iter().map(|c| c.terms.applied.columns.len()).sum(), said);
-    let base = survey(frame, &packed, &priors, &mut all, &q)?;
+    let base = survey(frame, &mut ChainScreening::of(packed, priors), &mut all, &q, LOOKS)?;
     let golden_base = golden["base"].as_f64().unwrap_or(f64::NAN);
     if !((base - golden_base).abs() <= NATS) {
         said.0.push(format!("screen: base {base}, golden {golden_base}"));
     }
     let best = best_of_families(&all);
     let named = |c: &ScreenedShape, g: &Value| {
-        let shape = shape_of(text(g, "effect"), text(g, "place"), &g["shape"], along.duration);
+        let shape = shape_of(text(g, "effect"), text(g, "place"), &g["shape"], &along);
         let joints = shape.joints.is_empty() || shape.joints() == c.shape.joints();
         let close = |(name, v): &(&str, f64)| (c.shape.value(name) - v).abs() <= 1e-4 * v.abs();
         let same = c.shape.place == shape.place && c.shape.channels == shape.channels && joints;

@@ -137,8 +137,12 @@ impl<'a> PlantAlong<'a> {
     }
     /// A torque on a link.
     pub fn on_link(&self, joint: usize, f: impl Fn(&JointMotion) -> Vec<f64>) -> FilterColumn {
+        self.on_link_by_run(joint, |_, m| f(m))
+    }
+    /// The same, with the recording.
+    pub fn on_link_by_run(&self, joint: usize, f: impl Fn(usize, &JointMotion) -> Vec<f64>) -> FilterColumn {
         let on = self.joints[joint].link;
-        self.each_run(|k| ColumnPart::force(on, self.means(k, &f(self.joint_motion(k, joint)))))
+        self.each_run(|k| ColumnPart::force(on, self.means(k, &f(k, self.joint_motion(k, joint)))))
     }
     /// A torque of the attitude of a joint's link, on the links of all joints up to it.
     pub fn up_to_link(&self, joint: usize, f: impl Fn(&[f64]) -> Vec<f64>) -> FilterColumn {

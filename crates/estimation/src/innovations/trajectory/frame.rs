@@ -118,6 +118,22 @@ impl TrajectoryFrame {
         Ok(frame)
     }
 
+    /// With some of its recordings only, where each of them is.
+    pub fn of_recordings(&self, recordings: &[usize]) -> Self {
+        let some = |column: &FilterColumn| recordings.iter().map(|k| column[*k].clone()).collect();
+        let law =
+            |law: &AppliedLaw| AppliedLaw { columns: law.columns.iter().map(some).collect(), ..law.clone() };
+        Self {
+            runs: recordings.iter().map(|k| self.runs[*k].clone()).collect(),
+            beside: self.beside.iter().map(law).collect(),
+            parameter_columns: self
+                .parameter_columns
+                .as_ref()
+                .map(|all| Rc::new(all.iter().map(some).collect())),
+            ..self.clone()
+        }
+    }
+
     /// Number of coordinates.
     pub fn coordinates(&self) -> usize {
         self.plant.coordinates()

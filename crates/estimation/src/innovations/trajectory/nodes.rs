@@ -16,7 +16,7 @@ const STEP: f64 = 0.018;
 /// Longest part of a step, s, and how many there are at least and at most.
 const PART: (f64, [usize; 2]) = (0.006, [2, 10]);
 /// What is read before counts for nothing, s: the filter settles. Longer than the longest delay that is looked for.
-const START: f64 = 0.55;
+pub const START: f64 = 0.55;
 /// Readings of a channel in every recording, below which it is not used.
 const FEW: usize = 20;
 /// Nodes below which a recording has no trajectory.

@@ -77,9 +77,11 @@ impl EffectLaw for FlexibleLinkColumns {
         if shape.form == "hinge" {
             return Some(LawTerms::of_fixed_size(hinge(along, shape)?, 0.5));
         }
-        let (w, zeta, dt) = (2.0 * PI * shape.value("f"), shape.value("z"), along.runs.first()?.steps[0]);
-        let column =
-            along.on_link(shape.joint(), |m| resonator(&m.torque, dt, w, zeta).iter().map(|u| -u).collect());
+        let (w, zeta) = (2.0 * PI * shape.value("f"), shape.value("z"));
+        let column = along.on_link_by_run(shape.joint(), |k, m| {
+            let step = along.runs[k].steps[0];
+            resonator(&m.torque, step, w, zeta).iter().map(|u| -u).collect()
+        });
         Some(LawTerms::new(vec![(column, 0.3, 0.5)], &[0]))
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
