@@ -225,6 +225,7 @@ fn columns(
     let mechanics = FrameMechanics::new(frame, &with_hinge);
     let along = along_chain(frame, &usual, &mechanics);
     let all = list(&golden["candidates"]);
+    let (mut together, mut alone): (Vec<FilterColumn>, Vec<(usize, f64, f64)>) = (Vec::new(), Vec::new());
     for g in all {
         let (effect, place) = (text(g, "effect"), text(g, "place"));
         let shape = shape_of(effect, place, &g["shape"], &along);
@@ -259,6 +260,9 @@ fn columns(
             (i, 0) => group.base[order[i - 1]],
             (i, j) => group.own[group.size * order[i - 1] + order[j - 1]],
         };
+        let of_group = |i: usize, j: usize| group.own[group.size * i + j];
+        alone.extend((0..group.size).map(|i| (i, of_group(i, i), of_group(i, 0))));
+        together.extend(columns.iter().cloned());
         let size = columns.len() + 1;
         let own = (0..size).flat_map(|i| (0..size).map(move |j| (i.max(j), i.min(j))));
         let own = own.map(|(i, j)| product(i, j)).collect();
@@ -266,6 +270,16 @@ fn columns(
         let [own, golden] = [own, numbers(&g["gram"])].map(|products| gained(products, size, &priors));
         if !((own - golden).abs() <= NATS.max(RELATIVE * golden.abs())) {
             said.0.push(format!("{effect} at {place} gains {own} nats, golden {golden}"));
+        }
+    }
+    // One group of more columns than pass side by side has the same products.
+    let whole = frame.pass_groups(&packed, &base, &[&together], &q)?.remove(0);
+    for (k, (within, own, with_first)) in alone.into_iter().enumerate() {
+        let at = |i: usize, j: usize| whole.own[whole.size * i + j];
+        let first = k - within;
+        let size = (own * at(first, first)).sqrt();
+        if !((at(k, k) - own).abs() <= 1e-9 * own && (at(k, first) - with_first).abs() <= 1e-9 * size) {
+            said.0.push(format!("column {k} of {} has other products than alone", whole.size));
         }
     }
     Ok(all.len())

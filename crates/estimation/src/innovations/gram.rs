@@ -213,8 +213,8 @@ impl<'a> GroupSums<'a> {
     /// Nothing yet.
     pub fn new(packed: &'a PackedColumns, groups: &[&'a [FilterColumn]]) -> Self {
         let size = packed.width + 1;
-        let (mut blocks, mut with_own): (Vec<Vec<&'a [FilterColumn]>>, Vec<Vec<WideProduct>>) =
-            Default::default();
+        let mut blocks: Vec<Vec<&'a [FilterColumn]>> = Vec::new();
+        let mut with_own: Vec<Vec<WideProduct>> = Vec::new();
         let (mut wide, mut places) = (Vec::new(), Vec::new());
         let mut used = LANES;
         for columns in groups.iter().copied() {
