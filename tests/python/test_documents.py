@@ -158,11 +158,6 @@ def test_blocks_are_found():
     assert len(found) > 50 and {p.values[0][0] for p in found if p.values[0]} >= {"toml", "csv", "sh", "python", "console", "xml"}
 
 
-def test_the_citation_has_the_version_of_the_workspace():
-    version = re.search(r'^version = "(.*)"$', (ROOT / "Cargo.toml").read_text(), re.M)[1]
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
-
-
 def test_summary_names_every_page_once():
     docs = ROOT / "docs"
     named = [(docs / link).resolve() for link in re.findall(r"\]\(([^)#]+\.md)\)", (docs / "SUMMARY.md").read_text())]

@@ -44,13 +44,13 @@ def blocks(page):
 
 def files(of):
     """Files that are read."""
-    examples = {path.name: path.read_text() for path in (ROOT / "examples").glob("0[123]*/*.toml")}
+    examples = {name: (ROOT / "examples" / name).read_text() for name in ("02-arm/arm.toml", "01-joint/joint.toml", "03-sweep/sweep.toml")}
     cases = blocks("cases.md")
     return {
         "case": [*cases[:-1], (ROOT / "examples" / "06-backlash" / "case.toml").read_text()],
         "sidecar": cases[-1:],
-        "system": [examples["arm.toml"], examples["joint.toml"]],
-        "sweep": [examples["sweep.toml"]],
+        "system": [examples["02-arm/arm.toml"], examples["01-joint/joint.toml"]],
+        "sweep": [examples["03-sweep/sweep.toml"]],
         "robot": [(ROOT / "tests" / "tests" / "robot.toml").read_text(), *(b for b in blocks("robots.md") if b.startswith("[robot]"))],
     }[of]
 

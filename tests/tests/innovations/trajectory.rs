@@ -258,7 +258,7 @@ fn linear(
         said.close(&format!("column of {name}"), &first, &g["first"], 1e-6);
         said.close(&format!("sum of the column of {name}"), &sums, &g["sum"], 1e-6);
     }
-    // Our parameters stand in another order.
+    // Our parameters are in another order.
     let order: Vec<usize> = golden["order"]
         .as_array()
         .map_or_else(Vec::new, |names| names.iter().filter_map(|g| of(g.as_str().unwrap_or(""))).collect());

@@ -24,7 +24,7 @@ const ROUNDS: [usize; 2] = [5, 3];
 const SEARCH: (usize, usize, [&str; 4]) = (2, 2, ["d", "delay", "gap", "limit"]);
 /// Neighbours in steps: relative, and of an order in orders.
 const AROUND: [[f64; 4]; 2] = [[-1.0, -0.5, 0.5, 1.0], [-0.6, -0.3, 0.3, 0.6]];
-/// Effects that may stand at several joints.
+/// Effects that may be at several joints.
 pub(super) const SEVERAL: [&str; 6] = [
     "torque-ripple",
     "motor-friction",
@@ -118,7 +118,7 @@ impl ChainFits<'_> {
         Ok((less, fit))
     }
 
-    /// The shape by pattern search at intensities, all neighbours in one pass, beside laws that stand.
+    /// The shape by pattern search at intensities, all neighbours in one pass, in addition to the laws that are fitted.
     ///
     /// # Errors
     /// See [`TrajectoryError`] and [`FitError`].
@@ -177,7 +177,7 @@ impl ChainFits<'_> {
         Ok(if fit.evidence > h.of_fit { ChainEffect::of_law(form, fit, frame) } else { h })
     }
 
-    /// The same cause at further joints, as long as the evidence wants it.
+    /// The same cause at further joints, as long as the evidence requires it.
     ///
     /// # Errors
     /// See [`FitError`].
@@ -207,8 +207,8 @@ impl ChainFits<'_> {
         if more { self.polished(h) } else { Ok(h) }
     }
 
-    /// The best shape of a law at a joint where it does not stand yet, beside laws that stand: with its intensities and gain in nats;
-    /// `None`: it stands everywhere, or at several joints together.
+    /// The best shape of a law at a joint where it is not yet, in addition to the laws that are fitted: with its intensities and gain in nats;
+    /// `None`: it is everywhere, or at several joints together.
     pub(super) fn another_joint(
         &self,
         frame: &mut TrajectoryFrame,
@@ -286,7 +286,7 @@ fn refined_by(
     Ok(form)
 }
 
-/// Scores along the trajectory of a frame with laws that stand at their amplitudes, the trajectory staying as it is.
+/// Scores along the trajectory of a frame with fitted laws at their amplitudes, the trajectory staying as it is.
 ///
 /// # Errors
 /// See [`FitError`].
@@ -302,7 +302,7 @@ pub fn scored(frame: &mut TrajectoryFrame, q: &[f64], standing: &[AppliedLaw]) -
     Ok(())
 }
 
-/// A frame of the case with this plant: the owner's parameters, and those with which it begins.
+/// A frame of the case with this plant: the nominal parameters, and those with which it begins.
 ///
 /// # Errors
 /// See [`TrajectoryError`].

@@ -70,7 +70,7 @@ impl ChainFits<'_> {
         Ok(best)
     }
 
-    /// A long delay of channels, s: the model is refitted without their readings, and what it says of them is compared with what was
+    /// A long delay of channels, s: the model is refitted without their readings, and what it gives for them is compared with what was
     /// read; `None`: no delay explains that.
     ///
     /// # Errors

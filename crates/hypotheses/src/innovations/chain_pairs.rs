@@ -14,11 +14,11 @@ use super::chain_screen::{ChainScreening, ScreenedShape, best_of_families, chain
 use super::laws::arm_law_of;
 use super::pairs::held;
 
-/// Factors of the intensities of the survey beside a first effect.
+/// Factors of the intensities of the survey in addition to a first effect.
 const LOOKS: (f64, &[f64]) = (0.2, &[1.0]);
 /// Nats that a second has to gain in the screen; families that are looked at, and fitted.
 const GAIN: (f64, usize, usize) = (15.0, 3, 2);
-/// Share of what one explains, beside the parameters, from which on another one can do the same.
+/// Share of what one explains, in addition to the parameters, from which on another one can do the same.
 const SAME: f64 = 0.9;
 /// Eigenvalues below this share of the largest are none: columns in single precision.
 const RANK: f64 = 1e-12;
@@ -55,7 +55,7 @@ pub struct ChainSeconds {
 }
 
 impl ChainFits<'_> {
-    /// Everything else beside an effect; `null`: the evidence without any.
+    /// Everything else in addition to an effect; `null`: the evidence without any.
     ///
     /// # Errors
     /// See [`FitError`].
@@ -99,7 +99,7 @@ impl ChainFits<'_> {
         Ok(out)
     }
 
-    /// Plain friction beside a first whose second is Stribeck's.
+    /// Plain friction in addition to a first whose second is Stribeck's.
     fn plain_second(
         &self,
         h: &ChainEffect,
@@ -171,7 +171,7 @@ impl ChainFits<'_> {
         Ok(ChainPair { first: h.clone(), second, evidence, fit, of_first, left, frame: z })
     }
 
-    /// The second at further joints too, as long as the evidence wants it.
+    /// The second at further joints too, as long as the evidence requires it.
     fn widened(
         &self,
         h: &ChainEffect,
@@ -202,7 +202,7 @@ pub(super) fn plain_shape(shape: &super::shape::LawShape) -> super::shape::LawSh
     super::shape::LawShape { form: "length", values, ..shape.clone() }
 }
 
-/// Share of what a law at these amplitudes explains beside the parameters that others can do as well.
+/// Share of what a law at these amplitudes explains in addition to the parameters that others can do as well.
 fn spanned(
     frame: &mut TrajectoryFrame,
     q: &[f64],

@@ -56,7 +56,7 @@ fn shape_of((place, joint): PushedPlace, pulses: Vec<[f64; 2]>) -> LawShape {
 }
 
 impl ChainFits<'_> {
-    /// The impulses on a place that explain most beside laws that stand.
+    /// The impulses on a place that explain most in addition to the laws that are fitted.
     ///
     /// # Errors
     /// See [`FitError`].

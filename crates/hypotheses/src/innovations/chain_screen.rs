@@ -86,7 +86,7 @@ pub fn chain_bank(frame: &TrajectoryFrame, q: &[f64], factors: &[f64]) -> Vec<Ve
     factors.iter().map(at).collect()
 }
 
-/// What is refitted along the present trajectory of a frame, and laws that stand, to which candidates are compared. What was passed
+/// What is refitted along the present trajectory of a frame, and fitted laws, to which candidates are compared. What was passed
 /// at some intensities is kept: the frame must not change meanwhile.
 pub struct ChainScreening {
     packed: PackedColumns,
@@ -95,7 +95,7 @@ pub struct ChainScreening {
 }
 
 impl ChainScreening {
-    /// Data, what is refitted, and laws that stand.
+    /// Data, what is refitted, and fitted laws.
     ///
     /// # Errors
     /// See [`TrajectoryError`].

@@ -22,7 +22,7 @@ use super::shape::LawShape;
 const ROUNDS: [usize; 3] = [4, 7, 5];
 /// Families that are fitted: of the screen, of impulses.
 const LEADERS: [usize; 2] = [6, 2];
-/// Nats beside the base: below the first a family is not fitted where another one is, below the second never.
+/// Nats over the base: below the first a family is not fitted where another one is, below the second never.
 const NATS: [f64; 2] = [5.0, -3.0];
 /// Share of the best gain below which a family is not fitted, and as soon as one explains all.
 const SHARE: [f64; 2] = [0.08, 0.3];
@@ -36,7 +36,7 @@ const SPEEDS: [f64; 4] = [0.06, 0.15, 0.35, 0.7];
 const LATE: (usize, f64, f64) = (3, 15.0, 0.15);
 /// Latents in floors above which long delays are looked for, and springs in rigid joints.
 const LOUD: [f64; 2] = [50.0, 4.0];
-/// Effects beside which a second is looked for, nats, and share of the first's gain.
+/// Effects in addition to which a second is looked for, nats, and share of the first's gain.
 const FIRST: (usize, f64, f64) = (2, 30.0, 0.4);
 
 /// An arm that cannot be searched.
@@ -74,7 +74,7 @@ impl From<SizeError> for ChainSearchError {
 /// The model alone.
 #[derive(Clone)]
 pub struct ChainNull {
-    /// With the owner's parameters.
+    /// With the nominal parameters.
     pub nominal: f64,
     /// With refitted ones.
     pub fit: TrajectoryFit,
@@ -313,7 +313,7 @@ impl ChainSearch<'_> {
         Ok(())
     }
 
-    /// Seconds beside the first effects.
+    /// Seconds in addition to the first effects.
     fn pairs(&mut self) -> Result<Vec<ChainPair>, ChainSearchError> {
         let mut pairs: Vec<ChainPair> = Vec::new();
         let best = self.effects.first().map_or(0.0, |h| self.gain(h));

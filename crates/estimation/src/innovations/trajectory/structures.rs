@@ -21,13 +21,13 @@ pub enum CasePlantError {
     Trajectory(#[from] TrajectoryError),
 }
 
-/// The plant of a case with its structure and the owner's parameters.
+/// The plant of a case with its structure and the nominal parameters.
 #[derive(Clone, Debug)]
 pub struct PlantStructures {
     structure: PlantStructure,
     /// The plant.
     pub plant: TrajectoryPlant,
-    /// The owner's parameters, in the order of the model's table.
+    /// The nominal parameters, in the order of the model's table.
     pub nominal: Vec<f64>,
 }
 
