@@ -38,6 +38,9 @@ def test_paths_into_the_examples_are_there():
             path = path.rstrip(".")
             if not written.search(path) and not (ROOT / path).exists():
                 wrong.append(f"{line[:100]}: {path}")
+    joined = subprocess.run(["git", "grep", "-nE", r'"examples" / "'], cwd=ROOT, capture_output=True, text=True).stdout.splitlines()
+    for line in joined:
+        wrong += [line for name in re.findall(r'"examples" / "([\w./-]+)"', line) if not (EXAMPLES / name).exists()]
     assert not wrong, "\n".join(wrong)
 
 

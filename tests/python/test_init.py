@@ -1,6 +1,6 @@
 """From logs with names, units and clocks of their own to a verdict: `trueup init`, `check` and `diagnose`.
 
-The logs are the recordings of examples/backlash, written as other people's loggers write them. `pytest -s` prints the seconds.
+The logs are the recordings of examples/06-backlash, written as other people's loggers write them. `pytest -s` prints the seconds.
 """
 
 import csv
@@ -51,7 +51,7 @@ uint32 stride
 
 def readings(run):
     """Time in s, current in A, angles of motor and load in rad."""
-    with open(ROOT / "examples" / "backlash" / f"{run}.csv", newline="") as file:
+    with open(ROOT / "examples" / "06-backlash" / f"{run}.csv", newline="") as file:
         return [[float(x) for x in row] for row in list(csv.reader(file))[1:]]
 
 
@@ -177,7 +177,7 @@ def drafted(logs, folder):
     done = trueup("init", folder, "--model", "TwoMassJoint")
     assert done.returncode == 0, done.stderr
     (case,) = folder.rglob("case.toml")
-    example = (ROOT / "examples" / "backlash" / "case.toml").read_text()
+    example = (ROOT / "examples" / "06-backlash" / "case.toml").read_text()
     known = re.search(r"^\[parameters\].*?(?=^# What is known of the sensors)", example, re.S | re.M).group()
     text = case.read_text()
     case.write_text(text[: text.index("[parameters]")] + known)
@@ -195,7 +195,7 @@ def test_a_log_becomes_a_case_that_can_be_diagnosed(logs, tmp_path):
     found = json.loads(done.stdout)
     assert [f for f in found["findings"] if f["severity"] == "grave"] == []
     # Each reading is what the example has.
-    example = json.loads(trueup("check", ROOT / "examples" / "backlash", "--json").stdout)
+    example = json.loads(trueup("check", ROOT / "examples" / "06-backlash", "--json").stdout)
 
     def ranges(check):
         channels = [c for r in check["recordings"] for c in r["channels"]]

@@ -44,14 +44,14 @@ def blocks(page):
 
 def files(of):
     """Files that are read."""
-    examples = {name: (ROOT / "examples" / name).read_text() for name in ("arm.toml", "joint.toml", "sweep.toml")}
+    examples = {path.name: path.read_text() for path in (ROOT / "examples").glob("0[123]*/*.toml")}
     cases = blocks("cases.md")
     return {
-        "case": [*cases[:-1], (ROOT / "examples" / "backlash" / "case.toml").read_text()],
+        "case": [*cases[:-1], (ROOT / "examples" / "06-backlash" / "case.toml").read_text()],
         "sidecar": cases[-1:],
         "system": [examples["arm.toml"], examples["joint.toml"]],
         "sweep": [examples["sweep.toml"]],
-        "robot": [(ROOT / "tests" / "tests" / "robot.toml").read_text()],
+        "robot": [(ROOT / "tests" / "tests" / "robot.toml").read_text(), *(b for b in blocks("robots.md") if b.startswith("[robot]"))],
     }[of]
 
 

@@ -12,7 +12,9 @@ use trueup_estimation::innovations::trajectory::plant::TrajectoryPlant;
 use trueup_hypotheses::innovations::along::PlantAlong;
 use trueup_hypotheses::innovations::chain_along::{ChainSizes, FrameMechanics, along_chain};
 use trueup_hypotheses::innovations::chain_orders::chain_orders;
-use trueup_hypotheses::innovations::chain_screen::{ScreenedShape, best_of_families, chain_shapes, survey};
+use trueup_hypotheses::innovations::chain_screen::{
+    ChainScreening, LOOKS, ScreenedShape, best_of_families, chain_shapes, survey,
+};
 use trueup_hypotheses::innovations::laws::arm_law_of;
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_models::plants;
@@ -167,7 +169,7 @@ fn part(own: &ColumnPart, golden: &Value, nodes: usize, what: &str, said: &mut O
     }
 }
 
-/// Order of our amplitudes by golden ones: companions of a cable at the load stand in another order.
+/// Order of our amplitudes by golden ones: companions of a cable at the load are in another order.
 fn order(effect: &str, place: &str, count: usize) -> Vec<usize> {
     if (effect, place) == ("cable-stiffness", "load") { vec![0, 1, 3, 2] } else { (0..count).collect() }
 }
@@ -316,7 +318,7 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     };
     count("shapes", all.len(), said);
     count("columns", all.iter().map(|c| c.terms.applied.columns.len()).sum(), said);
-    let base = survey(frame, &packed, &priors, &mut all, &q)?;
+    let base = survey(frame, &mut ChainScreening::of(packed, priors), &mut all, &q, LOOKS)?;
     let golden_base = golden["base"].as_f64().unwrap_or(f64::NAN);
     if !((base - golden_base).abs() <= NATS) {
         said.0.push(format!("screen: base {base}, golden {golden_base}"));

@@ -153,9 +153,16 @@ fn along_z() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
-/// JSON Schema of a robot's file, by what its reader takes.
+/// JSON Schema of a robot's file, by what its readers take: a robot written out, or one of another file with what that cannot have.
 pub(crate) fn schema() -> serde_json::Value {
-    schemars::schema_for!(File).to_value()
+    #[derive(JsonSchema)]
+    #[schemars(untagged, title = "robot")]
+    #[allow(dead_code)]
+    enum Either {
+        Whole(File),
+        Overlay(overlay::Overlay),
+    }
+    schemars::schema_for!(Either).to_value()
 }
 
 /// A robot with what was read of it beyond its design.

@@ -1,10 +1,11 @@
-//! All shapes of a chain's laws at once: the best evidence of each beside what is refitted, over a few intensities.
+//! All shapes of a chain's laws at once: the best evidence of each together with what is refitted, over a few intensities.
 
-use trueup_estimation::innovations::column::FilterColumn;
+use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
-use trueup_estimation::innovations::gram::PackedColumns;
+use trueup_estimation::innovations::gram::{PackedColumns, PassedBase};
 use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
+use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
 use super::along::PlantAlong;
 use super::law::LawTerms;
@@ -12,8 +13,6 @@ use super::laws::{ARM_LAWS, LawRef};
 use super::shape::LawShape;
 use super::spectrum::OrderPeaks;
 
-/// Factors of the intensities: of the first look at all shapes, and of the second one at the best.
-const LOOKS: (f64, [f64; 2]) = (0.3, [1.0, 0.1]);
 /// Shapes of each family, and families, that are looked at again.
 const AGAIN: (usize, usize) = (3, 20);
 /// Nats below the base from which on a shape is not looked at again.
@@ -48,10 +47,18 @@ impl ScreenedShape {
     /// Along a trajectory; `None`: the plant cannot have it.
     pub fn new(law: LawRef, along: &PlantAlong<'_>, shape: LawShape) -> Option<Self> {
         let terms = law.terms(along, &shape)?;
-        let (amplitudes, intensities) = (Vec::new(), Vec::new());
-        Some(Self { law, shape, terms, wide: false, evidence: f64::NEG_INFINITY, amplitudes, intensities })
+        Some(Self { terms, ..Self::empty(law, shape) })
     }
-    /// Effect and place, of readings the channels; the forms of a spring stand apart.
+    /// Without columns.
+    pub(super) fn empty(law: LawRef, shape: LawShape) -> Self {
+        let (amplitudes, intensities, terms) = (Vec::new(), Vec::new(), LawTerms::default());
+        Self { law, shape, terms, wide: false, evidence: f64::NEG_INFINITY, amplitudes, intensities }
+    }
+    /// Whether it explains anything with amplitudes that can be.
+    pub fn is_possible(&self) -> bool {
+        self.evidence > f64::NEG_INFINITY
+    }
+    /// Effect and place, of readings the channels; the forms of a spring are separate.
     pub fn family(&self) -> (&'static str, &'static str, &[usize], &'static str) {
         let form = if self.law.id() == "nonlinear-stiffness" { self.shape.form } else { "" };
         (self.law.id(), self.shape.place, &self.shape.channels, form)
@@ -79,48 +86,93 @@ pub fn chain_bank(frame: &TrajectoryFrame, q: &[f64], factors: &[f64]) -> Vec<Ve
     factors.iter().map(at).collect()
 }
 
-/// Looks at candidates at these intensities beside what is packed; returns the best evidence of that alone.
-///
-/// # Errors
-/// See [`SizeError`].
-pub fn look(
-    frame: &TrajectoryFrame,
-    packed: &PackedColumns,
-    priors: &AmplitudePriors,
-    candidates: &mut [ScreenedShape],
-    bank: &[Vec<f64>],
-) -> Result<f64, SizeError> {
-    let mut alone = f64::NEG_INFINITY;
-    candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
-    // What needs the tail once keeps it.
-    let tails: Vec<&[bool]> =
-        candidates.iter().map(|c| if c.wide { &[true][..] } else { &[false, true] }).collect();
-    for q in bank {
-        let base = frame.pass_base(packed, q)?;
-        alone = alone.max(log_evidence(&base.gram, priors).log);
-        let groups: Vec<&[FilterColumn]> = candidates.iter().map(|c| &c.terms.applied.columns[..]).collect();
-        let groups = frame.pass_groups(packed, &base, &groups, q)?;
-        for ((c, group), tails) in candidates.iter_mut().zip(&groups).zip(&tails) {
-            let gram = base.gram.with(group);
-            for wide in tails.iter().copied() {
-                let with = priors.with(&c.terms.applied.mean, &c.deviations(wide));
-                let found = log_evidence(&gram, &with);
-                let own = &found.amplitudes[priors.mean.len()..];
-                let cost = if wide { COST } else { 0.0 };
-                // A tail that was not needed before has to be better.
-                let more = if wide && tails.len() > 1 { BETTER } else { 0.0 };
-                if found.log - cost > c.evidence + more && c.can_be(own) {
-                    (c.evidence, c.amplitudes, c.wide) = (found.log - cost, own.to_vec(), wide);
-                    c.intensities.clone_from(q);
+/// What is refitted along the present trajectory of a frame, and laws that stand, to which candidates are compared. What was passed
+/// at some intensities is kept: the frame must not change meanwhile.
+pub struct ChainScreening {
+    packed: PackedColumns,
+    priors: AmplitudePriors,
+    passed: Vec<(Vec<f64>, PassedBase)>,
+}
+
+impl ChainScreening {
+    /// Data, what is refitted, and laws that stand.
+    ///
+    /// # Errors
+    /// See [`TrajectoryError`].
+    pub fn new(frame: &mut TrajectoryFrame, standing: &[AppliedLaw]) -> Result<Self, TrajectoryError> {
+        let (columns, priors) = with_laws(frame, standing)?;
+        Ok(Self::of(frame.packed(&columns), priors))
+    }
+    /// What is packed along the present trajectory.
+    pub fn of(packed: PackedColumns, priors: AmplitudePriors) -> Self {
+        Self { packed, priors, passed: Vec::new() }
+    }
+
+    /// Looks at candidates at these intensities; returns the best evidence without any.
+    ///
+    /// # Errors
+    /// See [`SizeError`].
+    pub fn look(
+        &mut self,
+        frame: &TrajectoryFrame,
+        candidates: &mut [ScreenedShape],
+        bank: &[Vec<f64>],
+    ) -> Result<f64, SizeError> {
+        let mut alone = f64::NEG_INFINITY;
+        candidates.iter_mut().for_each(|c| (c.evidence, c.wide) = (f64::NEG_INFINITY, false));
+        for q in bank {
+            let known = self.passed.iter().position(|p| p.0 == *q);
+            let k = match known {
+                Some(k) => k,
+                None => {
+                    self.passed.push((q.clone(), frame.pass_base(&self.packed, q)?));
+                    self.passed.len() - 1
                 }
-                if found.log < alone - HOPELESS {
-                    break;
+            };
+            let base = &self.passed[k].1;
+            alone = alone.max(log_evidence(&base.gram, &self.priors).log);
+            let groups: Vec<&[FilterColumn]> =
+                candidates.iter().map(|c| &c.terms.applied.columns[..]).collect();
+            let groups = frame.pass_groups(&self.packed, base, &groups, q)?;
+            for (c, group) in candidates.iter_mut().zip(&groups) {
+                let gram = base.gram.with(group);
+                for wide in [false, true] {
+                    let with = self.priors.with(&c.terms.applied.mean, &c.deviations(wide));
+                    let found = log_evidence(&gram, &with);
+                    let own = &found.amplitudes[self.priors.mean.len()..];
+                    let (cost, more) = if wide { (COST, BETTER) } else { (0.0, 0.0) };
+                    if found.log - cost > c.evidence + more && c.can_be(own) {
+                        (c.evidence, c.amplitudes, c.wide) = (found.log - cost, own.to_vec(), wide);
+                        c.intensities.clone_from(q);
+                    }
+                    if found.log < alone - HOPELESS {
+                        break;
+                    }
                 }
             }
         }
+        Ok(alone)
     }
-    Ok(alone)
 }
+
+/// Columns of all that is refitted and of laws, with their priors.
+///
+/// # Errors
+/// See [`TrajectoryError`].
+pub fn with_laws(
+    frame: &mut TrajectoryFrame,
+    laws: &[AppliedLaw],
+) -> Result<(Vec<FilterColumn>, AmplitudePriors), TrajectoryError> {
+    let (mut columns, mut priors) = frame.nuisances()?;
+    for law in laws {
+        columns.extend(law.columns.iter().cloned());
+        priors = priors.with(&law.mean, &law.deviation);
+    }
+    Ok((columns, priors))
+}
+
+/// Factors of the intensities of a survey: of the first look at all shapes, and of the second one at the best.
+pub const LOOKS: (f64, &[f64]) = (0.3, &[1.0, 0.1]);
 
 /// Looks at all candidates at the first intensities, then at the best of each family at the others; returns the evidence of the base.
 ///
@@ -128,12 +180,12 @@ pub fn look(
 /// See [`SizeError`].
 pub fn survey(
     frame: &TrajectoryFrame,
-    packed: &PackedColumns,
-    priors: &AmplitudePriors,
+    screening: &mut ChainScreening,
     candidates: &mut [ScreenedShape],
     q: &[f64],
+    looks: (f64, &[f64]),
 ) -> Result<f64, SizeError> {
-    let mut alone = look(frame, packed, priors, candidates, &chain_bank(frame, q, &[LOOKS.0]))?;
+    let mut alone = screening.look(frame, candidates, &chain_bank(frame, q, &[looks.0]))?;
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     order.retain(|k| candidates[*k].evidence > f64::NEG_INFINITY);
     order.sort_by(|a, b| candidates[*b].evidence.total_cmp(&candidates[*a].evidence));
@@ -157,7 +209,7 @@ pub fn survey(
         }
     }
     let mut again: Vec<ScreenedShape> = kept.iter().map(|k| candidates[*k].clone()).collect();
-    alone = alone.max(look(frame, packed, priors, &mut again, &chain_bank(frame, q, &LOOKS.1))?);
+    alone = alone.max(screening.look(frame, &mut again, &chain_bank(frame, q, looks.1))?);
     for (k, c) in kept.into_iter().zip(again) {
         if c.evidence > candidates[k].evidence {
             candidates[k] = c;

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use trueup_estimation::innovations::intake::RecordedInput;
 use trueup_estimation::innovations::trajectory::nodes::TrajectoryNodes;
 
-/// Where the command of a drive stands.
+/// The place of a drive's command.
 #[derive(Clone, Debug)]
 enum DriveCommand {
     /// An input as it was recorded.

@@ -7,8 +7,16 @@
 pub mod along;
 pub mod candidate;
 pub mod chain_along;
+pub mod chain_effect;
+pub mod chain_fits;
+pub mod chain_form;
+pub mod chain_frames;
 pub mod chain_orders;
+pub mod chain_pairs;
+pub mod chain_pushes;
 pub mod chain_screen;
+pub mod chain_search;
+pub mod chain_verdict;
 pub mod drive;
 pub mod hypothesis;
 pub mod joint_along;

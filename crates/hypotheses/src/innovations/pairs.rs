@@ -36,7 +36,7 @@ pub struct FittedPair {
 }
 
 /// Accepted laws: amplitudes held loosely about what they are.
-fn held(laws: Vec<AppliedLaw>, amplitudes: &[f64]) -> Vec<AppliedLaw> {
+pub(super) fn held(laws: Vec<AppliedLaw>, amplitudes: &[f64]) -> Vec<AppliedLaw> {
     let mut at = amplitudes.iter();
     let hold = |mut law: AppliedLaw| {
         for (mean, deviation) in law.mean.iter_mut().zip(&mut law.deviation) {

@@ -59,7 +59,7 @@ impl LawShape {
     }
 }
 
-/// Numbers from the first to the second in even ratios, as many as the third says.
+/// Numbers from the first to the second in even ratios, as many as the third gives.
 pub fn geometric((from, to, count): (f64, f64, usize)) -> impl Iterator<Item = f64> {
     let ratio = (to / from).ln() / (count - 1) as f64;
     (0..count).map(move |k| from * (ratio * k as f64).exp())

@@ -24,7 +24,7 @@ const EXPONENT: [f64; 2] = [0.5, 0.7];
 const SMOOTHINGS: usize = 3;
 /// Times that intensities move in a round, and the change of their logarithms below which they stay.
 const INNER: (usize, f64) = (2, 0.05);
-/// Standard deviations of what is held, over the owner's.
+/// Standard deviations of what is held, over the prior ones.
 const HELD: f64 = 1e-3;
 
 /// A fit that cannot go on.

@@ -29,7 +29,7 @@ const BEGIN: f64 = 0.3;
 /// Standard deviations of the first coordinates and rates, of a driven body and of one that floats: angles, rad and rad/s; places, m
 /// and m/s.
 const FIRST: [[f64; 2]; 3] = [[0.02, 0.05], [0.03, 0.05], [0.02, 0.03]];
-/// Standard deviation of an unknown gain of an input and of a reading, where its owner gives none.
+/// Standard deviation of an unknown gain of an input and of a reading, where the case gives none.
 const GAIN: [f64; 2] = [0.1, 0.05];
 /// The same of an offset, of an input in usual torques, of a reading in its unit.
 const OFFSET: [f64; 2] = [0.1, 0.05];
@@ -55,7 +55,7 @@ pub struct TrajectoryFrame {
     pub white: Vec<f64>,
     /// Standard deviations of the first coordinates and rates.
     pub first_deviation: Vec<f64>,
-    /// Laws that are there for certain, refitted beside every hypothesis.
+    /// Laws that are there for certain, refitted with every hypothesis.
     pub beside: Vec<AppliedLaw>,
     outputs: Rc<ReadOutputs>,
     /// Gains and offsets of inputs and of readings: which, its prior.
@@ -63,7 +63,7 @@ pub struct TrajectoryFrame {
     parameter_columns: Option<Rc<Vec<FilterColumn>>>,
 }
 
-/// A gain or an offset that the owner doubts.
+/// A gain or an offset with a prior standard deviation.
 #[derive(Clone, Copy, Debug)]
 enum DoubtedScale {
     InputGain(usize),
@@ -116,6 +116,22 @@ impl TrajectoryFrame {
         }
         frame.linearise(&[])?;
         Ok(frame)
+    }
+
+    /// With some of its recordings only, where each of them is.
+    pub fn of_recordings(&self, recordings: &[usize]) -> Self {
+        let some = |column: &FilterColumn| recordings.iter().map(|k| column[*k].clone()).collect();
+        let law =
+            |law: &AppliedLaw| AppliedLaw { columns: law.columns.iter().map(some).collect(), ..law.clone() };
+        Self {
+            runs: recordings.iter().map(|k| self.runs[*k].clone()).collect(),
+            beside: self.beside.iter().map(law).collect(),
+            parameter_columns: self
+                .parameter_columns
+                .as_ref()
+                .map(|all| Rc::new(all.iter().map(some).collect())),
+            ..self.clone()
+        }
     }
 
     /// Number of coordinates.
@@ -196,7 +212,7 @@ impl TrajectoryFrame {
         }
     }
 
-    /// What was read less what the model reads, less errors of a hypothesis; its forces besides those of the trajectory.
+    /// What was read less what the model reads, less errors of a hypothesis; its forces in addition to those of the trajectory.
     fn residual(&self, recording: usize, extra: Option<&OwnForces>) -> DataColumn {
         let run = &self.runs[recording];
         let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
@@ -232,7 +248,7 @@ impl TrajectoryFrame {
         Ok(columns)
     }
 
-    /// Columns of all that is refitted beside every hypothesis, with their priors: parameters, gains and offsets, laws that are there
+    /// Columns of all that is refitted with every hypothesis, with their priors: parameters, gains and offsets, laws that are there
     /// for certain.
     ///
     /// # Errors
@@ -298,7 +314,7 @@ impl TrajectoryFrame {
         Ok(gram.mirrored())
     }
 
-    /// Passes data and columns at these intensities, for groups beside them.
+    /// Passes data and columns at these intensities, for groups in addition to them.
     ///
     /// # Errors
     /// See [`SizeError`].
@@ -363,7 +379,7 @@ impl TrajectoryFrame {
         self.runs.iter().enumerate().map(one).collect()
     }
 
-    /// Smoothed deviations from the trajectories with these gains, `extra` being there besides.
+    /// Smoothed deviations from the trajectories with these gains, with `extra` in addition.
     pub fn smoothed(&self, gains: &[FilterGains<'_>], extra: Option<&[OwnForces]>) -> Vec<SmoothedRecording> {
         let one = |(k, gains)| smooth_recording(gains, &self.residual(k, extra.map(|e| &e[k])));
         gains.iter().enumerate().map(one).collect()
@@ -433,7 +449,7 @@ fn first_deviations(plant: &TrajectoryPlant) -> Vec<f64> {
     (0..2).flat_map(|k| all.iter().map(move |s| s[k])).collect()
 }
 
-/// Gains and offsets that the owner wants estimated, with their standard deviations.
+/// Gains and offsets that the case has estimated, with their standard deviations.
 fn doubted(loaded: &Loaded, plant: &TrajectoryPlant, intake: &TrajectoryIntake) -> Vec<(DoubtedScale, f64)> {
     let train = loaded.train();
     let of =

@@ -9,7 +9,7 @@
 //!
 //! Everything of the plant comes from its model, [`trueup_plant::Plant`], by dual numbers: [`plant`] has accelerations, forces that
 //! a motion takes, and outputs with their gradients; [`steps`] A, B and c; [`unknowns`] the forces that a change of a parameter is
-//! worth. [`nodes`] takes recordings to nodes; [`frame`] holds the trajectory, and [`fit`] moves it.
+//! worth. [`structures`] makes the plant of a case. [`nodes`] takes recordings to nodes; [`frame`] holds the trajectory, and [`fit`] moves it.
 
 pub mod fit;
 pub mod frame;
@@ -18,4 +18,5 @@ pub mod plant;
 pub mod readings;
 pub mod run;
 pub mod steps;
+pub mod structures;
 pub mod unknowns;

@@ -16,7 +16,7 @@ const STEP: f64 = 0.018;
 /// Longest part of a step, s, and how many there are at least and at most.
 const PART: (f64, [usize; 2]) = (0.006, [2, 10]);
 /// What is read before counts for nothing, s: the filter settles. Longer than the longest delay that is looked for.
-const START: f64 = 0.55;
+pub const START: f64 = 0.55;
 /// Readings of a channel in every recording, below which it is not used.
 const FEW: usize = 20;
 /// Nodes below which a recording has no trajectory.
@@ -277,7 +277,7 @@ fn shown(plant: &TrajectoryPlant, theta: &[f64], output: usize) -> Option<Option
 }
 
 /// What one instrument reads is late together: the elements of an array, and the positions of a floating body; what shows a
-/// motor or a link stands alone.
+/// motor or a link is alone.
 fn groups(plant: &TrajectoryPlant, channels: &[TrajectoryChannel]) -> Vec<(String, Vec<usize>)> {
     let n = plant.coordinates();
     let kind = |c: &TrajectoryChannel| Some(plant.plant().coordinates()[c.state? % n].kind);

@@ -1,4 +1,4 @@
-//! A model as the engine asks it along a trajectory: its accelerations, the forces that a motion takes, its outputs.
+//! A model as the engine evaluates it along a trajectory: its accelerations, the forces that a motion takes, its outputs.
 
 use std::sync::Arc;
 
@@ -57,7 +57,7 @@ pub enum TrajectoryError {
     },
 }
 
-/// The point at which a model is asked.
+/// The point at which a model is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct TrajectoryPoint<'a> {
     /// All parameters, in the order of the model's table.

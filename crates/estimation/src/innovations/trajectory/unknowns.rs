@@ -1,4 +1,4 @@
-//! Parameters that are refitted beside every hypothesis, with their priors.
+//! Parameters that are refitted with every hypothesis, with their priors.
 
 use trueup_plant::{PlantQuantity, QuantityRole};
 use trueup_signals::Case;
@@ -7,7 +7,7 @@ use super::plant::{TrajectoryError, TrajectoryPlant, TrajectoryPoint};
 
 /// Least relative standard deviation of a parameter that is assumed known.
 const KNOWN: f64 = 0.01;
-/// An element below this share of the largest of its array is not refitted unless its owner doubts it.
+/// An element below this share of the largest of its array is not refitted unless it has a prior standard deviation.
 const SMALL: f64 = 0.1;
 /// Farthest relative change of a parameter that may have either sign, down and up.
 const FARTHEST: [f64; 2] = [0.6, 2.6];
@@ -21,9 +21,9 @@ const TRUST: f64 = 0.7;
 pub struct UnknownParameter {
     /// Index among all parameters of the model.
     pub index: usize,
-    /// The owner's value.
+    /// The nominal value.
     pub nominal: f64,
-    /// Unit of the unknown: the size of the owner's value, 1 where the standard deviation is absolute.
+    /// Unit of the unknown: the size of the nominal value, 1 where the standard deviation is absolute.
     pub unit: f64,
     /// Standard deviation in that unit; of a logarithm its own.
     pub deviation: f64,

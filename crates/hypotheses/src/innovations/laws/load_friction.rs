@@ -24,7 +24,7 @@ pub(super) struct LoadFrictionColumns {
 
 /// Lengths that are looked for.
 enum LoadFrictionLengths {
-    /// From, to, and how many in even ratios, in ranges of the motor; besides the other two forms.
+    /// From, to, and how many in even ratios, in ranges of the motor; in addition to the other two forms.
     OfRange(f64, f64, usize),
     /// rad, at joints with a spring.
     Angles([f64; 4]),

@@ -44,7 +44,7 @@ enum NumberKind {
 enum Many {
     One,
     Fixed(usize),
-    /// As many as the message says.
+    /// As many as the message counts.
     Counted,
 }
 
@@ -119,7 +119,7 @@ impl RosType {
     /// The fields of a message.
     ///
     /// # Errors
-    /// The bytes are not what the definition says.
+    /// The bytes are not what the definition gives.
     pub(super) fn flatten(&self, bytes: &[u8], fields: &mut FlatMessage) -> Result<(), String> {
         let little = match bytes {
             [0, 0, _, _, ..] => false,

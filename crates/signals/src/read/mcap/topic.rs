@@ -64,7 +64,7 @@ impl Topic {
     /// One more message.
     ///
     /// # Errors
-    /// It is not what its definition says.
+    /// It is not what its definition gives.
     pub(super) fn add(&mut self, message: &Message) -> Result<(), String> {
         let failed = |e: String| format!("a message of `{}`: {e}", message.channel.topic);
         let mut fields = FlatMessage::default();
