@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, from_environment
+from test_robot_files import ARM
 from words import without_code
 
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```", re.S | re.M)
@@ -100,6 +101,9 @@ class Program:
         elif re.search(r"^\[\[deflection\]\]", text, re.M):
             code, lines = self.said("statics", self.write("statics.toml", text))
             assert code == 0, lines
+        elif re.search(r"^\[robot\]", text, re.M):
+            self.write("arm.urdf", ARM)
+            self.reads_robot(text)
         elif re.search(r"^\[\[body\]\]", text, re.M):
             self.reads_robot(BASE + text + TIP)
         elif re.search(r"^\[body\.link\]", text, re.M):
