@@ -34,7 +34,7 @@ def test_one_version_everywhere():
     assert {locked[name] for name in crates} == {VERSION}
     assert f'annotation (version = "{VERSION}"' in (ROOT / "modelica/Trueup/package.mo").read_text()
     described = [xml.parse(path).getroot().attrib for path in (ROOT / "modelDescription").glob("*/fmi?.xml")]
-    assert len(described) == 18
+    assert len(described) == 20
     assert {(d["version"], d["generationTool"]) for d in described} == {(VERSION, f"Trueup {VERSION}")}
 
 

@@ -1,4 +1,4 @@
-//! The keys of a system's TOML: the reader accepts these and no other.
+//! The keys of a system's TOML: the reader takes these and no other.
 
 use trueup_signals::keys::KeyValue::{
     Anything, Either, Flag, List, Named, Number, OneOf, Table, Text, Texts, Values,

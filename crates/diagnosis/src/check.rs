@@ -134,7 +134,7 @@ pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
         own.proposals.extend(interpolation(loaded, subject.plant));
     }
     findings.extend(reversals(&own.recordings, &loaded.case.file));
-    // What cannot be read as it is would only be computed with.
+    // Errors come first: figures of wrong readings would be wrong.
     if noticed.iter().any(Finding::is_error) {
         own.parameters_note = "not computed: the errors come first".into();
     } else {

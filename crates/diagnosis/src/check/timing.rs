@@ -16,7 +16,7 @@ const SURE: f64 = 3.0;
 /// Less sure than that, in steps, the centre does not separate 0 from -1/2.
 const BLUNT: f64 = 0.1;
 
-type Normal = (SMatrix<f64, COLUMNS, COLUMNS>, SVector<f64, COLUMNS>);
+type NormalEquations = (SMatrix<f64, COLUMNS, COLUMNS>, SVector<f64, COLUMNS>);
 
 /// Centre of an input's weights in steps, and its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ impl InputCentre {
                 .map(row)
                 .fold(zero(), |(m, v), (x, y)| (m + x * x.transpose(), v + x * y))
         };
-        let parts: Vec<Normal> = (0..PARTS).map(part).collect();
+        let parts: Vec<NormalEquations> = (0..PARTS).map(part).collect();
         let all = parts.iter().fold(zero(), |s, p| (s.0 + p.0, s.1 + p.1));
         let value = centre(&all)?;
         let each: Option<Vec<f64>> = parts.iter().map(|p| centre(&(all.0 - p.0, all.1 - p.1))).collect();
@@ -86,11 +86,11 @@ impl InputCentre {
     }
 }
 
-fn zero() -> Normal {
+fn zero() -> NormalEquations {
     (SMatrix::zeros(), SVector::zeros())
 }
 
-fn centre((matrix, right): &Normal) -> Option<f64> {
+fn centre((matrix, right): &NormalEquations) -> Option<f64> {
     let weights = matrix.cholesky()?.solve(right);
     let sum = weights[0] + weights[1] + weights[2];
     Some((weights[2] - weights[0]) / sum).filter(|c| c.is_finite())

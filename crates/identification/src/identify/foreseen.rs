@@ -18,7 +18,7 @@ use crate::recorded::{led, nuisance, runs};
 use crate::run::IdentificationRun;
 use crate::unknown::{FitTarget, FitUnknown};
 
-/// An error of so many times the value gives no information on it.
+/// An error of so many times the value is no information on it.
 const NOTHING: f64 = 100.0;
 
 /// A parameter, and how well the recordings would give it.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::look::{LogColumn, LookedLog};
-use super::words::{Meaning, Quantity, Side};
+use super::words::{NameMeaning, Quantity, Side};
 use crate::names::base_name;
 use crate::unit::SignalUnit;
 use crate::variable::{SignalVariable, VariableRole};
@@ -23,10 +23,10 @@ pub(super) struct Assigned {
 /// All columns of a log with what they may be.
 pub(super) fn assign(log: &LookedLog, known: &[SignalVariable]) -> Vec<Assigned> {
     let zero = counted_from_zero(&log.columns);
-    let variables: Vec<(&SignalVariable, Meaning)> = known
+    let variables: Vec<(&SignalVariable, NameMeaning)> = known
         .iter()
         .filter(|v| v.role != VariableRole::Parameter)
-        .map(|v| (v, Meaning::of(&v.name, None)))
+        .map(|v| (v, NameMeaning::of(&v.name, None)))
         .collect();
     let mut pairs: Vec<(i32, usize, usize, Assigned)> = Vec::new();
     for (at, column) in log.columns.iter().enumerate() {
@@ -69,9 +69,9 @@ fn counted_from_zero(columns: &[LogColumn]) -> Vec<String> {
 /// How well a column goes with a variable; `None`: not at all.
 fn pair(
     column: &LogColumn,
-    meaning: &Meaning,
+    meaning: &NameMeaning,
     variable: &SignalVariable,
-    own: &Meaning,
+    own: &NameMeaning,
     known: &[SignalVariable],
 ) -> Option<(i32, Assigned)> {
     let mut out = Assigned {
@@ -101,10 +101,10 @@ fn pair(
     let same = |v: &&SignalVariable| {
         v.role != VariableRole::Parameter
             && base_name(&v.name) != base_name(&variable.name)
-            && Meaning::of(&v.name, None).quantity == own.quantity
+            && NameMeaning::of(&v.name, None).quantity == own.quantity
     };
     score += match meaning.side {
-        None if !known.iter().any(|v| same(&v)) => 8,
+        None if !far(own.side) && !known.iter().any(|v| same(&v)) => 8,
         log => side(log, own.side, &mut out.guesses)?,
     };
     // Of an array the element, of a numbered column whichever is left.
@@ -133,6 +133,11 @@ fn quantity(a: Quantity, b: Quantity) -> Option<i32> {
     }
 }
 
+/// Of no joint: only a name with that word measures it.
+fn far(side: Option<Side>) -> bool {
+    matches!(side, Some(Side::External | Side::Base | Side::Tip))
+}
+
 fn side(log: Option<Side>, own: Option<Side>, guesses: &mut Vec<String>) -> Option<i32> {
     let mut guess = |score: i32, text: &str| {
         guesses.push(text.to_owned());
@@ -140,8 +145,7 @@ fn side(log: Option<Side>, own: Option<Side>, guesses: &mut Vec<String>) -> Opti
     };
     match (log, own) {
         (Some(a), Some(b)) if a == b => Some(12),
-        (_, Some(Side::External | Side::Base | Side::Tip))
-        | (Some(Side::External | Side::Base | Side::Tip), _) => None,
+        (a, b) if far(a) || far(b) => None,
         (Some(Side::Joint), Some(Side::Load)) => {
             guess(5, "a joint's reading, taken as the load side of the gear")
         }
@@ -152,12 +156,17 @@ fn side(log: Option<Side>, own: Option<Side>, guesses: &mut Vec<String>) -> Opti
         (None, Some(Side::Load)) => guess(3, "its name has no side"),
         (None, None) => Some(8),
         (Some(_), None) => Some(2),
-        (Some(_), Some(_)) => None,
+        (_, Some(_)) => None,
     }
 }
 
 /// The unit of the file or of the name has to fit; without one SI is a guess, which values may contradict.
-fn unit(column: &LogColumn, meaning: &Meaning, variable: &SignalVariable, out: &mut Assigned) -> Option<i32> {
+fn unit(
+    column: &LogColumn,
+    meaning: &NameMeaning,
+    variable: &SignalVariable,
+    out: &mut Assigned,
+) -> Option<i32> {
     let own = SignalUnit::parse(&variable.unit)?;
     if let Some(text) = &column.unit {
         let fits = SignalUnit::parse(text).is_some_and(|u| u.fits(&own));

@@ -1,4 +1,4 @@
-//! What a LeRobot data set declares of its columns: `meta/info.json` names the elements of its lists.
+//! Names of columns in a LeRobot data set: `meta/info.json` has those of the elements of its lists.
 
 use std::path::Path;
 

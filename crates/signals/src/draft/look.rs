@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::lerobot;
-use super::words::{Meaning, Quantity};
+use super::words::{NameMeaning, Quantity};
 use crate::finding::{Finding, FindingKind};
 use crate::names::short;
 use crate::read::{ReadTable, TableColumn, plain_table};
@@ -13,7 +13,7 @@ use crate::unit::SignalUnit;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LogColumn {
     pub(super) name: String,
-    pub(super) meaning: Meaning,
+    pub(super) meaning: NameMeaning,
     /// As the file gives it.
     pub(super) unit: Option<String>,
     /// Largest size, and from the least to the largest value.
@@ -27,7 +27,7 @@ pub(super) struct LogColumn {
 
 /// The column that is the clock.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct ClockColumn {
+pub(super) struct DraftClock {
     pub(super) name: String,
     /// To be written; `None`: the file gives it, or it is s or a date.
     pub(super) unit: Option<String>,
@@ -41,7 +41,7 @@ pub(super) struct ClockColumn {
 pub(super) struct LookedLog {
     pub(super) file: PathBuf,
     pub(super) columns: Vec<LogColumn>,
-    pub(super) clock: Option<ClockColumn>,
+    pub(super) clock: Option<DraftClock>,
     /// Other columns that count time, in agreement with the clock.
     pub(super) clocks: Vec<String>,
 }
@@ -112,7 +112,7 @@ pub(super) fn look(file: &Path, named: Option<&str>, findings: &mut Vec<Finding>
         let any = low <= high;
         (Some(i) != clocks.first().copied()).then(|| LogColumn {
             name: c.name.clone(),
-            meaning: Meaning::of(&c.name, c.label.as_deref()),
+            meaning: NameMeaning::of(&c.name, c.label.as_deref()),
             unit: c.unit.clone(),
             most: if any { high.abs().max(low.abs()) } else { 0.0 },
             span: if any { high - low } else { 0.0 },
@@ -136,7 +136,7 @@ fn distinct(values: &[f64]) -> usize {
 /// A column that never goes back, of a name that is one of a time, or a time by its type.
 fn is_clock(table: &ReadTable, i: usize) -> bool {
     let c = &table.columns[i];
-    let meaning = Meaning::of(&c.name, None);
+    let meaning = NameMeaning::of(&c.name, None);
     let counter = meaning.rest.iter().any(|w| COUNTERS.contains(&w.as_str()));
     let grows = c.values.windows(2).all(|w| w[1] >= w[0]) && c.values.first() < c.values.last();
     let of_time = c
@@ -151,7 +151,7 @@ fn is_clock(table: &ReadTable, i: usize) -> bool {
 
 /// A column with the name of a clock that does not go on.
 fn back(file: &Path, c: &TableColumn, table: &ReadTable) -> Option<Finding> {
-    let named = Meaning::of(&c.name, None).quantity == Some(Quantity::Time);
+    let named = NameMeaning::of(&c.name, None).quantity == Some(Quantity::Time);
     let at = c.values.windows(2).position(|w| w[1] < w[0]).filter(|_| named)?;
     let what = format!(
         "the clock `{}` jumps back from {} to {}",
@@ -176,15 +176,15 @@ fn agree(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Its unit: of the file, of the name, or by the size of its steps.
-fn clock(table: &ReadTable, i: usize) -> ClockColumn {
+fn clock(table: &ReadTable, i: usize) -> DraftClock {
     let c = &table.columns[i];
-    let mut own = ClockColumn { name: c.name.clone(), unit: None, guess: None, rate: None };
+    let mut own = DraftClock { name: c.name.clone(), unit: None, guess: None, rate: None };
     let mut steps: Vec<f64> = c.values.windows(2).map(|w| w[1] - w[0]).filter(|h| *h > 0.0).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
     // What counts from the beginning of 1970 is recognised by the reader.
     let unix = c.ticks.is_some() || c.words > 0 || c.values.first().is_some_and(|t| *t >= 1e9);
-    let named = Meaning::of(&c.name, None).unit.or_else(|| {
+    let named = NameMeaning::of(&c.name, None).unit.or_else(|| {
         let last = c.name.rsplit('_').next().unwrap_or("");
         matches!(last, "ms" | "us" | "ns").then(|| last.to_owned())
     });

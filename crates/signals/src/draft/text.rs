@@ -20,7 +20,7 @@ pub(super) struct DraftText<'a> {
     pub(super) split: Split,
 }
 
-/// The text, and a short form of it.
+/// The text, and its content in short.
 pub(super) struct WrittenDraft {
     pub(super) text: String,
     pub(super) summary: Vec<String>,

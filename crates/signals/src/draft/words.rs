@@ -159,7 +159,7 @@ const UNITS: &[(&str, &str)] = &[
 
 /// Of a name.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Meaning {
+pub(super) struct NameMeaning {
     pub(super) quantity: Option<Quantity>,
     pub(super) side: Option<Side>,
     /// Of an element or a numbered column, as it is written.
@@ -173,14 +173,14 @@ pub(super) struct Meaning {
     pub(super) counts: bool,
 }
 
-impl Meaning {
-    /// Of a name, with what the file calls it in addition.
+impl NameMeaning {
+    /// Of a name, with another one that the file has for it.
     pub(super) fn of(name: &str, label: Option<&str>) -> Self {
         let mut own = Self::default();
         let mut parts = parts(name);
         parts.extend(label.into_iter().flat_map(self::parts));
         own.unit = take_unit(&mut parts);
-        // What comes last gives it most exactly.
+        // The last word is the most exact one.
         for word in parts.iter().flat_map(|part| words(part)).rev() {
             own.add(&word);
         }
@@ -290,11 +290,11 @@ mod tests {
             ("temperature", None, None, None, None, false),
         ];
         for (name, quantity, side, index, unit, command) in told {
-            let own = Meaning::of(name, None);
+            let own = NameMeaning::of(name, None);
             let found = (own.quantity, own.side, own.index, own.unit.as_deref(), own.command);
             assert_eq!(found, (quantity, side, index, unit, command), "{name}: {own:?}");
         }
-        assert_eq!(Meaning::of("/joint_states.position[1]", Some("motor")).side, Some(Side::Motor));
-        assert_eq!(Meaning::of("transmissionTorque", None).rest, ["transmission"]);
+        assert_eq!(NameMeaning::of("/joint_states.position[1]", Some("motor")).side, Some(Side::Motor));
+        assert_eq!(NameMeaning::of("transmissionTorque", None).rest, ["transmission"]);
     }
 }

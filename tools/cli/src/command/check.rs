@@ -28,7 +28,7 @@ fn figure(x: Option<f64>) -> String {
     x.map_or_else(|| "-".to_owned(), number)
 }
 
-/// What is in a column of the table of channels.
+/// Columns of the table of channels.
 const HEAD: [&str; 9] = [
     "recording",
     "channel",

@@ -44,7 +44,7 @@ enum NumberKind {
 enum Many {
     One,
     Fixed(usize),
-    /// As many as the message declares.
+    /// As many as the message counts.
     Counted,
 }
 
