@@ -12,6 +12,7 @@ import fmpy
 import pytest
 
 from test_diagnose_replay import replay_from_first_states_told
+from test_scene import scene_of
 
 VERDICTS = {"no-gap", "parameters", "effects", "ambiguous", "unknown"}
 # Plant, split, how many, seed, which of them. Seeds are not those of any scorecard.
@@ -109,6 +110,10 @@ def test_a_sealed_effect_is_named_and_shrinks_the_gap(sealed):
     assert len(diagnosis["augmented"]) == 2
     assert all((found / name).exists() for name in diagnosis["augmented"])
     check_files(found, diagnosis)
+    # Measured, before and after are laid over each other; play is in the joint, which is lit.
+    scene = scene_of(found / "report.html")
+    assert scene["layers"] == ["measured", "before", "with the effects"]
+    assert [part["name"] for part in scene["parts"] if part["look"] == "lit"] == ["joint"]
     described = fmpy.read_model_description(str(found / diagnosis["augmented"][0]))
     assert described.modelName == "TwoMassJoint.augmented"
     assert case.name in described.description and "backlash" in described.description

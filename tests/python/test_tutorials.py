@@ -91,4 +91,4 @@ def test_my_first_robot(tmp_path):
 def test_my_first_log(tmp_path):
     walk = Walk(tmp_path)
     walk.through(DOCS / "first-log.md")
-    assert len(walk.seconds) == 2 and (tmp_path / "found" / "TwoMassJoint.augmented.fmi3.fmu").is_file()
+    assert len(walk.seconds) == 5 and (tmp_path / "found" / "TwoMassJoint.augmented.fmi3.fmu").is_file()

@@ -36,6 +36,13 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
     let mut page = Page::new(&title, &lead);
     page.contents();
     summary::summary(&mut page, diagnosis);
+    if let Some(scene) = &evidence.scene {
+        page.section(
+            "Motion",
+            "What was measured, and the simulations laid over it. What the diagnosis names is lit.",
+        );
+        page.scene("", scene);
+    }
     now::now(&mut page, diagnosis, evidence);
     far::gap(&mut page, diagnosis);
     place::location(&mut page, diagnosis);

@@ -2,11 +2,8 @@
 
 use std::fmt::Write as _;
 
-use trueup_scene::Scene;
-
 use crate::chart::{Axis, Chart, Style};
 use crate::join::join;
-use crate::scene::figure;
 use crate::svg::svg;
 
 /// Samples that a chart hands to the script; enough to zoom into, little enough to load at once.
@@ -133,10 +130,9 @@ impl Page {
         );
     }
 
-    /// A scene that moves, under a title.
-    pub fn scene(&mut self, title: &str, scene: &Scene) {
+    /// There are scenes, which have a script.
+    pub(crate) fn has_scenes(&mut self) {
         self.scenes = true;
-        self.html.push_str(&figure(title, scene));
     }
 
     /// There are tiles, which have a script.

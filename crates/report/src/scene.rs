@@ -7,14 +7,22 @@ use std::fmt::Write as _;
 
 use trueup_scene::{PartLook, Scene, ScenePart, ScenePose, SceneShape};
 
-use crate::page::{escape, quote};
+use crate::page::{Page, escape, quote};
 use view::SceneView;
 
 /// Of a scene's size the share that a written position may be off: far less than a pixel.
 const RESOLUTION: f64 = 1e-5;
 
+impl Page {
+    /// A scene that moves, under a title; nothing if nothing of it is anywhere.
+    pub fn scene(&mut self, title: &str, scene: &Scene) {
+        self.has_scenes();
+        self.html(&figure(title, scene));
+    }
+}
+
 /// The figure: still picture, legend of its layers, data; empty if there is nothing to draw.
-pub(crate) fn figure(title: &str, scene: &Scene) -> String {
+fn figure(title: &str, scene: &Scene) -> String {
     let Some(view) = SceneView::of(scene) else { return String::new() };
     let mut legend = String::new();
     for (k, name) in scene.layers.iter().enumerate() {

@@ -171,6 +171,7 @@ fn page(verdict: Verdict) -> String {
         floor: 0.0023,
     };
     let evidence = Evidence {
+        scene: None,
         case: "a <case>",
         traces: vec![trace("motorAngle"), trace("loadAngle")],
         maps: vec![

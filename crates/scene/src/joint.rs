@@ -14,18 +14,37 @@ const VISIBLE_TWIST: f64 = 0.1;
 /// # Errors
 /// An angle is not recorded.
 pub fn joint_scene(gear_ratio: f64, record: &MotionRecord<'_>) -> Result<Scene, MissingColumn> {
-    let motor: Vec<f64> = record.series("motorAngle")?.iter().map(|q| q / gear_ratio).collect();
-    let load = record.series("loadAngle")?;
-    let tip = if record.has("tipAngle") { record.series("tipAngle")? } else { load.clone() };
+    let (motor, load, tip) = angles(gear_ratio, record)?;
     let twist = |outer: &[f64], inner: &[f64]| {
         outer.iter().zip(inner).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
     let largest = twist(&load, &motor).max(twist(&tip, &load));
     let factor = exaggeration(largest);
-    let mut scene = Scene { planar: true, symbolic: true, time: record.times().to_vec(), ..Scene::default() };
+    let mut scene = joint_as_is(gear_ratio, record, factor)?;
     if factor > 1.0 {
         scene.notes.push(format!("The twist between motor and load is drawn {factor} times as large."));
     }
+    Ok(scene)
+}
+
+/// Of the motor behind its gear, of the load, of the link's tip (of a rigid link: the load's), rad.
+fn angles(
+    gear_ratio: f64,
+    record: &MotionRecord<'_>,
+) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), MissingColumn> {
+    let motor: Vec<f64> = record.series("motorAngle")?.iter().map(|q| q / gear_ratio).collect();
+    let load = record.series("loadAngle")?;
+    let tip = if record.has("tipAngle") { record.series("tipAngle")? } else { load.clone() };
+    Ok((motor, load, tip))
+}
+
+/// The same with the twist times a factor, which no note gives: of one of several motions.
+///
+/// # Errors
+/// An angle is not recorded.
+pub fn joint_as_is(gear_ratio: f64, record: &MotionRecord<'_>, factor: f64) -> Result<Scene, MissingColumn> {
+    let (motor, load, tip) = angles(gear_ratio, record)?;
+    let mut scene = Scene { planar: true, symbolic: true, time: record.times().to_vec(), ..Scene::default() };
     let drawn = |k: usize, angle: f64| motor[k] + factor * (angle - motor[k]);
     let turned = |angle: &dyn Fn(usize) -> f64| {
         (0..motor.len()).map(|k| ScenePose::planar([0.0; 2], angle(k))).collect()
@@ -58,8 +77,8 @@ pub fn joint_scene(gear_ratio: f64, record: &MotionRecord<'_>) -> Result<Scene, 
     Ok(scene)
 }
 
-/// 1, or a round number that makes the largest twist visible.
-fn exaggeration(largest: f64) -> f64 {
+/// 1, or a round number that makes the largest angle between two motions visible, rad.
+pub fn exaggeration(largest: f64) -> f64 {
     if !(largest > 1e-9 && largest < VISIBLE_TWIST) {
         return 1.0;
     }

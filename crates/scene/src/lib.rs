@@ -28,7 +28,7 @@ mod scene;
 mod spatial;
 
 pub use capture::{HAND, arm_capture_scene, body_scene, capture_scene, hand_reach};
-pub use joint::joint_scene;
+pub use joint::{exaggeration, joint_as_is, joint_scene};
 pub use planar::planar_scene;
 pub use record::{MissingColumn, MotionRecord};
 pub use scene::{PartLook, Scene, ScenePart, ScenePose, SceneShape, SceneWindow};

@@ -16,8 +16,17 @@ pub fn planar_scene(
     record: &MotionRecord<'_>,
 ) -> Result<Scene, MissingColumn> {
     let n = arm.links();
-    let base = record.vector::<2>("basePosition")?;
-    let attitude = record.series("baseAttitude")?;
+    // A base that is fixed need not be recorded.
+    let (places, turn) = (parameter::initial_base_position(n), parameter::initial_base_attitude(n));
+    let rows = record.times().len();
+    let base = match record.vector::<2>("basePosition") {
+        Err(_) if arm.has_fixed_base() => vec![[p[places], p[places + 1]]; rows],
+        found => found?,
+    };
+    let attitude = match record.series("baseAttitude") {
+        Err(_) if arm.has_fixed_base() => vec![p[turn]; rows],
+        found => found?,
+    };
     let named = |name: &str| (1..=n).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
     let angles = record.elements(&named("jointAngle"))?;
     let motors = record.elements(&named("motorAngle")).unwrap_or_else(|_| angles.clone());

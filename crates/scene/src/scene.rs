@@ -176,9 +176,4 @@ impl Scene {
         scene.window = Some(SceneWindow { center: [0.0; 2], half });
         Some(scene)
     }
-
-    /// Shows these parts as what a diagnosis names.
-    pub fn light(&mut self, is_lit: impl Fn(&str) -> bool) {
-        self.parts.iter_mut().filter(|p| is_lit(&p.name)).for_each(|p| p.look = PartLook::Lit);
-    }
 }

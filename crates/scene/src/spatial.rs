@@ -8,7 +8,6 @@ use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::tree::JointType;
 use trueup_models::space::vector::{Vector3, add, scale, sub, times};
 use trueup_models::space::{RobotStructure, SpatialFreeFlyer};
-use trueup_numerics::hybrid::Hybrid;
 
 /// Points along what bends.
 const STATIONS: usize = 8;
@@ -23,7 +22,7 @@ pub fn robot_scene(
     p: &[f64],
     record: &MotionRecord<'_>,
 ) -> Result<Scene, MissingColumn> {
-    let states = recorded_states(robot, p, record)?;
+    let states = recorded_states(robot, record)?;
     let poses: Vec<RobotPose> = states.iter().map(|x| robot.pose(p, x)).collect();
     let (s, at) = (robot.structure(), Parameters::new(robot.structure()));
     let reach = reach(s, &at, p);
@@ -41,15 +40,12 @@ pub fn robot_scene(
     Ok(scene)
 }
 
-/// The states that places depend on, from the outputs of the same names; rates stay as at the start.
+/// The states that places depend on, from the outputs of the same names; all others are 0.
 fn recorded_states(
     robot: &SpatialFreeFlyer,
-    p: &[f64],
     record: &MotionRecord<'_>,
 ) -> Result<Vec<Vec<f64>>, MissingColumn> {
-    let mut start = vec![0.0; robot.sizes().states];
-    robot.start(p, &mut start);
-    let mut states = vec![start; record.times().len()];
+    let mut states = vec![vec![0.0; States::new(robot.structure()).count]; record.times().len()];
     let mut row = 0;
     for entry in States::list(robot.structure()) {
         let count = entry.dimensions.iter().product::<usize>();

@@ -4,6 +4,7 @@
 //! has some of three other cases by that program with all columns in double precision. `arm` has a short recording of an arm with its
 //! numbers by that program with tangents by central differences.
 
+mod arm_columns;
 mod compare;
 mod trajectory;
 
@@ -125,5 +126,24 @@ fn fits_of_a_short_arm_have_the_golden_evidence() {
 #[ignore = "fits twelve arms: minutes"]
 fn every_stage_of_all_arms_has_the_golden_numbers() {
     let one = |case: &PathBuf| stages_of_arm(case, &case.join("golden"), FORWARD, true);
+    none(&goldens_of("arm").iter().flat_map(one).collect::<Vec<_>>());
+}
+
+fn columns_of_arm(case: &Path, numbers: &Path) -> Vec<String> {
+    let (loaded, _) = Case::load(case, |_| Ok(Vec::new())).unwrap();
+    let off = arm_columns::compared(&loaded, numbers).unwrap_or_else(|e| vec![e.to_string()]);
+    off.into_iter().map(|c| format!("{}: {c}", case.display())).collect()
+}
+
+/// Columns of named effects and the screen of all shapes.
+#[test]
+fn columns_of_a_short_arm_have_the_golden_numbers() {
+    none(&columns_of_arm(&short_arm(), &short_arm()));
+}
+
+#[test]
+#[ignore = "screens twelve arms: a minute"]
+fn columns_of_all_arms_have_the_golden_numbers() {
+    let one = |case: &PathBuf| columns_of_arm(case, &case.join("golden"));
     none(&goldens_of("arm").iter().flat_map(one).collect::<Vec<_>>());
 }

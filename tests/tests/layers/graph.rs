@@ -84,7 +84,7 @@ const RULES: &[Rule] = &[
         never: ARCHIVES,
     },
     // Recorded motion in, poses of bodies out, by the models' kinematics; it draws nothing and integrates nothing.
-    Rule { name: "trueup-scene", ours: &["trueup-numerics", "trueup-models"], never: INPUT_OUTPUT },
+    Rule { name: "trueup-scene", ours: &["trueup-models"], never: INPUT_OUTPUT },
     // Finished results in, a page out: it never simulates or fits; of a diagnosis it reads the result.
     Rule { name: "trueup-report", ours: &["trueup-diagnosis", "trueup-scene"], never: ARCHIVES },
     // Depends on nothing of ours, so that its truth is independent.

@@ -63,7 +63,9 @@ impl PlantInRun {
             PlantModelTable::Contact(Contact::Body(body)) => body_scene(body, p, record),
             PlantModelTable::Contact(Contact::Scene(capture)) => capture_scene(capture, p, record),
             PlantModelTable::Contact(Contact::ArmScene(capture)) => arm_capture_scene(capture, p, record),
-            PlantModelTable::Contact(Contact::Gripper(_)) => return None,
+            PlantModelTable::Contact(Contact::Gripper(_)) | PlantModelTable::SpaceController(..) => {
+                return None;
+            }
         })
     }
 
@@ -84,8 +86,8 @@ impl PlantInRun {
     }
 }
 
-/// Puts the scenes of a run onto its page, with reasons where one cannot be drawn.
-pub(crate) fn onto(page: &mut Page, plants: &[PlantInRun], results: &SeriesMemory) {
+/// The scenes of a run by their titles, and reasons where one cannot be drawn.
+fn scenes(plants: &[PlantInRun], results: &SeriesMemory) -> (Vec<(String, Scene)>, Vec<String>) {
     let mut together = Scene::default();
     let (mut names, mut apart, mut reasons) = (Vec::new(), Vec::new(), Vec::new());
     for plant in plants {
@@ -108,14 +110,17 @@ pub(crate) fn onto(page: &mut Page, plants: &[PlantInRun], results: &SeriesMemor
             }
         }
     }
-    if together.parts.is_empty() && apart.is_empty() && reasons.is_empty() {
+    let all = [(names.join(", "), together)].into_iter().chain(apart);
+    (all.filter(|(_, scene)| !scene.parts.is_empty()).collect(), reasons)
+}
+
+/// Puts the scenes of a run onto its page.
+pub(crate) fn onto(page: &mut Page, plants: &[PlantInRun], results: &SeriesMemory) {
+    let (scenes, reasons) = scenes(plants, results);
+    if scenes.is_empty() && reasons.is_empty() {
         return;
     }
     page.section("Motion", "The button plays, the slider scrubs; a picture in space turns by dragging.");
-    for (title, scene) in [(names.join(", "), together)].into_iter().chain(apart) {
-        if !scene.parts.is_empty() {
-            page.scene(&title, &scene);
-        }
-    }
+    scenes.iter().for_each(|(title, scene)| page.scene(title, scene));
     reasons.iter().for_each(|reason| page.text(reason));
 }

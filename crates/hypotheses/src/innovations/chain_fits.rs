@@ -10,7 +10,7 @@ use trueup_signals::Loaded;
 use super::along::PlantAlong;
 use super::chain_along::{ChainSizes, FrameMechanics, along_chain};
 use super::chain_effect::ChainEffect;
-use super::chain_form::{EffectForm, EffectPart};
+use super::chain_form::{EffectForm, FormPart};
 use super::chain_orders::chain_orders;
 use super::chain_screen::{ChainScreening, ScreenedShape, chain_bank, chain_shapes, with_laws};
 use super::law::Refinement;
@@ -215,7 +215,7 @@ impl ChainFits<'_> {
         form: &EffectForm,
         q: &[f64],
         standing: &[AppliedLaw],
-    ) -> Result<Option<(EffectPart, Vec<f64>, f64)>, FitError> {
+    ) -> Result<Option<(FormPart, Vec<f64>, f64)>, FitError> {
         if form.parts.iter().any(|p| p.shape.joints.len() != 1) {
             return Ok(None);
         }
@@ -232,7 +232,7 @@ impl ChainFits<'_> {
         let best = all.into_iter().filter(ScreenedShape::is_possible);
         let best = best.reduce(|a, b| if b.evidence > a.evidence { b } else { a });
         Ok(best.map(|b| {
-            let part = EffectPart { shape: b.shape, wide: b.wide, left_out: Vec::new() };
+            let part = FormPart { shape: b.shape, wide: b.wide, left_out: Vec::new() };
             (part, b.intensities, b.evidence - alone)
         }))
     }

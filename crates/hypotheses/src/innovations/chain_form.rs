@@ -17,7 +17,7 @@ const LEAST: f64 = -0.08;
 
 /// A law at one place.
 #[derive(Clone)]
-pub struct EffectPart {
+pub struct FormPart {
     /// Its shape.
     pub shape: LawShape,
     /// Whether its sizes have the heavy tail's prior.
@@ -32,13 +32,13 @@ pub struct EffectForm {
     /// Which law.
     pub law: LawRef,
     /// Where.
-    pub parts: Vec<EffectPart>,
+    pub parts: Vec<FormPart>,
 }
 
 impl EffectForm {
     /// At one place.
     pub fn new(law: LawRef, shape: LawShape) -> Self {
-        Self { law, parts: vec![EffectPart { shape, wide: false, left_out: Vec::new() }] }
+        Self { law, parts: vec![FormPart { shape, wide: false, left_out: Vec::new() }] }
     }
     /// As a screen found it.
     pub fn of(found: &ScreenedShape) -> Self {
@@ -60,7 +60,7 @@ impl EffectForm {
     }
     /// The same with another law at the same places, its shapes made from these.
     pub fn with_law(&self, law: LawRef, shape: impl Fn(&LawShape) -> LawShape) -> Self {
-        let part = |p: &EffectPart| EffectPart { shape: shape(&p.shape), left_out: Vec::new(), ..p.clone() };
+        let part = |p: &FormPart| FormPart { shape: shape(&p.shape), left_out: Vec::new(), ..p.clone() };
         Self { law, parts: self.parts.iter().map(part).collect() }
     }
 

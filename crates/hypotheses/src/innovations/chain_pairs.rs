@@ -118,7 +118,6 @@ impl ChainFits<'_> {
         Ok(())
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn beside(
         &self,
         h: &ChainEffect,

@@ -2,7 +2,8 @@
 //!
 //! [`null`] is the model alone; [`laws`] are effects as columns [`along`] the smoothed trajectory; [`screen`] looks at all of
 //! their shapes at once, [`search`] fits the leaders, and what else may be in frames of their own ([`late`], [`structure`]) and
-//! [`pairs`]; [`verdict`] judges by a few numbers.
+//! [`pairs`]; [`verdict`] judges by a few numbers. Modules that begin with `chain` are the same steps of an arm, from [`chain_search`]
+//! to [`chain_verdict`].
 
 pub mod along;
 pub mod candidate;

@@ -8,6 +8,8 @@ use trueup_diagnosis::picture::Picture;
 /// What the page shows in addition to `diagnosis.json`; whatever is empty is left out.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence<'a> {
+    /// What was measured, before and after, laid over each other; the part at fault is lit.
+    pub scene: Option<trueup_scene::Scene>,
     /// Name of the case.
     pub case: &'a str,
     /// Compared channels over time, the held-out recordings first.

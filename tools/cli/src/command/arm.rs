@@ -3,6 +3,7 @@
 mod asked;
 mod found;
 mod grid;
+mod motion;
 mod page;
 mod paper;
 mod pose;

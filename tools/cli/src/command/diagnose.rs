@@ -1,5 +1,6 @@
 //! `trueup diagnose`
 
+mod motion;
 mod page;
 
 use std::path::Path;

@@ -1,5 +1,6 @@
 //! Robots as MJCF: bodies, joints, inertials, armature, damping, frictionloss, with classes of defaults.
 
+mod attributes;
 mod defaults;
 mod orientation;
 
@@ -14,6 +15,7 @@ use super::tree::{
     root,
 };
 use crate::error::CliError;
+use attributes::{fixed, line, needed, numbers};
 use defaults::DefaultClasses;
 use orientation::AngleUnits;
 
@@ -65,29 +67,6 @@ fn included(path: &Path, text: &str, depth: usize) -> Result<String, CliError> {
     }
     whole.push_str(&text[copied..]);
     Ok(whole)
-}
-
-fn line(node: Node<'_, '_>) -> u32 {
-    node.document().text_pos_at(node.range().start).row
-}
-
-fn needed<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, FileFault> {
-    let why = || format!("<{}> has no attribute `{name}`; give it one", node.tag_name().name());
-    node.attribute(name).ok_or_else(|| (line(node), why()))
-}
-
-/// Numbers of an attribute.
-fn numbers(node: Node<'_, '_>, name: &str, text: &str) -> Result<Vec<f64>, FileFault> {
-    let list: Option<Vec<f64>> =
-        text.split_whitespace().map(|w| w.parse().ok().filter(|v: &f64| v.is_finite())).collect();
-    list.ok_or_else(|| (line(node), format!("{name}=\"{text}\": give finite numbers, with blanks between")))
-}
-
-fn fixed<const N: usize>(node: Node<'_, '_>, name: &str, text: &str) -> Result<[f64; N], FileFault> {
-    let list = numbers(node, name, text)?;
-    <[f64; N]>::try_from(list).map_err(|_| {
-        (line(node), format!("{name}=\"{text}\": give {N} finite number(s), with blanks between"))
-    })
 }
 
 /// A file on its way to links and joints.

@@ -7,6 +7,7 @@ use trueup_report::{Heat, Page, number};
 
 use super::asked::{ArmRequest, degrees};
 use super::found::{ArmMapResult, ROUNDING, first, settled};
+use super::motion;
 use super::paper;
 
 /// Elements whose share, and whose rise, is nowhere larger are named and not drawn.
@@ -23,6 +24,10 @@ pub(super) fn html(asked: &ArmRequest<'_>, found: &ArmMapResult) -> String {
     );
     let mut page = Page::new(&format!("What bends of {}", asked.design.name), &lead);
     page.contents();
+    if let Some(scene) = motion::scene(asked, found) {
+        page.section("The poses of the map", "The angles of both joints, one after the other; unbent.");
+        page.scene("", &scene);
+    }
     page.section("Where it is least and most", &others(asked, found));
     page.table(&["quantity", "least", "at", "most", "at"], &extremes(found, asked));
     let draw = Drawing::of(asked, found);

@@ -35,6 +35,7 @@ pub(super) fn html(
     let next = found.next.iter().flat_map(|n| &n.inputs);
     let next = next.map(|i| (i.name.as_str(), unit(&i.name), i.time.as_slice(), i.value.as_slice()));
     let evidence = Evidence {
+        scene: super::motion::scene(loaded, found),
         case: &case,
         traces: traces.collect(),
         floors: floors.collect(),

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use roxmltree::Node;
 
-use super::{FileFault, line};
+use super::attributes::line;
+use crate::robot::tree::FileFault;
 
 /// Per class, with what it inherits: values by element and attribute.
 pub(super) struct DefaultClasses {

@@ -5,7 +5,8 @@ use trueup_models::space::attitude::{about, rotation};
 use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::vector::{Matrix3, Vector3, cross, dot, identity, product, scale, sub};
 
-use super::{FileFault, fixed, line};
+use super::attributes::{fixed, line};
+use crate::robot::tree::FileFault;
 
 /// What <compiler> declares of angles.
 pub(super) struct AngleUnits {
