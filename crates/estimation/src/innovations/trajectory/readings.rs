@@ -11,7 +11,7 @@ use super::plant::{TrajectoryPlant, TrajectoryPoint};
 /// How channels are read: what a channel shows alone from the state, other outputs from the model.
 #[derive(Clone, Debug)]
 pub(super) struct ReadOutputs {
-    /// Outputs that are evaluated.
+    /// Outputs that are requested from the model.
     outputs: Vec<usize>,
     channels: Vec<ReadChannel>,
 }
@@ -20,7 +20,7 @@ pub(super) struct ReadOutputs {
 enum ReadChannel {
     /// A coordinate, or its rate, by index among both.
     State(usize),
-    /// An output, and the output that is its rate, by their places among those that are evaluated.
+    /// An output, and the output that is its rate, by their places among those that are requested from the model.
     Output(usize, Option<usize>),
 }
 
