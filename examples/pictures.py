@@ -241,6 +241,40 @@ def backlash(bench):
     return svg(760, 320, items)
 
 
+def space_arm(bench):
+    """Distance of the hand from its line, by the generalized Jacobian and by that of the arm alone."""
+    bench.pack("SpatialFreeFlyer", "SpaceController")
+    axes = Axes("Distance of the hand from its line", "s", "m", range(0, 13, 2), [0, 0.02, 0.04, 0.06, 0.08])
+    laws = {"free": ("generalized Jacobian", BLUE), "fixed": ("Jacobian of the arm alone", RED)}
+    way = (-0.3, 0.6, -0.4)
+    length = math.hypot(*way)
+    for law, (_, color) in laws.items():
+        bench.run("simulate", "examples/07-space-arm/space-arm.toml", "--set", f"controller.baseControl={law}", "-o", "run.csv")
+        time, *place = column(bench.folder / "run.csv", "time", *(f"robot.tipPosition[1,{i}]" for i in (1, 2, 3)))
+        points = []
+        for k, t in enumerate(time):
+            moved = [axis[k] - axis[0] for axis in place]
+            along = sum(m * w for m, w in zip(moved, way)) / length
+            points.append((t, math.hypot(*(m - along * w / length for m, w in zip(moved, way)))))
+        axes.curve(points, color)
+    axes.legend(dict(laws.values()), at=120)
+    return axes.drawn()
+
+
+def delian(bench):
+    """x of the hand under four control laws, with the weight of the arm."""
+    bench.run("fmu", "pack", "FlexibleArm", "--structure", "drive=torque", "--structure", "solver=fixed", "--fmi", "3", "-o", "delian")
+    bench.run("fmu", "pack", "ManipulatorController", "--preset", "delian", "--fmi", "3", "-o", "delian")
+    axes = Axes("x of the hand while shoulder and elbow move", "s", "m", range(11), [0.95, 1.0, 1.05, 1.1, 1.15, 1.2, 1.25])
+    laws = {"P_PI": RED, "WBC": GREY, "VWBC": BLUE, "VWBC_WASHOUT": GREEN}
+    for law, color in laws.items():
+        bench.run("simulate", "examples/08-delian/delian.toml", "--set", f"controller.strategy={law}", "-o", "run.csv")
+        rows = zip(*column(bench.folder / "run.csv", "time", "arm.tipPosition[1,1]"))
+        axes.curve([(t - 4, x) for t, x in rows if t >= 4], color)
+    axes.legend(laws, top=200)
+    return axes.drawn()
+
+
 PICTURES = {
     "01-joint": ("step.svg", joint),
     "02-arm": ("motion.svg", arm),
@@ -248,6 +282,8 @@ PICTURES = {
     "04-capture": ("map.svg", capture),
     "05-coupled-capture": ("speeds.svg", coupled),
     "06-backlash": ("gap.svg", backlash),
+    "07-space-arm": ("path.svg", space_arm),
+    "08-delian": ("hand.svg", delian),
 }
 
 

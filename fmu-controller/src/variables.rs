@@ -8,6 +8,9 @@ use trueup_fmi::table::{
 };
 use trueup_models::controller::{input, output, parameter, state};
 
+/// The input that an arm's controller has in addition.
+const TORQUE_FEEDFORWARD: &str = "torqueFeedforward";
+
 /// Table of JointController; the defaults fit joint 1 of ESA's DELIAN arm (n = 44340, J_m = 1.2e-7 kg.m2).
 pub fn joint_controller() -> ModelTable {
     let n = 44340.0;
@@ -137,6 +140,23 @@ impl ControllerTableBuilder {
         ]
     }
 
+    /// Of an arm: a torque that is added, behind all other inputs.
+    fn torque_feedforward(&self) -> Option<TableVariable> {
+        let n = self.joints?;
+        let text =
+            "added to the torque tau of each joint, load side: that of a planned motion, or of the weight";
+        let v = self.variable(
+            TORQUE_FEEDFORWARD,
+            Causality::Input,
+            Variability::Continuous,
+            Storage::Input,
+            input::COUNT,
+            "N.m",
+            text,
+        );
+        Some(v.start(&vec![0.0; n]).nominal(1.0))
+    }
+
     /// The states of the law: place, name, unit, unit of the rate, description.
     fn law_states(&self) -> Vec<(usize, String, &'static str, &'static str, String)> {
         let waves = |first, quantity: &str, unit: [&'static str; 3], symbol: &str| {
@@ -183,7 +203,8 @@ impl ControllerTableBuilder {
     /// All inputs of a joint and these states.
     fn inputs_and(&self, states: &[(usize, String, &'static str, &'static str, String)]) -> Vec<String> {
         let states = states.iter().map(|s| format!("state.{}", s.1));
-        self.inputs().into_iter().map(|v| v.name).chain(states).collect()
+        let more = self.torque_feedforward();
+        self.inputs().into_iter().chain(more).map(|v| v.name).chain(states).collect()
     }
 
     fn output(&self) -> TableVariable {
@@ -245,6 +266,7 @@ impl ControllerTableBuilder {
         let omega = defaults[parameter::WAVE_FREQUENCY];
         variables.extend(self.adaptation_parameters(omega, self.names.threshold));
         variables.extend(self.adaptation_outputs(omega[0]));
+        variables.extend(self.torque_feedforward());
         let of = |index: usize| defaults[index][0];
         let (ratio, limit) = (of(parameter::GEAR_RATIO), of(parameter::LIMIT));
         for v in &mut variables {

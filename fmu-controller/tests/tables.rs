@@ -108,6 +108,7 @@ fn the_manipulator_controller_fits_its_table() {
             names(&table, Causality::Output),
             ["jointTorque", "waveFrequencyUsed", "adaptationActive"]
         );
+        assert_eq!(names(&table, Causality::Input).last(), Some(&"torqueFeedforward"));
         assert_eq!(table.find("scheduleJoint").is_some(), n > 1);
         assert_eq!(table.find("scheduleFrequency").map(|v| v.dimensions.clone()), Some(vec![n, 9]));
         for name in

@@ -1,8 +1,10 @@
 //! The default experiments: what the reference results in the FMUs are made with.
 
+use crate::space_controller;
 use crate::structure::planar;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_export::reference::Schedule;
+use trueup_models::space::control::SpaceController;
 
 /// Relative tolerance of the default experiments. Importers that hold sampled inputs between communication
 /// points and do not restart their solver there (FMPy with CVode) give up when it is tighter: inputs that jump are no part of a
@@ -52,6 +54,7 @@ pub fn schedule(c: &Configuration) -> Option<Schedule<'static>> {
             (6.0, "jointTorque[5]", -0.02),
             (7.0, "jointTorque[5]", 0.0),
         ],
+        SpaceController::NAME => space_controller::schedule(c),
         // The upper arm is held against its weight, then driven up and let go; the shoulder turns.
         "FlexibleArm" => &[
             (0.0, "motorCurrent[2]", 0.0732),

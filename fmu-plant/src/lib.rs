@@ -9,6 +9,7 @@ mod flexible_arm;
 mod joint;
 mod model;
 mod space;
+mod space_controller;
 mod structure;
 
 pub use arm::TEST_BED;
@@ -17,6 +18,7 @@ pub use experiment::schedule;
 pub use flexible_arm::{of_arm, with_links};
 pub use model::PlantModelTable;
 pub use space::{is_robot, of_design};
+pub use space_controller::controller_of_design;
 pub use structure::{RequestedStructure, StructureOption, choices};
 
 /// The models of this library.
@@ -28,6 +30,7 @@ pub const MODELS: &[&str] = &[
     "FreeBody",
     "GripperContact",
     "CaptureScene",
+    "SpaceController",
 ];
 
 #[cfg(test)]
@@ -58,6 +61,7 @@ mod tests {
             ("SpatialFreeFlyer", vec![], vec![]),
             ("SpatialFreeFlyer", vec![true, false, true, false, false, true], vec![]),
             ("FlexibleArm", vec![], vec![]),
+            ("SpaceController", vec![], vec![]),
         ];
         let mut tabled = presets::table_1_with_panels();
         tabled.analysis = true;
@@ -85,6 +89,8 @@ mod tests {
             ..Configuration::of(model)
         });
         let contact = crate::contact::tests::structures();
+        let controlled = [presets::table_1_with_panels(), RobotDesign { held: true, ..presets::test_bed() }]
+            .map(|d| crate::controller_of_design(&d).unwrap());
         let arm = |structure: &[(&str, u32)]| Configuration {
             structure: structure.iter().map(|(name, item)| ((*name).to_owned(), vec![*item])).collect(),
             ..Configuration::of("FlexibleArm")
@@ -94,7 +100,7 @@ mod tests {
             arm(&[("links", 2)]),
             crate::of_arm(&delian(), &[]).unwrap(),
         ];
-        for c in plain.chain(robots).chain(contact).chain(arms) {
+        for c in plain.chain(robots).chain(controlled).chain(contact).chain(arms) {
             let m = PlantModelTable::build(&c).unwrap();
             let t = m.table();
             let count = |pick: fn(S) -> bool| {

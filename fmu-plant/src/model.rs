@@ -3,7 +3,7 @@
 use crate::arm::{self, TEST_BED};
 use crate::contact::{self, Contact};
 use crate::structure::chosen;
-use crate::{flexible_arm, joint, space};
+use crate::{flexible_arm, joint, space, space_controller};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
@@ -11,6 +11,7 @@ use trueup_models::arm::{BASE_CHOICE, FIXED_BASE, PlanarManipulator};
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::joint::{TwoMassJoint, parameter};
 use trueup_models::space::SpatialFreeFlyer;
+use trueup_models::space::control::SpaceController;
 use trueup_numerics::hybrid::At;
 
 /// A plant and its variable table.
@@ -32,6 +33,8 @@ pub enum PlantModelTable {
         /// Size of the steps of Co-Simulation where they are fixed, s.
         step: Option<f64>,
     },
+    /// `SpaceController` with the start values of its parameters.
+    SpaceController(SpaceController, Vec<f64>),
     /// `FreeBody`, `GripperContact` or `CaptureScene`.
     Contact(Contact),
 }
@@ -40,6 +43,7 @@ trueup_numerics::delegate_hybrid!(PlantModelTable {
     PlantModelTable::Joint(m, _) => m,
     PlantModelTable::Arm(m) => m,
     PlantModelTable::Space(m, _) => m,
+    PlantModelTable::SpaceController(m, _) => m,
     PlantModelTable::FlexibleArm { arm, .. } => arm,
     PlantModelTable::Contact(m) => m
 });
@@ -66,6 +70,9 @@ impl FmuModel for PlantModelTable {
                     .map_err(|e| e.to_string())
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
+            SpaceController::NAME => {
+                space_controller::build(c).map(|(m, start)| Self::SpaceController(m, start))
+            }
             "FlexibleArm" => {
                 let step = flexible_arm::fixed(c).then_some(flexible_arm::STEP);
                 flexible_arm::build(c).map(|(arm, start)| Self::FlexibleArm { arm, start, step })
@@ -79,6 +86,7 @@ impl FmuModel for PlantModelTable {
             Self::Joint(m, gear_ratio) => joint::table(m, *gear_ratio),
             Self::Arm(m) => arm::table(m, &m.defaults()),
             Self::Space(m, start) => space::table(m, start),
+            Self::SpaceController(m, start) => space_controller::table(m, start),
             Self::FlexibleArm { arm, start, step } => flexible_arm::table(arm, start, step.is_some()),
             Self::Contact(m) => m.table(),
         }
@@ -92,6 +100,7 @@ impl FmuModel for PlantModelTable {
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
             Self::Space(m, _) => m.check(p),
+            Self::SpaceController(m, _) => m.check(p),
             Self::FlexibleArm { arm, .. } => arm.check(p),
             Self::Contact(m) => m.check(p),
         }
@@ -100,32 +109,48 @@ impl FmuModel for PlantModelTable {
         match self {
             Self::Space(m, _) if said == 0 => m.too_fast(&at).map(|text| (1, text)),
             Self::Contact(m) => m.watch(&at, said),
-            Self::Space(..) | Self::FlexibleArm { .. } | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..)
+            | Self::SpaceController(..)
+            | Self::FlexibleArm { .. }
+            | Self::Joint(..)
+            | Self::Arm(_) => None,
         }
     }
     fn long_step(&self, h: f64, p: &[f64]) -> Option<String> {
         match self {
             Self::Contact(m) => m.long_step(h, p),
-            Self::Space(..) | Self::FlexibleArm { .. } | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..)
+            | Self::SpaceController(..)
+            | Self::FlexibleArm { .. }
+            | Self::Joint(..)
+            | Self::Arm(_) => None,
         }
     }
     fn singular(&self, at: At<'_, f64>) -> Option<String> {
         match self {
             Self::Contact(m) => m.singular(&at),
-            Self::Space(..) | Self::FlexibleArm { .. } | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..)
+            | Self::SpaceController(..)
+            | Self::FlexibleArm { .. }
+            | Self::Joint(..)
+            | Self::Arm(_) => None,
         }
     }
     fn fixed_step(&self) -> Option<f64> {
         match self {
             Self::FlexibleArm { step, .. } => *step,
-            Self::Space(..) | Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
+            Self::Space(..)
+            | Self::SpaceController(..)
+            | Self::Joint(..)
+            | Self::Arm(_)
+            | Self::Contact(_) => None,
         }
     }
     fn remark(&self, p: &[f64]) -> Option<String> {
         match self {
             Self::Space(m, _) => m.remark(p),
             Self::FlexibleArm { arm, .. } => arm.bodies().remark(p),
-            Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
+            Self::SpaceController(..) | Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
         }
     }
 }

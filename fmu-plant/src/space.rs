@@ -6,6 +6,7 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{BoundaryType, Enumeration, ModelTable, Storage, TableExperiment};
 use trueup_models::flexible_arm::layout::{AXIAL, AXIAL_CHOICE, LINK_MODES};
 use trueup_models::space::appendage::Shapes;
+use trueup_models::space::control::SpaceController;
 use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::{COUPLING, Inputs, Outputs, Parameters, States};
 use trueup_models::space::tree::{JointType, Tree};
@@ -105,9 +106,9 @@ pub fn of_design(design: &RobotDesign) -> Result<Configuration, String> {
     })
 }
 
-/// Its structure is given body by body: a robot that a user describes.
+/// It is a plant whose structure is given body by body: a robot that a user describes.
 pub fn is_robot(c: &Configuration) -> bool {
-    c.structure.iter().any(|(name, _)| name == PARENT)
+    c.model != SpaceController::NAME && c.structure.iter().any(|(name, _)| name == PARENT)
 }
 
 /// Start values by element names where they are not the model's own.

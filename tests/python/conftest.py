@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = (
     "TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "FlexibleArm", "FreeBody", "GripperContact", "CaptureScene",
-    "JointController", "ManipulatorController",
+    "JointController", "ManipulatorController", "SpaceController",
 )
 
 # Each model by FMI 3.0, the first one by FMI 2.0, too: of the others that repeats, with --full.

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, from_environment
-from test_robot_files import ARM
+from input_desk import URDF
 from words import without_code
 
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```", re.S | re.M)
@@ -102,7 +102,7 @@ class Program:
             code, lines = self.said("statics", self.write("statics.toml", text))
             assert code == 0, lines
         elif re.search(r"^\[robot\]", text, re.M):
-            self.write("arm.urdf", ARM)
+            self.write("arm.urdf", URDF.replace("fore", "tool0"))
             self.reads_robot(text)
         elif re.search(r"^\[\[body\]\]", text, re.M):
             self.reads_robot(BASE + text + TIP)
@@ -156,11 +156,6 @@ def test_a_block_is_read(language, text, tmp_path):
 def test_blocks_are_found():
     found = list(blocks())
     assert len(found) > 50 and {p.values[0][0] for p in found if p.values[0]} >= {"toml", "csv", "sh", "python", "console", "xml"}
-
-
-def test_the_citation_has_the_version_of_the_workspace():
-    version = re.search(r'^version = "(.*)"$', (ROOT / "Cargo.toml").read_text(), re.M)[1]
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
 
 
 def test_summary_names_every_page_once():

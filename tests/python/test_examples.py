@@ -28,6 +28,22 @@ def test_folders_are_numbered_and_listed():
     assert re.findall(r"^\| \[(.+?)\]\(\1/README\.md\)", (EXAMPLES / "README.md").read_text(), re.M) == FOLDERS
 
 
+def test_paths_into_the_examples_are_there():
+    """Of all documents, helps, comments and tests; what a command writes there has another name."""
+    written = re.compile(r"\.(parquet|runs)$|/bench\.toml$|\.scaled\.toml$")
+    lines = subprocess.run(["git", "grep", "-nIE", r"(^|[^A-Za-z0-9_/}])(\.\./)*examples/[a-z0-9]", "--", ":!CHANGELOG.md"], cwd=ROOT, capture_output=True, text=True)
+    wrong = []
+    for line in lines.stdout.splitlines():
+        for path in re.findall(r"(?<![\w/}])(?:\.\./)*(examples/[a-z0-9][\w./-]*)", line.split(":", 2)[2]):
+            path = path.rstrip(".")
+            if not written.search(path) and not (ROOT / path).exists():
+                wrong.append(f"{line[:100]}: {path}")
+    joined = subprocess.run(["git", "grep", "-nE", r'"examples" / "'], cwd=ROOT, capture_output=True, text=True).stdout.splitlines()
+    for line in joined:
+        wrong += [line for name in re.findall(r'"examples" / "([\w./-]+)"', line) if not (EXAMPLES / name).exists()]
+    assert not wrong, "\n".join(wrong)
+
+
 @pytest.mark.parametrize("name", FOLDERS)
 def test_a_page_has_a_picture_and_names_every_file(name):
     (picture,) = re.findall(r"^!\[[^\]]{20,}\]\((\w+\.svg)\)$", page(name), re.M)

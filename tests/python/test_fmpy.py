@@ -86,7 +86,7 @@ def signals(fmu, description):
             continue
         if version == 3 and v.dimensions:
             names = [n for n in inputs if n.startswith(v.name + "[")]
-            if any(inputs[n].any() for n in names):  # FMPy takes arrays of one shape only
+            if any(np.ptp(inputs[n]) > 0.0 for n in names):  # FMPy takes arrays of one shape only; others stay as they start
                 columns.append((v.name, float, (len(names),)))
                 values[v.name] = np.stack([inputs[n] for n in names], axis=1)
         elif v.name in inputs and (version == 2 or inputs[v.name].any()):
@@ -170,6 +170,9 @@ def test_matches_the_native_run(fmu, kind, full):
     if model == "SpatialFreeFlyer":
         # CVode leaves 1.2e-6 at a tip 4 m out. Its relative tolerance does that (at 1e-9: 1.4e-7): nominals of attitude and
         # rates a tenth or a four-hundredth as large leave the same.
+        bounds[1] = (1e-8, 3e-6)
+    if model == "SpaceController":
+        # Torques are 400/s2 times the inertia times what CVode leaves of the integrals.
         bounds[1] = (1e-8, 3e-6)
     if model == "FlexibleArm" and kind == "ModelExchange":
         # Light roll joints with dampers: CVode takes 500 steps in 0.3 ms, and what it leaves (3.7e-5 at 1e-10, 1.1e-6 at 1e-12) is

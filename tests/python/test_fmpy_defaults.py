@@ -29,6 +29,8 @@ def columns(model, amplitude, w):
         return {"portPosition": [0.12 + wave(0.02), 0.01 + wave(0.01)]}
     if model == "CaptureScene":
         return {"chaserForce": [wave(20), wave(-5, 2)]}
+    if model == "SpaceController":
+        return {"jointVelocityReference": [wave(a, k + 1) for k, a in enumerate((0.1, 0.1, -0.1, 0.1, 0.05, 0.05))]}
     n = 44340 if model == "JointController" else 1
     signals = {
         "positionReference": (1, 0, False),

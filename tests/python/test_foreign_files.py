@@ -5,7 +5,7 @@ import re
 import zipfile
 
 import pytest
-from test_bad_inputs import (
+from input_desk import (
     COMMANDS, CSV, ENTRY, ROWS, SSM, SSV, URDF, Desk, archived, good, near, noted, package, parquet, refused, same, tried,
 )
 

@@ -167,7 +167,8 @@ fn the_examples_are_read_and_use_every_key() {
     let table = "time,Encoder A,Tacho,Current,Temperature\n0,0,60,1,20\n1,1000,60,2,20\n";
     std::fs::write(folder.path().join("run.csv"), table).unwrap();
     std::fs::write(folder.path().join("run.toml"), sidecar).unwrap();
-    let declared = DeclaredFigures { channels: read.channels.clone(), rate: read.rate };
+    let declared =
+        DeclaredFigures { channels: read.channels.clone(), rate: read.rate, ..DeclaredFigures::default() };
     let (recording, _) = Recording::read(&folder.path().join("run.csv"), &[], &declared).unwrap();
     let last = |name: &str| recording.channels.iter().find(|c| c.name == name).unwrap().values[1];
     assert_eq!(recording.channels.len(), 3);

@@ -16,7 +16,7 @@ mod robots {
     pub(super) use trueup_models::space::table::{ModeTable, TabledMode};
 }
 
-const MODELS: [&str; 9] = [
+const MODELS: [&str; 10] = [
     "TwoMassJoint",
     "PlanarManipulator",
     "SpatialFreeFlyer",
@@ -24,6 +24,7 @@ const MODELS: [&str; 9] = [
     "FreeBody",
     "GripperContact",
     "CaptureScene",
+    "SpaceController",
     "JointController",
     "ManipulatorController",
 ];
@@ -110,6 +111,9 @@ pub(crate) fn configurations() -> Vec<Configuration> {
     });
     let robots = [robots::table_1_with_panels(), robots::test_bed(), satellite, held, analysed, tabled]
         .map(|d| fmu_library::of_design(&d).expect("a robot that can be had"));
+    let controlled =
+        [robots::RobotDesign { held: true, ..robots::test_bed() }, robots::table_1_with_panels()]
+            .map(|d| fmu_library::controller_of_design(&d).expect("a robot that can be had"));
     let contact = [
         ("FreeBody", vec![("numberOfPorts", 3)]),
         ("GripperContact", vec![("numberOfBalls", 5), ("closing", 2)]),
@@ -122,7 +126,14 @@ pub(crate) fn configurations() -> Vec<Configuration> {
         structure: chosen.into_iter().map(|(name, value)| (name.to_owned(), vec![value])).collect(),
         ..Configuration::of(model)
     });
-    plain.into_iter().chain(with_effect).chain(structures).chain(robots).chain(contact).collect()
+    plain
+        .into_iter()
+        .chain(with_effect)
+        .chain(structures)
+        .chain(robots)
+        .chain(controlled)
+        .chain(contact)
+        .collect()
 }
 
 #[test]

@@ -29,6 +29,7 @@ pub mod exchange;
 mod graph;
 mod grid;
 mod inputs;
+pub mod keys;
 mod log;
 mod master;
 mod mistake;

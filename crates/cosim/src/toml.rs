@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use ::toml::Spanned;
 use ::toml::de::{DeTable, DeValue};
 use trueup_fmi_description::description::DescriptionUnit;
+use trueup_signals::keys::Keys;
 
 use crate::error::CosimError;
+use crate::keys;
 use crate::mistake::{InputMistake, suggestion};
 use crate::system::{
     ComponentNames, Connection, CosimSystem, InputFile, RecordedVariable, RunSettings, SourceSpan,
@@ -75,8 +77,9 @@ impl SystemTomlReader<'_> {
         self.folder.join(text)
     }
 
-    fn known(&mut self, table: &DeTable, what: &str, keys: &[&str]) {
-        for (key, _) in table.iter().filter(|(key, _)| !keys.contains(&key.get_ref().as_ref())) {
+    fn known(&mut self, table: &DeTable, what: &str, keys: Keys) {
+        let known = |key: &str| keys.names().any(|name| name == key);
+        for (key, _) in table.iter().filter(|(key, _)| !known(key.get_ref())) {
             let name = key.get_ref().as_ref();
             let mend = if TOP.contains(&name) {
                 format!(
@@ -84,7 +87,7 @@ impl SystemTomlReader<'_> {
                     if name == "inputs" { ", or write [inputs]" } else { "" }
                 )
             } else {
-                suggestion(name, keys.iter().copied())
+                suggestion(name, keys.names())
             };
             self.wrong(key.span(), format!("{what} has no `{name}`{mend}"));
         }
@@ -143,7 +146,7 @@ impl SystemTomlReader<'_> {
     }
 
     fn system(&mut self, root: &DeTable) -> CosimSystem {
-        self.known(root, "a system", &["run", "components", "connections", "record", "inputs"]);
+        self.known(root, keys::SYSTEM.of, keys::SYSTEM);
         let run = root.get("run").and_then(|v| self.run(v)).unwrap_or_default();
         let mut components = Vec::new();
         if let Some(table) = root.get("components").and_then(|v| self.table(v, "`components`")) {
@@ -190,7 +193,7 @@ impl SystemTomlReader<'_> {
 
     fn run(&mut self, value: &TomlValue) -> Option<RunSettings> {
         let t = self.table(value, "`run`")?;
-        self.known(t, "[run]", &["start", "stop", "step", "tolerance", "algorithm", "event-rows"]);
+        self.known(t, keys::RUN.of, keys::RUN);
         Some(RunSettings {
             start: self.number(t, "start"),
             stop: self.number(t, "stop"),
@@ -210,7 +213,7 @@ impl SystemTomlReader<'_> {
         let name = key.get_ref().as_ref().to_owned();
         let what = format!("[components.{name}]");
         let t = self.table(value, &what)?;
-        self.known(t, &what, &["fmu", "interface", "step", "start"]);
+        self.known(t, &what, keys::COMPONENT);
         if name.is_empty() {
             self.wrong(key.span(), "a component needs a name");
         }
@@ -290,8 +293,7 @@ impl SystemTomlReader<'_> {
             },
             _ => {
                 let t = self.table(value, "a connection that is no text")?;
-                let keys = ["from", "to", "factor", "offset", "map", "convert-units"];
-                self.known(t, "a connection", &keys);
+                self.known(t, keys::CONNECTION.of, keys::CONNECTION);
                 connection.factor = self.number(t, "factor").unwrap_or(1.0);
                 connection.offset = self.number(t, "offset").unwrap_or(0.0);
                 connection.convert_units = self.flag(t, "convert-units").unwrap_or(true);
@@ -337,7 +339,7 @@ impl SystemTomlReader<'_> {
             });
         }
         let t = self.table(value, "a record that is no text")?;
-        self.known(t, "a record", &["variable", "as", "every"]);
+        self.known(t, keys::RECORD.of, keys::RECORD);
         if !t.contains_key("variable") {
             self.wrong(value.span(), "a record needs `variable = \"component.variable\"`");
         }
@@ -363,7 +365,7 @@ impl SystemTomlReader<'_> {
             return Some(InputFile { file: self.path(file), columns: Vec::new(), place });
         }
         let t = self.table(value, "`inputs` that is no file name")?;
-        self.known(t, "[inputs]", &["file", "columns"]);
+        self.known(t, keys::INPUTS.of, keys::INPUTS);
         if !t.contains_key("file") {
             self.wrong(value.span(), "[inputs] needs `file = \"<file>.csv\"`");
         }

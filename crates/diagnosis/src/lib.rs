@@ -1,5 +1,6 @@
 //! Where the gap between a simulation and recordings is, which effect causes it, and how far it shrinks.
 //!
+//! - [`check`]: what a case shows before any fit;
 //! - [`diagnose`]: from a case to a diagnosis, by either engine; [`outcome`]: its result;
 //! - [`engine`]: which effect, by balances and free runs (by innovations: crate `trueup_hypotheses`);
 //! - [`experiment`]: what to record next where causes were not distinguished;
@@ -11,6 +12,7 @@
 //! - [`thinned`]: large recordings on a coarser grid;
 //! - [`words`]: effects in words.
 
+pub mod check;
 pub mod diagnose;
 pub mod engine;
 pub mod experiment;

@@ -10,11 +10,11 @@ use rand_distr::{Distribution, StandardNormal};
 use trueup_estimation::innovations::bank::{BANK, gains_of_bank};
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
-use trueup_estimation::innovations::filter::{DataColumn, FilterGains, FilterInput};
+use trueup_estimation::innovations::filter_data::{DataColumn, FilterGains, FilterInput};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::gram::{GroupSums, PackedColumns};
 use trueup_estimation::innovations::intake::{NodeIntake, root_mean_square};
-use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep, ReadingRows};
+use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep, ReadingRows, StepOrder};
 use trueup_estimation::innovations::plant::ForcedPlant;
 use trueup_estimation::innovations::smoother::smooth_recording;
 use trueup_estimation::innovations::two_mass::{LoadTip, TwoMassPlant, parameter};
@@ -82,7 +82,7 @@ impl Drawn {
         let input = FilterInput {
             steps: &self.steps,
             noise: self.noise.clone(),
-            mode: &self.mode,
+            order: StepOrder::ByMode(&self.mode),
             unknown: &self.unknown,
             unknown_on: (0, 0),
             rows: &self.rows,
@@ -91,6 +91,7 @@ impl Drawn {
             first: self.first.clone(),
             forces: 2,
             channels: CHANNELS,
+            errors: 0,
         };
         FilterGains::new(input, true).unwrap()
     }
@@ -188,7 +189,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let want = error.dot(&weighted) + factor.determinant().ln();
         assert!(close(gram.product(0, 0) + gram.log_variance, want, want.abs(), 1e-9), "seed {seed}");
         // Smoothed states.
-        let smoothed = smooth_recording(&gains, &d.data).unwrap();
+        let smoothed = smooth_recording(&gains, &d.data);
         let states = &w.mean + &w.covariance * w.rows.transpose() * &weighted;
         for i in 0..n {
             let size = (0..NODES).map(|t| states[n * t + i].abs()).fold(0.0, f64::max);

@@ -3,3 +3,4 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::type_complexity)]
 
 mod innovations;
+mod trajectory;

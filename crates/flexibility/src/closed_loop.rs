@@ -276,6 +276,7 @@ pub fn law(
             u: core::array::from_fn(|i| seed(u, i)),
             x: core::array::from_fn(|i| seed(x, i)),
             omega: settings[parameter::WAVE_FREQUENCY],
+            feedforward: constant(0.0),
         };
         let next = joint.sample(constant(period), None).map(|v| v.eps[0]);
         (DVector::from_iterator(used.len(), used.iter().map(|i| next[*i])), next[state::HELD_OUTPUT])

@@ -5,6 +5,7 @@ mod design;
 mod effects;
 mod error;
 mod forecast;
+mod foreseen;
 mod found;
 mod identified;
 mod json;
@@ -34,6 +35,7 @@ use simulation::by_simulation;
 
 pub use design::{Designed, ExperimentDesign};
 pub use error::IdentifyError;
+pub use foreseen::{ForeseenParameter, ForeseenParameters, foreseen};
 pub use found::FoundParameter;
 pub use identified::{FitFigure, Identified, IdentifySettings};
 pub use json::json;

@@ -2,6 +2,7 @@
 
 pub mod carried;
 pub mod covariance;
+pub mod draft;
 pub mod estimate;
 pub mod fit;
 pub mod flexible_joint;

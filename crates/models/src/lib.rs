@@ -22,4 +22,5 @@ pub mod joint;
 pub mod layout;
 pub mod plants;
 pub mod presets;
+mod sampling;
 pub mod space;

@@ -124,6 +124,13 @@ pub fn flexible_arm(model: FlexibleArm) -> Arc<dyn Plant> {
     Arc::new(Compiled::new(model))
 }
 
+/// An arm with a passive hinge inside link `link` (from 0) at the share `at` of its length, and its parameters where the arm's are `p`
+/// ([`PlanarManipulator::hinged`]); `None`: no arm, or one that cannot have it.
+pub fn hinged(plant: &dyn Plant, p: &[f64], link: usize, at: f64) -> Option<(Arc<dyn Plant>, Vec<f64>)> {
+    let (hinged, q) = arm(plant)?.hinged(p, link, at)?;
+    Some((Arc::new(Compiled::new(hinged)), q))
+}
+
 /// An arm whose motors of these joints (from 0) move as measured: after its own inputs it has their accelerations, rad/s2, in
 /// this order. `None`: it has no such joint, or friction.
 pub fn led(arm: PlanarManipulator, led: &[usize]) -> Option<Arc<dyn Plant>> {

@@ -12,7 +12,9 @@ pub struct ValuePreset {
     pub model: &'static str,
     /// Where the values come from.
     pub source: &'static str,
-    /// Values by FMU variable (element) name.
+    /// Which joints are flexible where that is not chosen, one entry per joint: how many there are; empty: as the model has it.
+    pub flexible: &'static [bool],
+    /// Values by name of an FMU's variable, which is for all its elements, or of an element.
     pub values: &'static [(&'static str, f64)],
 }
 
@@ -20,12 +22,39 @@ const SOURCE: &str = "K_eq, D_eq, tau_c, D_m, tau_s: Comi et al. (DELIAN), table
 
 const CBK_SOURCE: &str = "masses, inertias, lengths, centres of mass: CBK PAN paper, table 1 and section 3.1; k: its CAD value; I_m, b: averages of its table 2";
 
+const DELIAN_CONTROL: &str = "for FlexibleArm driven by torques (drive=torque): velocity loop at 60 rad/s of each assumed rotor, limits of 0.5 A; K_p, waves: docs/flexible-arm-control.md";
+
+/// Joint side: gear and drive are in the arm's torques. Velocity gain 60 rad/s x 1.2e-7 kg.m2 x n^2, limit 0.5 A x 0.02 N.m/A x n.
+const DELIAN_GAINS: &[(&str, f64)] = &[
+    ("strategy", 4.0),
+    ("samplePeriod", 1e-3),
+    ("positionGain", 2.0),
+    ("velocityGain[1]", 14155.0),
+    ("velocityGain[2]", 3406.0),
+    ("velocityGain[3]", 4500.0),
+    ("velocityGain[4]", 4500.0),
+    ("velocityGain[5]", 4500.0),
+    ("velocityGain[6]", 4500.0),
+    ("velocityIntegralTime", 0.1),
+    ("torqueLimit[1]", 443.4),
+    ("torqueLimit[2]", 217.5),
+    ("torqueLimit[3]", 250.0),
+    ("torqueLimit[4]", 250.0),
+    ("torqueLimit[5]", 250.0),
+    ("torqueLimit[6]", 250.0),
+    ("waveFrequency", 20.0),
+    ("washoutFrequency", 1.0),
+    ("waveFrequencyMin", 1.0),
+    ("waveFrequencyMax", 100.0),
+];
+
 /// All presets.
 pub const PRESETS: &[ValuePreset] = &[
     ValuePreset {
         name: "delian-joint-1",
         model: "TwoMassJoint",
         source: SOURCE,
+        flexible: &[],
         values: &[
             ("gearRatio", 44340.0),
             ("loadInertia", 8.0),
@@ -40,6 +69,7 @@ pub const PRESETS: &[ValuePreset] = &[
         name: "delian-joint-2",
         model: "TwoMassJoint",
         source: SOURCE,
+        flexible: &[],
         values: &[
             ("gearRatio", 21750.0),
             ("loadInertia", 6.0),
@@ -54,6 +84,7 @@ pub const PRESETS: &[ValuePreset] = &[
         name: "delian-joint-3",
         model: "TwoMassJoint",
         source: SOURCE,
+        flexible: &[],
         values: &[
             ("gearRatio", 25000.0),
             ("loadInertia", 2.0),
@@ -68,6 +99,7 @@ pub const PRESETS: &[ValuePreset] = &[
         name: CBK_PAN,
         model: "PlanarManipulator",
         source: CBK_SOURCE,
+        flexible: &[],
         values: &[
             ("baseMass", 58.69),
             ("baseInertia", 2.42),
@@ -97,6 +129,13 @@ pub const PRESETS: &[ValuePreset] = &[
             ("jointStiffness[1]", 5.47),
             ("jointDamping[1]", 0.5),
         ],
+    },
+    ValuePreset {
+        name: "delian",
+        model: "ManipulatorController",
+        source: DELIAN_CONTROL,
+        flexible: &[true; 6],
+        values: DELIAN_GAINS,
     },
 ];
 

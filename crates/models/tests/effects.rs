@@ -349,6 +349,7 @@ fn ef33_is_a_cascade_of_p_and_pi() {
             u: [0.0; input::COUNT],
             x: [0.0; state::COUNT],
             omega: 1.0,
+            feedforward: 0.0,
         };
         (law.p[c::POSITION_GAIN], law.p[c::VELOCITY_GAIN], law.p[c::GEAR_RATIO]) = (kp, kv, n);
         law.u[input::POSITION_REFERENCE] = u[2];

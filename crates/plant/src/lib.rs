@@ -16,7 +16,7 @@ mod variable;
 
 pub use coordinate::{Coordinate, CoordinateKind, Follows};
 pub use lanes::{LANES, Lanes};
-pub use linear::{PlantTangent, force_sensitivity, tangent};
+pub use linear::{PlantTangent, force_of_changes, force_sensitivity, tangent};
 pub use plant::{Plant, PlantError};
 pub use scalar::PlantScalar;
 pub use variable::{ChosenAs, PlantQuantity, QuantityRole, StructureChoice, VariableTable, elements};

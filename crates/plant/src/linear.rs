@@ -31,8 +31,8 @@ fn lanes(values: &[f64]) -> Vec<Lanes> {
 enum AlongTrajectory {
     State(usize),
     Force(usize),
-    /// One to one with the logarithm of its magnitude.
-    Parameter(usize),
+    /// So many of its units for one.
+    Parameter(usize, f64),
 }
 
 /// Derivatives of all rates along these values: one column of rates each.
@@ -47,7 +47,7 @@ fn columns(plant: &dyn Plant, at: At<f64>, force: &[f64], along: &[AlongTrajecto
             match value {
                 AlongTrajectory::State(i) => x[*i].eps[lane] = 1.0,
                 AlongTrajectory::Force(i) => f[*i].eps[lane] = 1.0,
-                AlongTrajectory::Parameter(i) => p[*i].eps[lane] = p[*i].re,
+                AlongTrajectory::Parameter(i, unit) => p[*i].eps[lane] = *unit,
             }
         }
         let mut dx = vec![Lanes::default(); at.x.len()];
@@ -147,9 +147,25 @@ pub fn force_sensitivity(
     force: &[f64],
     parameters: &[usize],
 ) -> Result<Vec<f64>, PlantError> {
+    let relative: Vec<(usize, f64)> = parameters.iter().map(|k| (*k, at.p[*k])).collect();
+    force_of_changes(plant, at, force, &relative)
+}
+
+/// Force on each coordinate that has the effect of a change of each of these parameters by so many of its own units, as
+/// [`force_sensitivity`] has it of a relative change: also of a parameter that is 0.
+///
+/// # Errors
+/// As [`force_sensitivity`].
+pub fn force_of_changes(
+    plant: &dyn Plant,
+    at: At<f64>,
+    force: &[f64],
+    changes: &[(usize, f64)],
+) -> Result<Vec<f64>, PlantError> {
     let (n, c) = (at.x.len(), plant.coordinates().len());
-    let along =
-        (0..c).map(AlongTrajectory::Force).chain(parameters.iter().map(|p| AlongTrajectory::Parameter(*p)));
+    let along = (0..c)
+        .map(AlongTrajectory::Force)
+        .chain(changes.iter().map(|(k, unit)| AlongTrajectory::Parameter(*k, *unit)));
     let columns = columns(plant, at, force, &along.collect::<Vec<_>>());
     let by_force: Vec<f64> = (0..n).flat_map(|row| columns[..c].iter().map(move |b| b[row])).collect();
     let rates = plant.coordinates().iter().map(|c| c.rate);

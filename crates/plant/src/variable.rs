@@ -10,6 +10,8 @@ pub enum QuantityRole {
     Plain,
     /// A parameter that only declares how a run begins.
     Initial,
+    /// A parameter that decides how forces move the plant and is never known exactly: masses, inertias, centres of mass, springs.
+    Dynamics,
     /// An output that is the angle of a joint, of its motor or of its load, as an encoder shows it; not an attitude.
     JointAngle,
 }

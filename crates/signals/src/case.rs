@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 pub use load::Loaded;
 
+use crate::columns::ColumnRule;
 use crate::names::base_name;
 use crate::recording::{ChannelSettings, DeclaredFigures};
 pub use crate::value::ParameterValue;
@@ -59,12 +60,15 @@ pub struct Case {
     pub channels: BTreeMap<String, ChannelSettings>,
     /// Rows a second of all recordings, in Hz, whatever their clocks show; `None`: by the clocks.
     pub rate: Option<f64>,
+    /// What columns of its recordings are.
+    pub columns: Vec<ColumnRule>,
 }
 
 impl Case {
-    /// What holds for all its recordings.
-    pub(crate) fn declared(&self) -> DeclaredFigures {
-        DeclaredFigures { channels: self.channels.clone(), rate: self.rate }
+    /// What holds for this recording of it.
+    pub(crate) fn declared(&self, recording: &str) -> DeclaredFigures {
+        let columns = ColumnRule::of(&self.columns, recording);
+        DeclaredFigures { channels: self.channels.clone(), rate: self.rate, columns }
     }
 
     /// The nominal value of this parameter or element.

@@ -133,7 +133,7 @@ fn clock(run: &Recording, findings: &mut Vec<Finding>) {
             short(run.duration())
         );
         let mend = format!(
-            "if it is in {unit}, write in the sidecar: [columns] time = {{ variable = \"time\", unit = \"{}\" }}",
+            "if it is in {unit}, write under [columns] of case.toml: time = {{ variable = \"time\", unit = \"{}\" }}",
             unit.split(' ').next().unwrap_or("")
         );
         let finding = Finding::warning(FindingKind::TimeUnit, &run.file, what, mend);

@@ -11,7 +11,57 @@ pub struct CaseFileKey {
     pub unit: &'static str,
     /// What holds where it is not written.
     pub default: &'static str,
+    /// Form of its value.
+    pub value: KeyValue,
 }
+
+/// The form of a value, as the readers take it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeyValue {
+    /// A text.
+    Text,
+    /// A list of texts.
+    Texts,
+    /// A list of lists of texts.
+    TextGroups,
+    /// A number.
+    Number,
+    /// A list of numbers.
+    Numbers,
+    /// A whole number.
+    Integer,
+    /// A truth value.
+    Flag,
+    /// `false` alone.
+    Never,
+    /// One of these texts.
+    OneOf(&'static [&'static str]),
+    /// Any of these forms.
+    Either(&'static [KeyValue]),
+    /// A table with these keys.
+    Table(&'static Keys),
+    /// A table with these keys and parameters by name.
+    Entries(&'static Keys),
+    /// A list of such tables.
+    EntryLists(&'static Keys),
+    /// A list of these forms.
+    List(&'static [KeyValue]),
+    /// A table of anything.
+    Anything,
+    /// A table of any names, each with one of these forms.
+    Named(&'static [KeyValue]),
+    /// A table of columns, in which tables of files may be, each of columns again.
+    Columns,
+    /// A table of parameters: numbers, truth values, texts, and arrays of them.
+    Values,
+    /// A table of numbers or arrays of them.
+    Deviations,
+}
+
+use KeyValue::*;
+
+/// What a column of `[columns]` may be.
+pub const COLUMN: &[KeyValue] = &[Text, Never, Table(&COLUMNS)];
 
 /// The keys of one table of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,46 +88,76 @@ const fn key(
     meaning: &'static str,
     unit: &'static str,
     default: &'static str,
+    value: KeyValue,
 ) -> CaseFileKey {
-    CaseFileKey { name, meaning, unit, default }
+    CaseFileKey { name, meaning, unit, default, value }
 }
 
 /// Of `case.toml`.
 pub const CASE: Keys = Keys {
     of: "a case",
     list: &[
-        key("model", "the model that the recordings are compared with", "name", "must be given"),
-        key("train", "recordings that may be fitted", "file names in the folder", "must be given"),
+        key("model", "the model that the recordings are compared with", "name", "must be given", Text),
+        key("train", "recordings that may be fitted", "file names in the folder", "must be given", Texts),
         key(
             "holdout",
             "recordings that are never fitted: the reported figures are of them",
             "file names",
             "none: figures are of `train`, with a note",
+            Texts,
         ),
         key(
             "repeats",
             "groups of runs of the same command: their differences are noise, but for what drifts from run to run",
             "lists of file names",
             "none",
+            TextGroups,
         ),
-        key("rest", "recordings at rest: what varies in them is noise", "file names", "none"),
-        key("parameters", "table: the nominal simulation, see below", "", "the model's own values"),
-        key("uncertain", "table: how far these values may be off, see below", "", "none is doubted"),
+        key("rest", "recordings at rest: what varies in them is noise", "file names", "none", Texts),
+        key("parameters", "table: the nominal simulation, see below", "", "the model's own values", Values),
+        key(
+            "uncertain",
+            "table: how far these values may be off, see below",
+            "",
+            "none is doubted",
+            Deviations,
+        ),
         key(
             "effects",
             "tables `[effects.ID]`: effects that are there for certain, see below",
             "",
             "the model has none",
+            Named(&[Entries(&EFFECTS), EntryLists(&EFFECTS)]),
         ),
-        key("payload", "table: a body that a link of PlanarManipulator carries, see below", "", "none"),
-        key("fit", "table: what `identify` estimates, see below", "", "see there"),
+        key(
+            "payload",
+            "table: a body that a link of PlanarManipulator carries, see below",
+            "",
+            "none",
+            Table(&PAYLOAD),
+        ),
+        key("fit", "table: what `identify` estimates, see below", "", "see there", Table(&FIT)),
         key(
             "channels",
             "tables `[channels.NAME]`: what is known of a sensor, see below",
             "",
             "nothing is known",
+            Named(&[Table(&CHANNELS)]),
         ),
-        key("recordings", "table: what holds for the rows of all recordings, see below", "", "none"),
+        key(
+            "columns",
+            "table: what columns of the recordings are, as in a sidecar; `[columns.\"log_04*.csv\"]` of those whose names match, see below",
+            "",
+            "columns bear names of variables",
+            Columns,
+        ),
+        key(
+            "recordings",
+            "table: what holds for the rows of all recordings, see below",
+            "",
+            "none",
+            Table(&RECORDINGS),
+        ),
     ],
 };
 
@@ -89,6 +169,7 @@ pub const RECORDINGS: Keys = Keys {
         "rows a second: they are evenly spaced, whatever the column `time` shows (a logger whose clock is coarser than its rows)",
         "Hz",
         "the column `time` is used",
+        Number,
     )],
 };
 
@@ -96,8 +177,14 @@ pub const RECORDINGS: Keys = Keys {
 pub const EFFECTS: Keys = Keys {
     of: "effects",
     list: &[
-        key("joint", "at which joint of an arm it is, from 1", "", "as given by arrays of its parameters"),
-        key("doubt", "relative standard deviation of all its values", "1", "0: known exactly"),
+        key(
+            "joint",
+            "at which joint of an arm it is, from 1",
+            "",
+            "as given by arrays of its parameters",
+            Integer,
+        ),
+        key("doubt", "relative standard deviation of all its values", "1", "0: known exactly", Number),
     ],
 };
 
@@ -105,20 +192,28 @@ pub const EFFECTS: Keys = Keys {
 pub const PAYLOAD: Keys = Keys {
     of: "payload",
     list: &[
-        key("link", "which link carries it, from 1", "", "must be given"),
+        key("link", "which link carries it, from 1", "", "must be given", Integer),
         key(
             "mass",
             "a number where it is known, a table as below where it is estimated",
             "kg",
             "must be given",
+            Either(&[Number, Table(&PAYLOAD_FIGURE)]),
         ),
         key(
             "centerOfMass",
             "where its centre is in the link's axes, along and across it: two numbers, or a table as below",
             "m",
             "the link's end",
+            Either(&[Numbers, Table(&PAYLOAD_FIGURE)]),
         ),
-        key("inertia", "about that centre: a number, or a table as below", "kg.m2", "0"),
+        key(
+            "inertia",
+            "about that centre: a number, or a table as below",
+            "kg.m2",
+            "0",
+            Either(&[Number, Table(&PAYLOAD_FIGURE)]),
+        ),
     ],
 };
 
@@ -126,8 +221,8 @@ pub const PAYLOAD: Keys = Keys {
 pub const PAYLOAD_FIGURE: Keys = Keys {
     of: "a figure of payload",
     list: &[
-        key("value", "prior mean", "as the figure", "0"),
-        key("doubt", "its standard deviation", "as the figure", "0: known exactly"),
+        key("value", "prior mean", "as the figure", "0", Either(&[Number, Numbers])),
+        key("doubt", "its standard deviation", "as the figure", "0: known exactly", Number),
     ],
 };
 
@@ -140,12 +235,14 @@ pub const FIT: Keys = Keys {
             "what `identify` estimates; an array's name includes all its elements",
             "names",
             "of a joint stiffness, damping and frictions, of an arm motor inertia, stiffness and damping of flexible joints",
+            Texts,
         ),
         key(
             "effects",
             "effects that `identify` estimates in addition to the model's parameters, as `--with` does; parameters of them that the case gives are where it begins",
             "ids",
             "none",
+            Texts,
         ),
     ],
 };
@@ -154,36 +251,41 @@ pub const FIT: Keys = Keys {
 pub const CHANNELS: Keys = Keys {
     of: "channels",
     list: &[
-        key("resolution", "step of the reading: one count", "the channel's", "none: not quantised"),
+        key("resolution", "step of the reading: one count", "the channel's", "none: not quantised", Number),
         key(
             "noise",
             "standard deviation of white noise",
             "the channel's",
             "from `repeats` or `rest`, else guessed from the highest frequencies",
+            Number,
         ),
         key(
             "delay",
             "by how much the reading is late, of inputs and outputs alike: a number where it is known, `\"estimate\"` or a table as below where it is estimated",
             "s",
             "0",
+            Either(&[Number, OneOf(&["estimate"]), Table(&GUESS)]),
         ),
         key(
             "offset",
             "the reading is too large by a constant, which is estimated: `\"estimate\"`, or a table as below",
             "the channel's",
             "none",
+            Either(&[OneOf(&["estimate"]), Table(&GUESS)]),
         ),
         key(
             "gain",
             "the reading is too large by a factor, which is estimated: `\"estimate\"`, or a table as below; reading = gain x true value + offset, of inputs and outputs alike",
             "1",
             "1",
+            Either(&[OneOf(&["estimate"]), Table(&GUESS)]),
         ),
         key(
             "interpolation",
             "of an input, between samples: `\"linear\"`, or `\"hold\"` until the next one",
             "",
             "`\"linear\"`",
+            OneOf(&["linear", "hold"]),
         ),
     ],
 };
@@ -192,12 +294,13 @@ pub const CHANNELS: Keys = Keys {
 pub const GUESS: Keys = Keys {
     of: "gain, offset or delay",
     list: &[
-        key("value", "prior mean", "as the figure", "1 of a gain, 0 of an offset or a delay"),
+        key("value", "prior mean", "as the figure", "1 of a gain, 0 of an offset or a delay", Number),
         key(
             "doubt",
             "standard deviation: of a gain as a share of it, of an offset in the channel's unit, of a delay in s",
             "",
             "nothing is known",
+            Number,
         ),
     ],
 };
@@ -210,41 +313,52 @@ pub const SIDECAR: Keys = Keys {
             "columns",
             "table: what a column of the file is: the variable's name, a table as below, or `false` to leave it out",
             "",
-            "columns bear names of variables",
+            "as in `case.toml`",
+            Named(COLUMN),
         ),
         key(
             "channels",
             "tables `[channels.NAME]` as in `case.toml`, of this recording alone",
             "",
             "as in `case.toml`",
+            Named(&[Table(&CHANNELS)]),
         ),
         key(
             "parameters",
             "table: start values known for this run, such as `initialMotorAngle`",
             "the parameter's",
             "as in `case.toml`",
+            Values,
         ),
         key(
             "rate",
             "as under `[recordings]` of `case.toml`, of this recording alone",
             "Hz",
             "as in `case.toml`",
+            Number,
         ),
     ],
 };
 
-/// Of a column in a sidecar's `[columns]`.
+/// Of a column in `[columns]`.
 pub const COLUMNS: Keys = Keys {
     of: "columns",
     list: &[
-        key("variable", "the FMU variable that it measures", "name", "the column's name"),
+        key("variable", "the FMU variable that it measures", "name", "the column's name", Text),
         key(
             "scale",
             "factor of the reading: the value is `scale` times the reading plus `offset`",
             "the variable's per the reading's",
             "1, or that of `unit`",
+            Number,
         ),
-        key("offset", "what is added then", "the variable's, or `unit`", "0"),
-        key("unit", "the unit of the result, converted to SI: deg, rpm, mA, Nmm, ms and others", "", "SI"),
+        key("offset", "what is added then", "the variable's, or `unit`", "0", Number),
+        key(
+            "unit",
+            "the unit of the result, converted to SI: deg, rpm, mA, Nmm, ms and others",
+            "",
+            "SI",
+            Text,
+        ),
     ],
 };

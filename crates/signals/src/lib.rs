@@ -21,7 +21,10 @@
 
 mod case;
 pub mod check;
+mod columns;
+pub mod draft;
 mod error;
+mod figures;
 mod finding;
 pub mod keys;
 mod names;
@@ -31,6 +34,7 @@ pub mod process;
 mod quantum;
 mod read;
 mod recording;
+pub mod schema;
 pub mod spline;
 mod unit;
 mod value;
@@ -38,7 +42,9 @@ mod variable;
 mod write;
 
 pub use case::{Case, KnownEffect, Loaded, ParameterValue};
+pub use columns::{ColumnMapping, ColumnRule};
 pub use error::SignalsError;
+pub use figures::ChannelFigures;
 pub use finding::{Finding, FindingKind, Severity};
 pub use names::{base_name, element_name};
 pub use read::{InputColumn, InputTable};

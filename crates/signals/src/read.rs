@@ -2,10 +2,12 @@
 
 mod assemble;
 mod clock;
+pub(crate) mod columns;
 mod csv;
 mod guard;
 mod input;
 mod mat;
+mod mcap;
 mod memory;
 mod parameters;
 mod parquet;
@@ -13,8 +15,11 @@ mod sidecar;
 mod table;
 pub(crate) mod toml;
 
+use std::fs::File;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use crate::columns::inherit;
 use crate::error::{SignalsError, verdict};
 use crate::finding::{Finding, FindingKind};
 use crate::recording::{DeclaredFigures, Recording};
@@ -22,10 +27,11 @@ use crate::variable::SignalVariable;
 pub use input::{InputColumn, InputTable};
 pub(crate) use parameters::{doubts, parameters};
 use sidecar::Sidecar;
-use table::{ReadTable, WantedColumns};
+use table::WantedColumns;
+pub(crate) use table::{ReadTable, TableColumn};
 
 impl Recording {
-    /// Reads a CSV (also `.csv.gz` unpacked by the caller), Parquet or MAT file with its sidecar, if there is one.
+    /// Reads a CSV, MCAP, MAT (each also as `.zst`) or Parquet file with its sidecar, if there is one.
     ///
     /// `known` are the model's variables: other columns are left out with a warning, units are checked against theirs.
     /// With none, every column is taken as it is. `declared` is what a case declares of channels; a sidecar goes before it.
@@ -40,9 +46,10 @@ impl Recording {
         let mut findings = Vec::new();
         let sidecar = Sidecar::beside(file, None, known, &mut findings);
         let table = table_of(file, WantedColumns::Numbers, &mut findings);
-        let (Some(table), Some(sidecar)) = (table, sidecar) else {
+        let (Some(table), Some(mut sidecar)) = (table, sidecar) else {
             return Err(SignalsError::Wrong(findings));
         };
+        inherit(&mut sidecar.columns, &declared.columns);
         let recording = assemble::assemble(file, table, &sidecar, known, declared, &mut findings);
         verdict(recording, findings)
     }
@@ -66,9 +73,23 @@ impl Recording {
     }
 }
 
+/// The columns of a file as they are, units of names split off.
+pub(crate) fn plain_table(file: &Path, findings: &mut Vec<Finding>) -> Option<ReadTable> {
+    let mut table = table_of(file, WantedColumns::Texts, findings)?;
+    assemble::prepare(file, &mut table, &Sidecar::default(), |_| false, &mut Vec::new());
+    Some(table)
+}
+
 /// The columns of a file, by the end of its name.
 fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> Option<ReadTable> {
-    let open = std::fs::File::open(file).map_err(|e| {
+    if let (Some((whole, episode)), false) = (episode(file), file.exists()) {
+        let table = table_of(&whole, wanted, findings)?;
+        return table
+            .episode(episode)
+            .map_err(|(what, mend)| findings.push(Finding::error(FindingKind::NoValue, file, what, mend)))
+            .ok();
+    }
+    let open = File::open(file).map_err(|e| {
         let (what, mend) = match e.kind() {
             std::io::ErrorKind::NotFound => {
                 ("there is no such file".to_owned(), "write its name as it is in the folder")
@@ -78,28 +99,51 @@ fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> 
         findings.push(Finding::error(FindingKind::MissingFile, file, what, mend));
     });
     let open = open.ok()?;
-    let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-    match extension.as_str() {
-        "csv" | "txt" | "tsv" => {
-            csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), wanted, findings)
+    let lower = file.to_string_lossy().to_lowercase();
+    let (plain, packed) = lower.strip_suffix(".zst").map_or((lower.as_str(), false), |plain| (plain, true));
+    let extension = Path::new(plain).extension().and_then(|e| e.to_str()).unwrap_or("");
+    let bytes = |open: File| {
+        let mut bytes = Vec::new();
+        let mut source: Box<dyn Read> = match packed {
+            true => Box::new(zstd::Decoder::new(open)?.take(LARGEST_FILE)),
+            false => Box::new(open),
+        };
+        source.read_to_end(&mut bytes).map(|_| bytes)
+    };
+    let wrong = |what: String, mend: &str| Finding::error(FindingKind::Unreadable, file, what, mend);
+    match (extension, packed) {
+        ("csv" | "txt" | "tsv", false) => {
+            csv::read(file, BufReader::with_capacity(1 << 20, open), wanted, findings)
         }
-        "parquet" => parquet::read(file, open, wanted, findings),
-        "mat" => match std::fs::read(file) {
-            Ok(bytes) => mat::read(file, bytes, findings),
+        ("parquet", false) => parquet::read(file, open, wanted, findings),
+        ("csv" | "txt" | "tsv" | "mat" | "mcap", _) => match bytes(open) {
+            Ok(bytes) if extension == "mat" => mat::read(file, bytes, findings),
+            Ok(bytes) if extension == "mcap" => mcap::read(file, &bytes, findings),
+            Ok(bytes) => csv::read(file, bytes.as_slice(), wanted, findings),
             Err(e) => {
-                let mend = "make it a readable file";
-                findings.push(Finding::error(FindingKind::Unreadable, file, e.to_string(), mend));
+                let what =
+                    if packed { format!("no zstd file that can be unpacked: {e}") } else { e.to_string() };
+                findings.push(wrong(what, "make it a readable file"));
                 None
             }
         },
-        _ => {
-            findings.push(Finding::error(
-                FindingKind::Unreadable,
-                file,
-                format!("a file `.{extension}` is no recording"),
-                "make it a .csv, .parquet or .mat; unpack a .gz",
-            ));
+        (other, _) => {
+            let mend = match other {
+                "parquet" => "unpack it (Parquet is compressed inside)",
+                "db3" | "bag" => "convert it to MCAP (ros2 bag convert)",
+                _ => "make it a .csv, .parquet, .mat or .mcap; unpack a .gz",
+            };
+            findings.push(wrong(format!("a file `.{other}` is no recording"), mend));
             None
         }
     }
 }
+
+/// `file.parquet` and 3 of `file.parquet#3`.
+fn episode(file: &Path) -> Option<(PathBuf, u32)> {
+    let (whole, number) = file.to_str()?.rsplit_once('#')?;
+    Some((whole.into(), number.parse().ok()?))
+}
+
+/// What is unpacked of a file at most: more is no recording.
+const LARGEST_FILE: u64 = 1 << 32;

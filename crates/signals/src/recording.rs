@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use crate::columns::ColumnMapping;
 use crate::value::ParameterValue;
 
 /// How a signal goes between its samples.
@@ -86,6 +87,8 @@ pub struct DeclaredFigures {
     pub channels: BTreeMap<String, ChannelSettings>,
     /// Rows a second, in Hz, evenly spaced whatever the clock shows; `None`: by the clock.
     pub rate: Option<f64>,
+    /// What its columns are, by the file's names.
+    pub columns: BTreeMap<String, ColumnMapping>,
 }
 
 /// One signal with samples of its own.

@@ -3,9 +3,12 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::type_complexity)]
 
 mod broken;
+mod columns;
 mod common;
+mod draft;
 mod formats;
 mod implausible;
+mod mcap;
 mod mutants;
 mod noise;
 mod parameters;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_cosim::InputMistake;
@@ -35,7 +36,7 @@ pub struct SweepFile {
 }
 
 /// How factors are varied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SweepKind {
     /// All combinations; the last factor changes fastest.
@@ -115,33 +116,38 @@ pub enum Take {
     Below(f64),
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawSweep {
     system: String,
     design: SweepKind,
+    #[schemars(with = "Option<u64>")]
     runs: Option<Spanned<u64>>,
     seed: Option<u64>,
     #[serde(default)]
     run: RawRun,
+    #[schemars(with = "BTreeMap<String, RawFactor>")]
     factors: Spanned<BTreeMap<Spanned<String>, RawFactor>>,
+    #[schemars(with = "BTreeMap<String, RawOutput>")]
     outputs: Spanned<BTreeMap<Spanned<String>, RawOutput>>,
 }
 
-#[derive(Deserialize, Default)]
+#[derive(Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields)]
 struct RawRun {
     start: Option<f64>,
     stop: Option<f64>,
     step: Option<f64>,
     tolerance: Option<f64>,
+    #[schemars(with = "Option<String>")]
     algorithm: Option<Spanned<String>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawFactor {
     variable: Option<OneOrMore>,
+    #[schemars(with = "Option<Vec<serde_json::Value>>")]
     values: Option<Vec<toml::Value>>,
     from: Option<f64>,
     to: Option<f64>,
@@ -149,21 +155,21 @@ struct RawFactor {
     spacing: Option<Spacing>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(untagged)]
 enum OneOrMore {
     One(String),
     More(Vec<String>),
 }
 
-#[derive(Deserialize, PartialEq)]
+#[derive(Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "kebab-case")]
 enum Spacing {
     Linear,
     Log,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawOutput {
     variable: Option<String>,
@@ -173,7 +179,7 @@ struct RawOutput {
     below: Option<f64>,
 }
 
-#[derive(Deserialize, Default, PartialEq)]
+#[derive(Deserialize, JsonSchema, Default, PartialEq)]
 #[serde(rename_all = "kebab-case")]
 enum RawTake {
     #[default]
@@ -183,6 +189,11 @@ enum RawTake {
     Mean,
     Rms,
     Time,
+}
+
+/// JSON Schema of a sweep's file, by what its reader takes.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(RawSweep).to_value()
 }
 
 /// Columns that every table has in addition to factors and outputs.

@@ -22,7 +22,7 @@ pub use beside::RunNotes;
 pub use design::{MOST_SOBOL, SweepDesign};
 pub use done::{FinishedSweep, done};
 pub use error::SweepError;
-pub use file::{FactorValues, Output, Range, SweepFactor, SweepFile, SweepKind, Take};
+pub use file::{FactorValues, Output, Range, SweepFactor, SweepFile, SweepKind, Take, schema};
 pub use log::{LogDamage, RunRecord, SweepLog, read as read_log};
 pub use measure::Measures;
 pub use print::fingerprint;

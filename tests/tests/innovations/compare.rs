@@ -9,8 +9,8 @@ use trueup_estimation::innovations::column::FilterColumn;
 use trueup_estimation::innovations::evidence::log_evidence;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep};
-use trueup_hypotheses::innovations::along::JointAlong;
 use trueup_hypotheses::innovations::candidate::EffectCandidate;
+use trueup_hypotheses::innovations::joint_along::along_joint;
 use trueup_hypotheses::innovations::laws::law_of;
 use trueup_hypotheses::innovations::levels::LogisticWeights;
 use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
@@ -295,7 +295,7 @@ fn columns(
     let nuisances = frame.nuisances().0;
     let mut all: Vec<FilterColumn> = nuisances.clone();
     let golden = list(&golden["columns"]);
-    let along = JointAlong::new(frame, &null.sizes);
+    let along = along_joint(frame, &null.sizes);
     for g in golden.iter().skip(nuisances.len()).filter(|g| g["amplitude"] == 0) {
         let effect = text(g, "name");
         let made = law_of(effect)

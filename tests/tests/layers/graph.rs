@@ -53,7 +53,7 @@ const RULES: &[Rule] = &[
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
         name: "trueup-estimation",
-        ours: &["trueup-numerics", "trueup-models", "trueup-signals"],
+        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals"],
         never: ARCHIVES,
     },
     Rule { name: "trueup-hypotheses", ours: &["trueup-signals", "trueup-estimation"], never: ARCHIVES },

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod arm;
+mod case;
 mod identify;
 mod scale;
 mod shell;
@@ -12,6 +13,7 @@ use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, ComponentInterface};
 
 pub(crate) use arm::{ArmCommand, ArmMap};
+pub(crate) use case::{Check, Init, Schema, SchemaOf};
 pub(crate) use identify::{Identify, Statics};
 pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
@@ -36,6 +38,10 @@ pub(crate) enum CliCommand {
     Scale(ScaleCommand),
     /// Run a system many times with values that are varied, resumable and in shares
     Sweep(SweepCommand),
+    /// Draft a case.toml from logs: columns, units, clock, recordings at rest; guesses are marked
+    Init(Init),
+    /// Report what recordings, sensors and excitation can determine, and what is wrong with them, before any fit
+    Check(Check),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
@@ -55,6 +61,8 @@ pub(crate) enum CliCommand {
     /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
+    /// Print the JSON Schema of a file, for editors that complete and check it
+    Schema(Schema),
     /// Print the script that completes commands and options in a shell
     Completions(Completions),
     /// Write the manual pages of all commands

@@ -26,6 +26,7 @@ pub(crate) fn of(model: &str) -> Option<Assets> {
         "PlanarManipulator" => assets!("fmu-plant/assets/PlanarManipulator"),
         "SpatialFreeFlyer" => assets!("fmu-plant/assets/SpatialFreeFlyer"),
         "FlexibleArm" => assets!("fmu-plant/assets/FlexibleArm"),
+        "SpaceController" => assets!("fmu-plant/assets/SpaceController"),
         "FreeBody" => assets!("fmu-plant/assets/FreeBody"),
         "GripperContact" => assets!("fmu-plant/assets/GripperContact"),
         "CaptureScene" => assets!("fmu-plant/assets/CaptureScene"),

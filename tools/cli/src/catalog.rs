@@ -31,6 +31,10 @@ pub(crate) fn models() -> impl Iterator<Item = CatalogModel> {
         model("FreeBody", "rigid body that floats in the plane, with docking points"),
         model("GripperContact", "contact of a gripper of balls with a docking port, bodies from elsewhere"),
         model("CaptureScene", "chaser, gripper and target in one: a capture in the plane"),
+        model(
+            CONTROLLER,
+            "control of a robot in space: hands by the generalized Jacobian, base free or held",
+        ),
         model("JointController", "P/PI and wave-based control of one joint"),
         model(ARM_CONTROLLER, "the same control law for every joint of an arm"),
     ]
@@ -51,15 +55,19 @@ pub(crate) const FLYER: &str = "SpatialFreeFlyer";
 /// The model of arms on the ground.
 pub(crate) const ARM: &str = "FlexibleArm";
 
+/// The model that controls robots in space.
+pub(crate) const CONTROLLER: &str = "SpaceController";
+
 /// Whether a model is made of a robot's bodies.
 pub(crate) fn of_robots(model: &str) -> bool {
-    [FLYER, ARM].contains(&model)
+    [FLYER, ARM, CONTROLLER].contains(&model)
 }
 
 /// Names of all presets of this model, robots included, with where they are from.
 pub(crate) fn preset_names(model: &str) -> Vec<(&'static str, &'static str)> {
     let of_values = presets(model).map(|p| (p.name, p.source));
-    let robots = robots::PRESETS.iter().filter(|_| model == FLYER).map(|p| (p.name, p.source));
+    let robots =
+        robots::PRESETS.iter().filter(|_| [FLYER, CONTROLLER].contains(&model)).map(|p| (p.name, p.source));
     let delian =
         (arm::DELIAN, "ESA's DELIAN arm: what its paper prints, and what is assumed (docs/flexible-arm.md)");
     of_values.chain(robots).chain((model == ARM).then_some(delian)).collect()

@@ -1,14 +1,17 @@
 //! The commands, one file each.
 
 mod arm;
+mod check;
 mod demo;
 mod diagnose;
 mod identify;
 mod info;
+mod init;
 mod list;
 mod pack;
 mod robot;
 mod scale;
+mod schema;
 mod shell;
 mod simulate;
 mod sweep;
@@ -21,6 +24,8 @@ use crate::error::CliError;
 pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
     match command {
         CliCommand::Demo(a) => demo::demo(&a),
+        CliCommand::Init(a) => init::run(&a),
+        CliCommand::Check(a) => check::run(&a),
         CliCommand::Identify(a) => identify::run(&a),
         CliCommand::Statics(a) => identify::statics::run(&a),
         CliCommand::Robot(a) => robot::run(&a),
@@ -41,6 +46,7 @@ pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
         CliCommand::Trial(Trial::Compare(a)) => trial::compare(&a),
         CliCommand::Trial(Trial::Decide(a)) => trial::decide(&a),
         CliCommand::Trial(Trial::Corpus(a)) => trial::corpus(&a),
+        CliCommand::Schema(a) => schema::run(&a),
         CliCommand::Completions(a) => shell::completions(&a),
         CliCommand::Man(a) => shell::man(&a),
     }

@@ -72,6 +72,22 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     ("sweep merge", &["trueup sweep merge examples/03-sweep/sweep.toml -o runs.parquet"]),
     (
+        "init",
+        &[
+            "trueup init logs/*.csv",
+            "trueup init run.mcap --model TwoMassJoint",
+            "trueup init lerobot-data-set --print",
+        ],
+    ),
+    (
+        "check",
+        &[
+            "trueup check recordings",
+            "trueup check recordings --json",
+            "trueup check recordings --plot check.html",
+        ],
+    ),
+    (
         "identify",
         &[
             "trueup identify recordings",
@@ -116,6 +132,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("trial score", &["trueup trial score trials -o card.md"]),
     ("trial compare", &["trueup trial compare trials/results trials/other"]),
     ("trial decide", &["trueup trial decide trials --results trials/again"]),
+    ("schema", &["trueup schema case > case.schema.json"]),
     ("completions", &["trueup completions bash", "trueup completions zsh", "trueup completions fish"]),
     ("man", &["trueup man -o /usr/local/share/man/man1"]),
     ("trial corpus", &["trueup trial corpus corpus.csv --from trials"]),

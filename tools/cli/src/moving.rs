@@ -63,7 +63,9 @@ impl PlantInRun {
             PlantModelTable::Contact(Contact::Body(body)) => body_scene(body, p, record),
             PlantModelTable::Contact(Contact::Scene(capture)) => capture_scene(capture, p, record),
             PlantModelTable::Contact(Contact::ArmScene(capture)) => arm_capture_scene(capture, p, record),
-            PlantModelTable::Contact(Contact::Gripper(_)) => return None,
+            PlantModelTable::Contact(Contact::Gripper(_)) | PlantModelTable::SpaceController(..) => {
+                return None;
+            }
         })
     }
 

@@ -13,6 +13,7 @@ mod wrong;
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, RobotDesign, Thruster};
@@ -25,7 +26,7 @@ pub(crate) use tree::JointFriction;
 use tree::TreeRobot;
 use wrong::RobotFileError;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct File {
     name: Option<String>,
@@ -34,6 +35,7 @@ struct File {
     analysis: bool,
     /// Bending shortens links; left out: where the base is held and every link that bends is a beam.
     #[serde(rename = "axial-stiffening")]
+    #[schemars(with = "Option<bool>")]
     axial_stiffening: Option<Spanned<bool>>,
     base: BaseEntry,
     #[serde(default)]
@@ -46,7 +48,7 @@ struct File {
     appendage: Vec<panel::Panel>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BaseEntry {
     mass: f64,
@@ -56,7 +58,7 @@ struct BaseEntry {
     held: bool,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct DriveEntry {
     #[serde(default)]
@@ -84,7 +86,7 @@ impl DriveEntry {
 }
 
 /// What a joint loses, at the joint's side.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FrictionEntry {
     #[serde(default)]
@@ -93,14 +95,14 @@ struct FrictionEntry {
     coulomb: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Nozzle {
     position: [f64; 3],
     direction: [f64; 3],
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct BodyEntry {
     name: Option<String>,
@@ -120,10 +122,11 @@ struct BodyEntry {
     #[serde(default)]
     friction: FrictionEntry,
     /// What bends between its joint and what it carries.
+    #[schemars(with = "Option<flexure::BendingEntry>")]
     link: Option<Spanned<flexure::BendingEntry>>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum RobotJointKind {
     #[default]
@@ -131,7 +134,7 @@ enum RobotJointKind {
     Prismatic,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct HandEntry {
     name: Option<String>,
@@ -148,6 +151,18 @@ fn one() -> f64 {
 }
 fn along_z() -> [f64; 3] {
     [0.0, 0.0, 1.0]
+}
+
+/// JSON Schema of a robot's file, by what its readers take: a robot written out, or one of another file with what that cannot have.
+pub(crate) fn schema() -> serde_json::Value {
+    #[derive(JsonSchema)]
+    #[schemars(untagged, title = "robot")]
+    #[allow(dead_code)]
+    enum Either {
+        Whole(File),
+        Overlay(overlay::Overlay),
+    }
+    schemars::schema_for!(Either).to_value()
 }
 
 /// A robot with what was read of it beyond its design.

@@ -4,7 +4,9 @@
 
 use pulp::Simd;
 
-use super::filter::{FilterGains, FilterInput, Square, arrays, row};
+use super::any_size;
+use super::filter::{Square, arrays, row};
+use super::filter_data::{FilterGains, FilterInput, Riccati};
 use super::kernel::{SizeError, SizedKernel, run};
 
 /// Intensities that are filtered side by side.
@@ -26,11 +28,11 @@ pub fn gains_of_bank(inputs: Vec<FilterInput<'_>>) -> Result<Vec<FilterGains<'_>
             out.extend(some.pop().map(|one| FilterGains::new(one, false)).transpose()?);
             continue;
         }
-        let (size, forces) = (some[0].size(), some[0].forces);
+        let (size, sizes) = (some[0].size(), some[0].sizes());
         let rows = some[0].variance.len();
         let mut gains: Vec<(Vec<f64>, Vec<f64>)> =
             some.iter().map(|_| (vec![0.0; rows * size], vec![1.0; rows])).collect();
-        run(size, forces, BankRecursion { inputs: &some, gains: &mut gains })?;
+        run(sizes, BankRecursion { inputs: &some, gains: &mut gains });
         let made = some.into_iter().zip(gains);
         out.extend(made.map(|(input, (gain, variance))| FilterGains {
             input,
@@ -55,6 +57,12 @@ impl SizedKernel for BankRecursion<'_, '_> {
         let some = self.inputs.chunks(S::F64_LANES).zip(self.gains.chunks_mut(S::F64_LANES));
         for (inputs, gains) in some {
             recursion::<S, N, F>(simd, inputs, gains);
+        }
+    }
+    #[inline(always)]
+    fn run_any<S: Simd>(self, _: S) {
+        for (input, (gain, variance)) in self.inputs.iter().zip(self.gains) {
+            any_size::riccati(Riccati { input, gain, variance, predicted: None });
         }
     }
 }
@@ -100,9 +108,9 @@ fn recursion<S: Simd, const N: usize, const F: usize>(
     }
     let mut p: WideSquare<S, N> = squares(simd, inputs, |input, at| input.first[at]);
     let (on, position) = shared.unknown_on;
-    for t in 0..shared.mode.len() {
+    for t in 0..shared.order.nodes() {
         if t > 0 {
-            let mode = usize::from(shared.mode[t - 1]);
+            let mode = shared.order.after(t - 1);
             let unknown = (shared.unknown[t - 1], on, position);
             p = predicted::<S, N, F>(simd, &p, &steps[mode], &noise[mode], unknown);
         }

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::filter::{LANES, LaneBlock};
+use super::filter_data::{LANES, LaneBlock};
 
 /// A series by node, times a weight.
 #[derive(Clone, Debug)]

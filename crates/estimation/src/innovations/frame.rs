@@ -5,11 +5,11 @@ use std::rc::Rc;
 use super::bank::gains_of_bank;
 use super::column::{AppliedLaw, FilterColumn, OwnForces};
 use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
-use super::filter::{DataColumn, FilterGains, FilterInput};
+use super::filter_data::{DataColumn, FilterGains, FilterInput};
 use super::gram::{BaseGram, GroupGram, GroupSums, PackedColumns, PassedBase};
 use super::intake::{NodeIntake, input_force};
 use super::kernel::SizeError;
-use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows};
+use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows, StepOrder};
 use super::numeric::{over_steps, quantile};
 use super::plant::ForcedPlant;
 use super::recording::{LateChannel, Linearisation, NodeRecording};
@@ -239,7 +239,7 @@ impl InnovationsFrame {
         Ok(FilterInput {
             steps: &linear.steps,
             noise,
-            mode: &r.signs.mode,
+            order: StepOrder::ByMode(&r.signs.mode),
             unknown: &r.signs.unknown,
             unknown_on: (self.driven(), self.driven_state()),
             rows: &linear.rows,
@@ -248,6 +248,7 @@ impl InnovationsFrame {
             first,
             forces,
             channels,
+            errors: 0,
         })
     }
 
@@ -302,7 +303,7 @@ impl InnovationsFrame {
             }
             let data =
                 DataColumn { forces: self.known(k, Some(&own)), readings, first: self.first_with_latents(k) };
-            let smoothed = smooth_recording(&self.gains(k, q, true)?, &data)?;
+            let smoothed = smooth_recording(&self.gains(k, q, true)?, &data);
             let r = &mut self.runs[k];
             (r.states, r.scores, r.own) = (smoothed.states, smoothed.scores, own);
         }

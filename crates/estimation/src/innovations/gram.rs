@@ -10,10 +10,10 @@ use std::rc::Rc;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::column::{self, FilterColumn};
-use super::filter::{
-    DataColumn, FilterGains, FilterLane, LANES, LaneBlock, LaneStream, data_innovations, pass_streams,
-};
+use super::filter::data_innovations;
+use super::filter_data::{DataColumn, FilterGains, FilterLane, LANES, LaneBlock, LaneStream};
 use super::kernel::SizeError;
+use super::lanes::pass_streams;
 
 /// Numbers that are summed side by side.
 const STRIDE: usize = 8;
@@ -23,8 +23,6 @@ fn stride(columns: usize) -> usize {
 }
 /// Rows after which sums of a block go back to memory.
 const ROWS: usize = 32;
-/// Most columns of a group.
-pub const GROUP: usize = 4;
 
 /// Products of all columns of the base, data first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -187,31 +185,60 @@ impl PackedColumns {
 /// Sums of groups next to a base while recordings pass.
 pub struct GroupSums<'a> {
     packed: &'a PackedColumns,
-    /// Groups of at most [`GROUP`] columns, as many as fit side by side.
+    /// Groups that fit side by side.
     blocks: Vec<Vec<&'a [FilterColumn]>>,
-    /// By block: products with each column of the base, and with the lane that is 0, 1, .. further.
+    /// By block: products with each column of the base, and with the lane that is 0, 1, .. further, as far as its widest group goes.
     with_base: Vec<Vec<WideProduct>>,
-    with_own: Vec<[WideProduct; GROUP]>,
+    with_own: Vec<Vec<WideProduct>>,
+    /// Groups with more columns than lanes.
+    wide: Vec<WideGroup<'a>>,
+    /// Where each group is.
+    places: Vec<GroupPlace>,
+}
+
+/// A group with more columns than lanes.
+struct WideGroup<'a> {
+    columns: &'a [FilterColumn],
+    sums: GroupGram,
+}
+
+enum GroupPlace {
+    /// In a block, from this lane on.
+    Block(usize, usize),
+    /// Among the wide ones.
+    Wide(usize),
 }
 
 impl<'a> GroupSums<'a> {
     /// Nothing yet.
     pub fn new(packed: &'a PackedColumns, groups: &[&'a [FilterColumn]]) -> Self {
+        let size = packed.width + 1;
         let mut blocks: Vec<Vec<&'a [FilterColumn]>> = Vec::new();
+        let mut with_own: Vec<Vec<WideProduct>> = Vec::new();
+        let (mut wide, mut places) = (Vec::new(), Vec::new());
         let mut used = LANES;
-        for g in groups {
-            if used + g.len() > LANES {
+        for columns in groups.iter().copied() {
+            let k = columns.len();
+            if k > LANES {
+                places.push(GroupPlace::Wide(wide.len()));
+                let sums = GroupGram { size: k, base: vec![0.0; size * k], own: vec![0.0; k * k] };
+                wide.push(WideGroup { columns, sums });
+                continue;
+            }
+            if used + k > LANES {
                 blocks.push(Vec::new());
+                with_own.push(Vec::new());
                 used = 0;
             }
-            used += g.len();
-            if let Some(b) = blocks.last_mut() {
-                b.push(g);
+            places.push(GroupPlace::Block(blocks.len() - 1, used));
+            used += k;
+            if let (Some(block), Some(own)) = (blocks.last_mut(), with_own.last_mut()) {
+                block.push(columns);
+                own.resize(k.max(own.len()), [0.0; LANES]);
             }
         }
-        let with_base = vec![vec![[0.0; LANES]; packed.width + 1]; blocks.len()];
-        let with_own = vec![[[0.0; LANES]; GROUP]; blocks.len()];
-        Self { packed, blocks, with_base, with_own }
+        let with_base = vec![vec![[0.0; LANES]; size]; blocks.len()];
+        Self { packed, blocks, with_base, with_own, wide, places }
     }
 
     /// Adds a recording; `e` has the innovations of data and base.
@@ -221,22 +248,31 @@ impl<'a> GroupSums<'a> {
     pub fn pass(&mut self, recording: usize, gains: &FilterGains<'_>, e: &[f64]) -> Result<(), SizeError> {
         let rows = gains.input.counted_rows();
         let packed = self.packed;
+        let beside = |columns: &[&FilterColumn]| {
+            column::beside(columns, recording, packed.coordinates, packed.channels)
+        };
         let mut lanes = [Vec::new(), Vec::new()];
         for (b, pair) in self.blocks.chunks(2).enumerate() {
-            let blocks: Vec<LaneBlock> = pair
-                .iter()
-                .map(|groups| {
-                    let columns: Vec<&FilterColumn> = groups.iter().flat_map(|g| g.iter()).collect();
-                    column::beside(&columns, recording, packed.coordinates, packed.channels)
-                })
-                .collect();
+            let columns = |groups: &Vec<&'a [FilterColumn]>| {
+                beside(&groups.iter().flat_map(|g| g.iter()).collect::<Vec<_>>())
+            };
+            let blocks: Vec<LaneBlock> = pair.iter().map(columns).collect();
             let streams = blocks.iter().zip(&mut lanes);
             let mut streams: Vec<_> = streams.map(|(block, out)| LaneStream { gains, block, out }).collect();
             pass_streams(&mut streams)?;
             for (stream, b) in streams.iter().zip(2 * b..) {
-                let (with_base, with_own) = (&mut self.with_base[b][..], &mut self.with_own[b]);
+                let (with_base, with_own) = (&mut self.with_base[b][..], &mut self.with_own[b][..]);
                 vectorised(BlockSums { rows: &rows, e, lanes: &*stream.out, with_base, with_own });
             }
+        }
+        for group in &mut self.wide {
+            let mut pieces = Vec::new();
+            for columns in group.columns.chunks(LANES) {
+                let (block, mut out) = (beside(&columns.iter().collect::<Vec<_>>()), Vec::new());
+                pass_streams(&mut [LaneStream { gains, block: &block, out: &mut out }])?;
+                pieces.push(out);
+            }
+            group.add(&rows, e, &pieces);
         }
         Ok(())
     }
@@ -244,20 +280,46 @@ impl<'a> GroupSums<'a> {
     /// The matrices of all groups, in order.
     pub fn done(self) -> Vec<GroupGram> {
         let size = self.packed.width + 1;
+        let widths = self.blocks.iter().flat_map(|b| b.iter().map(|g| g.len()));
+        let mut widths = widths.collect::<Vec<_>>().into_iter();
+        let mut wide: Vec<GroupGram> = self.wide.into_iter().map(|w| w.sums).collect();
         let mut out = Vec::new();
-        for (b, groups) in self.blocks.iter().enumerate() {
-            let mut first = 0;
-            for g in groups {
-                let k = g.len();
-                let base = (0..size).flat_map(|i| (0..k).map(move |j| (i, j)));
-                let base = base.map(|(i, j)| self.with_base[b][i][first + j]).collect();
-                let own = |i: usize, j: usize| self.with_own[b][i.abs_diff(j)][first + i.min(j)];
-                let own = (0..k).flat_map(|i| (0..k).map(move |j| own(i, j))).collect();
-                out.push(GroupGram { size: k, base, own });
-                first += k;
-            }
+        for place in self.places {
+            let (b, first) = match place {
+                GroupPlace::Block(b, first) => (b, first),
+                GroupPlace::Wide(w) => {
+                    out.push(std::mem::take(&mut wide[w]));
+                    continue;
+                }
+            };
+            let k = widths.next().unwrap_or(0);
+            let base = (0..size).flat_map(|i| (0..k).map(move |j| (i, j)));
+            let base = base.map(|(i, j)| self.with_base[b][i][first + j]).collect();
+            let own = |i: usize, j: usize| self.with_own[b][i.abs_diff(j)][first + i.min(j)];
+            let own = (0..k).flat_map(|i| (0..k).map(move |j| own(i, j))).collect();
+            out.push(GroupGram { size: k, base, own });
         }
         out
+    }
+}
+
+impl WideGroup<'_> {
+    /// Adds the innovations of its columns in pieces of [`LANES`]; `e` has those of data and base.
+    fn add(&mut self, rows: &[usize], e: &[f64], pieces: &[Vec<FilterLane>]) {
+        let k = self.sums.size;
+        let size = self.sums.base.len() / k;
+        let mut x = vec![0.0; k];
+        for row in rows {
+            for (x, piece) in x.chunks_mut(LANES).zip(pieces) {
+                x.iter_mut().zip(&piece[*row]).for_each(|(x, l)| *x = f64::from(*l));
+            }
+            let base = &e[stride(size) * row..][..size];
+            for (sums, by) in
+                self.sums.base.chunks_mut(k).zip(base).chain(self.sums.own.chunks_mut(k).zip(&x))
+            {
+                sums.iter_mut().zip(&x).for_each(|(sum, x)| *sum += by * x);
+            }
+        }
     }
 }
 
@@ -305,7 +367,7 @@ struct BlockSums<'a> {
     e: &'a [f64],
     lanes: &'a [FilterLane],
     with_base: &'a mut [WideProduct],
-    with_own: &'a mut [WideProduct; GROUP],
+    with_own: &'a mut [WideProduct],
 }
 
 impl WithSimd for BlockSums<'_> {
@@ -316,7 +378,7 @@ impl WithSimd for BlockSums<'_> {
         let stride = stride(size);
         let parts = || (0..LANES).step_by(S::F64_LANES);
         // Zeros behind the lanes, for those that are further.
-        let mut wide = [[0.0; LANES + GROUP]; ROWS];
+        let mut wide = [[0.0; 2 * LANES]; ROWS];
         for rows in self.rows.chunks(ROWS) {
             for (l, k) in wide.iter_mut().zip(rows) {
                 for j in 0..LANES {

@@ -195,7 +195,7 @@ fn colour(loaded: &Loaded, channel: &str) -> f64 {
 }
 
 /// Times of all rows with a sample of any channel.
-fn rows(r: &Recording) -> Vec<f64> {
+pub(super) fn rows(r: &Recording) -> Vec<f64> {
     let mut all: Vec<f64> = r.channels.iter().flat_map(|c| c.time.iter().copied()).collect();
     all.sort_unstable_by(f64::total_cmp);
     all.dedup();
@@ -303,28 +303,7 @@ impl RecordedInput {
 
     /// Differences of the integral at the nodes; the first and the last value go on beyond the ends.
     fn shaped(&self, u: &[f64], delay: f64) -> Vec<f64> {
-        let t = &self.time;
-        let last = t.len() - 1;
-        let mut sums = vec![0.0];
-        for k in 0..last {
-            let value = if self.hold { u[k] } else { 0.5 * (u[k + 1] + u[k]) };
-            sums.push(sums[k] + value * (t[k + 1] - t[k]));
-        }
-        let mut at = 0;
-        let mut integral = |e: f64| {
-            if e < t[0] {
-                return (e - t[0]) * u[0];
-            }
-            if e >= t[last] {
-                return sums[last] + (e - t[last]) * u[last];
-            }
-            while t[at + 1] < e {
-                at += 1;
-            }
-            let x = e - t[at];
-            let slope = if self.hold { 0.0 } else { (u[at + 1] - u[at]) / (t[at + 1] - t[at]) };
-            sums[at] + u[at] * x + 0.5 * slope * x * x
-        };
+        let mut integral = integral(&self.time, u, self.hold);
         let mut before = integral(-delay);
         let step = |k: usize| {
             let now = integral((k + 1) as f64 * self.dt - delay);
@@ -333,6 +312,31 @@ impl RecordedInput {
             mean
         };
         (0..self.nodes).map(step).collect()
+    }
+}
+
+/// Integral of samples, held or joined by lines, at increasing times; the first and the last value go on beyond the ends.
+pub(super) fn integral<'a>(t: &'a [f64], u: &'a [f64], hold: bool) -> impl FnMut(f64) -> f64 + 'a {
+    let last = t.len() - 1;
+    let mut sums = vec![0.0];
+    for k in 0..last {
+        let value = if hold { u[k] } else { 0.5 * (u[k + 1] + u[k]) };
+        sums.push(sums[k] + value * (t[k + 1] - t[k]));
+    }
+    let mut at = 0;
+    move |e: f64| {
+        if e < t[0] {
+            return (e - t[0]) * u[0];
+        }
+        if e >= t[last] {
+            return sums[last] + (e - t[last]) * u[last];
+        }
+        while t[at + 1] < e {
+            at += 1;
+        }
+        let x = e - t[at];
+        let slope = if hold { 0.0 } else { (u[at + 1] - u[at]) / (t[at + 1] - t[at]) };
+        sums[at] + u[at] * x + 0.5 * slope * x * x
     }
 }
 

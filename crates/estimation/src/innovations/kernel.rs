@@ -4,10 +4,10 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// A combination of sizes that no kernel was made for.
+/// No filter for a recording: nothing is linearised there yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "no filter is made for {states} states with latents and {forces} coordinates; add the size to `kernel::run`"
+    "no steps are there for {states} states with latents and {forces} coordinates; linearise the recording first"
 )]
 pub struct SizeError {
     /// States with latents.
@@ -21,6 +21,18 @@ pub(super) trait SizedKernel {
     type Output;
     /// Has to be inlined, so that it is compiled for the vector units.
     fn run<S: Simd, const N: usize, const F: usize>(self, simd: S) -> Self::Output;
+    /// The same for sizes that no kernel was made for, slower; has to be inlined, too.
+    fn run_any<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+struct AnySize<K>(K);
+
+impl<K: SizedKernel> WithSimd for AnySize<K> {
+    type Output = K::Output;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> K::Output {
+        self.0.run_any(simd)
+    }
 }
 
 struct Vectorised<K, const N: usize, const F: usize>(K);
@@ -33,12 +45,24 @@ impl<K: SizedKernel, const N: usize, const F: usize> WithSimd for Vectorised<K, 
     }
 }
 
-/// Runs a kernel for these sizes.
-pub(super) fn run<K: SizedKernel>(states: usize, forces: usize, kernel: K) -> Result<K::Output, SizeError> {
+/// What decides which kernel takes a recording.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct KernelSizes {
+    /// States with latents.
+    pub(super) states: usize,
+    /// Coordinates.
+    pub(super) forces: usize,
+    /// Steps are those of modes, and only forces are latent.
+    pub(super) by_mode: bool,
+}
+
+/// Runs a kernel: one that is made for these sizes, or the one for any.
+pub(super) fn run<K: SizedKernel>(sizes: KernelSizes, kernel: K) -> K::Output {
     let arch = Arch::new();
-    match (states, forces) {
-        (6, 2) => Ok(arch.dispatch(Vectorised::<K, 6, 2>(kernel))),
-        (8, 2) => Ok(arch.dispatch(Vectorised::<K, 8, 2>(kernel))),
-        _ => Err(SizeError { states, forces }),
+    match (sizes.states, sizes.forces) {
+        _ if !sizes.by_mode => arch.dispatch(AnySize(kernel)),
+        (6, 2) => arch.dispatch(Vectorised::<K, 6, 2>(kernel)),
+        (8, 2) => arch.dispatch(Vectorised::<K, 8, 2>(kernel)),
+        _ => arch.dispatch(AnySize(kernel)),
     }
 }

@@ -75,6 +75,37 @@ pub struct PlantStep {
     pub a: Vec<f64>,
     /// Effect of forces that are constant over the step.
     pub b: Vec<f64>,
+    /// What the states have in addition, those without latents: of a step about a trajectory what the model does from its node, less
+    /// the next node. Empty: nothing; steps of modes have none.
+    pub defect: Vec<f64>,
+}
+
+/// Which step follows each node of a recording.
+#[derive(Clone, Copy, Debug)]
+pub enum StepOrder<'a> {
+    /// By mode: that of the step after each node, for a plant that is linear but for its modes.
+    ByMode(&'a [u8]),
+    /// Each node has a step of its own, but for the last of so many.
+    Own(usize),
+}
+
+impl StepOrder<'_> {
+    /// Number of nodes.
+    #[inline(always)]
+    pub fn nodes(&self) -> usize {
+        match self {
+            Self::ByMode(modes) => modes.len(),
+            Self::Own(nodes) => *nodes,
+        }
+    }
+    /// Index of the step after a node.
+    #[inline(always)]
+    pub fn after(&self, node: usize) -> usize {
+        match self {
+            Self::ByMode(modes) => usize::from(modes[node]),
+            Self::Own(_) => node,
+        }
+    }
 }
 
 fn row_major(m: &DMatrix<f64>) -> Vec<f64> {
@@ -96,7 +127,7 @@ impl PlantStep {
             a.row_mut(c.velocity).fill(0.0);
             a.column_mut(c.velocity).fill(0.0);
         }
-        Self { stuck: stuck.to_vec(), a: row_major(&a), b: row_major(&b) }
+        Self { stuck: stuck.to_vec(), a: row_major(&a), b: row_major(&b), defect: Vec::new() }
     }
 
     /// Covariance of what a step adds. `white`: standard deviation of a white force on each coordinate, N.m; `latent`: stationary

@@ -67,6 +67,23 @@ pub fn gradient(values: &[f64]) -> Vec<f64> {
     (0..n).map(one).collect()
 }
 
+/// Rates of values at increasing times: of the parabola through three inside, of the line at the ends.
+pub fn rates_at(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let last = time.len().saturating_sub(1);
+    let slope = |k: usize| (values[k + 1] - values[k]) / (time[k + 1] - time[k]);
+    let one = |k: usize| {
+        if last == 0 {
+            return 0.0;
+        }
+        if k == 0 || k == last {
+            return slope(k.min(last - 1));
+        }
+        let (before, after) = (time[k] - time[k - 1], time[k + 1] - time[k]);
+        (slope(k - 1) * after + slope(k) * before) / (before + after)
+    };
+    (0..=last).map(one).collect()
+}
+
 /// Sign, 0 at 0.
 pub fn sign(x: f64) -> f64 {
     if x > 0.0 {

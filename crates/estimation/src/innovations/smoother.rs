@@ -1,25 +1,20 @@
 //! Smoothed states of a recording (modified Bryson-Frazier), with the scores of its forces and readings.
 
-use pulp::Simd;
+use pulp::{Arch, Simd};
 
-use super::filter::{DataColumn, FilterGains, Square, arrays, dot, error_of, moved, row};
-use super::kernel::{SizeError, SizedKernel, run};
-
-/// A smoothed recording.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SmoothedRecording {
-    /// States with latents, `size` numbers a node.
-    pub states: Vec<f64>,
-    /// d log p / d (force of each coordinate, reading error of each channel), by node.
-    pub scores: Vec<f64>,
-}
+use super::any_smoother;
+use super::filter::{Square, arrays, dot, error_of, moved, row};
+use super::filter_data::{DataColumn, FilterGains, SmoothedRecording};
+use super::kernel::{SizedKernel, run};
 
 /// Smooths a recording; `data` has its forces as they push and its first state.
-///
-/// # Errors
-/// Where no kernel has these sizes.
-pub fn smooth_recording(gains: &FilterGains<'_>, data: &DataColumn) -> Result<SmoothedRecording, SizeError> {
-    run(gains.input.size(), gains.input.forces, Smoothing { gains, data })
+pub fn smooth_recording(gains: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
+    run(gains.input.sizes(), Smoothing { gains, data })
+}
+
+/// The same with the powers of the latents' scores.
+pub fn smooth_with_powers(gains: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
+    Arch::new().dispatch(|| any_smoother::smooth(gains, data, true))
 }
 
 struct Smoothing<'a> {
@@ -33,12 +28,16 @@ impl SizedKernel for Smoothing<'_> {
     fn run<S: Simd, const N: usize, const F: usize>(self, _: S) -> SmoothedRecording {
         smooth::<N, F>(self.gains, self.data)
     }
+    #[inline(always)]
+    fn run_any<S: Simd>(self, _: S) -> SmoothedRecording {
+        any_smoother::smooth(self.gains, self.data, false)
+    }
 }
 
 #[inline(always)]
 fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
     let input = &g.input;
-    let (nodes, channels) = (input.mode.len(), input.channels);
+    let (nodes, channels) = (input.order.nodes(), input.channels);
     let width = F + channels;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
     let mut predicted = vec![[0.0; N]; nodes];
@@ -47,7 +46,7 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
     let mut before = [0.0; F];
     for t in 0..nodes {
         if t > 0 {
-            x = moved(&steps[usize::from(input.mode[t - 1])], &x, &before);
+            x = moved(&steps[input.order.after(t - 1)], &x, &before);
         }
         predicted[t] = x;
         let now: [f64; F] = data.force(t);
@@ -91,7 +90,7 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
             states[N * t + i] = predicted[t][i] - dot(&p, &l); // (EST-6)
         }
         if t > 0 {
-            let (a, b) = &steps[usize::from(input.mode[t - 1])];
+            let (a, b) = &steps[input.order.after(t - 1)];
             let mut earlier = [0.0; N];
             for k in 0..N {
                 for i in 0..F {
@@ -104,5 +103,5 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
             l = earlier;
         }
     }
-    SmoothedRecording { states, scores }
+    SmoothedRecording { states, scores, powers: Vec::new() }
 }

@@ -1,263 +1,273 @@
-//! The smoothed trajectory of a joint as laws see it. Nothing here is an acceleration or a latent.
+//! The smoothed trajectory of a plant as laws see it. Nothing here is a smoothed acceleration or a latent.
 
-use std::cell::OnceCell;
-use std::f64::consts::PI;
+use std::rc::Rc;
 
-use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
-use trueup_estimation::innovations::frame::InnovationsFrame;
-use trueup_estimation::innovations::intake::{IntakeRecording, RecordedInput};
-use trueup_estimation::innovations::numeric::{over_steps, quantile, sign};
-use trueup_estimation::innovations::two_mass::{coordinate, parameter};
+use trueup_estimation::innovations::column::{ColumnPart, FilterColumn, WeightedSeries};
+use trueup_estimation::innovations::numeric::over_steps;
 
-/// Friction is looked at so often within a step.
-pub const PARTS: usize = 4;
+use super::drive::DriveAlong;
+use super::mechanics::ChainMechanics;
+use super::place::{BasePlace, ChannelPlace, JointPlace, MotionInStep, ShownBy};
+use super::run_along::{CoordinateMotion, JointMotion, RunAlong, hermite};
+use super::shape::LawShape;
+use super::spline::CubicSpline;
 
-/// Usual sizes along the trajectory that a search begins with.
-#[derive(Clone, Debug, PartialEq)]
-pub struct UsualSizes {
-    /// Largest current, A.
-    pub current: f64,
-    /// Speed of the motor, reached 3 % of the time, rad/s.
-    pub motor_speed: f64,
-    /// Speed of the load on the motor's side, reached 5 % of the time, rad/s.
-    pub load_speed: f64,
-    /// Largest angle of the load, rad.
-    pub load_angle: f64,
-    /// Twist, reached 2 % of the time, rad.
-    pub twist: f64,
-    /// Rate of twist, reached 10 % of the time, rad/s.
-    pub twist_rate: f64,
-    /// Range of the motor's angle, rad.
-    pub range: f64,
+/// A frame's trajectory, with the units in which columns are made.
+pub struct PlantAlong<'a> {
+    /// How far it moves within a step.
+    pub motion: MotionInStep,
+    /// Its joints, from the base.
+    pub joints: Vec<JointPlace>,
+    /// Its base, where it is free.
+    pub base: Option<BasePlace>,
+    /// Its channels.
+    pub channels: Vec<ChannelPlace>,
+    /// Channels that may be late: those of one instrument together, and each alone.
+    pub late_together: Vec<Vec<usize>>,
+    /// Recordings.
+    pub runs: Vec<RunAlong>,
     /// Longest recording, s.
     pub duration: f64,
+    /// Mechanics of a chain; `None`: it is none.
+    pub mechanics: Option<&'a dyn ChainMechanics>,
 }
 
-impl UsualSizes {
-    /// Of a frame's trajectory.
-    pub fn of(frame: &InnovationsFrame) -> Self {
-        let series = |f: &dyn Fn(usize) -> Vec<f64>| -> Vec<f64> {
-            (0..frame.runs.len()).flat_map(f).map(f64::abs).collect()
+impl<'a> PlantAlong<'a> {
+    /// Of a plant without a free base whose channels are late one by one.
+    pub fn new(
+        motion: MotionInStep,
+        joints: Vec<JointPlace>,
+        channels: Vec<ChannelPlace>,
+        mut runs: Vec<RunAlong>,
+    ) -> Self {
+        runs.iter_mut().for_each(|r| r.forget_motion(joints.len(), channels.len()));
+        let duration = runs.iter().filter_map(|r| r.times.last().copied()).fold(0.0, f64::max);
+        let compared = (0..channels.len()).filter(|c| channels[*c].compared);
+        let late_together = compared.map(|c| vec![c]).collect();
+        Self { motion, joints, base: None, channels, late_together, runs, duration, mechanics: None }
+    }
+
+    /// The same with a coordinate's position, or its rate, moved throughout.
+    pub fn moved(&self, coordinate: usize, rate: bool, by: f64) -> Self {
+        let mut moved = Self {
+            joints: self.joints.clone(),
+            base: self.base.clone(),
+            channels: self.channels.clone(),
+            late_together: self.late_together.clone(),
+            runs: self.runs.clone(),
+            ..*self
         };
-        let state = |k: usize| move |r: usize| frame.runs[r].state(k);
-        let apart = |a: usize, b: usize| {
-            move |r: usize| -> Vec<f64> {
-                let (a, b) = (frame.runs[r].state(a), frame.runs[r].state(b));
-                a.iter().zip(b).map(|(a, b)| a - b).collect()
+        for r in &mut moved.runs {
+            let all = if rate { &mut r.rates } else { &mut r.positions };
+            all[coordinate].iter_mut().for_each(|x| *x += by);
+            r.forget_motion(self.joints.len(), self.channels.len());
+        }
+        moved
+    }
+
+    /// Each joint, and all of them where there are several.
+    pub fn joint_sets(&self) -> Vec<Vec<usize>> {
+        let each = (0..self.joints.len()).map(|k| vec![k]);
+        let all = (self.joints.len() > 1).then(|| (0..self.joints.len()).collect());
+        each.chain(all).collect()
+    }
+    /// Shapes at each joint with a spring.
+    pub fn at_springs(&self, shapes: impl Fn(&JointPlace) -> Vec<LawShape>) -> Vec<LawShape> {
+        let springs = self.joints.iter().enumerate().filter(|(_, j)| j.stiffness > 0.0);
+        springs.flat_map(|(k, j)| shapes(j).into_iter().map(move |s| s.at(&[k]))).collect()
+    }
+    /// A form at each motor with dry friction in the nominal plant: as it is, or with each of these lengths `x`.
+    pub fn at_dry_joints(&self, form: &'static str, lengths: &[f64]) -> Vec<LawShape> {
+        let dry = (0..self.joints.len()).filter(|k| self.joints[*k].dry > 0.0);
+        let of = |k: usize| -> Vec<LawShape> {
+            let shape =
+                |values: &[(&'static str, f64)]| LawShape::new("motor-friction", form, values).at(&[k]);
+            match lengths {
+                [] => vec![shape(&[])],
+                _ => lengths.iter().map(|x| shape(&[("x", *x)])).collect(),
             }
         };
-        let most = |all: Vec<f64>| all.into_iter().fold(0.0, f64::max);
-        let samples =
-            |r: usize| current(&frame.intake.recordings[r]).map_or_else(Vec::new, |i| i.values.clone());
-        let range = |r: &Vec<f64>| {
-            let (low, high) = r.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
-            high - low
-        };
-        Self {
-            current: most(series(&samples)),
-            motor_speed: quantile(series(&state(1)), 0.97),
-            load_speed: quantile(series(&state(3)), 0.95),
-            load_angle: most(series(&state(2))) / gear_ratio(frame),
-            twist: quantile(series(&apart(0, 2)), 0.98) + 1e-300,
-            twist_rate: quantile(series(&apart(1, 3)), 0.90) + 1e-300,
-            range: most(frame.runs.iter().map(|r| range(&r.state(0))).collect()),
-            duration: most(frame.runs.iter().map(|r| r.time(r.nodes - 1)).collect()),
+        dry.flat_map(of).collect()
+    }
+
+    /// Motion of a joint within the steps of a recording.
+    pub fn joint_within(&self, recording: usize, joint: usize) -> &JointMotion {
+        let (r, j) = (&self.runs[recording], &self.joints[joint]);
+        r.joints[joint][1].get_or_init(|| r.joint_within(j, self.motion))
+    }
+    /// Motion of a joint where laws of transmission and link look at it: at nodes, or within the steps.
+    pub fn joint_motion(&self, recording: usize, joint: usize) -> &JointMotion {
+        if self.motion == MotionInStep::Curved {
+            return self.joint_within(recording, joint);
+        }
+        let (r, j) = (&self.runs[recording], &self.joints[joint]);
+        r.joints[joint][0].get_or_init(|| r.joint_at_nodes(j))
+    }
+    /// Means over the steps of values at the moments of [`PlantAlong::joint_motion`].
+    pub fn means(&self, recording: usize, values: &[f64]) -> Vec<f64> {
+        match self.motion {
+            MotionInStep::Straight => over_steps(values),
+            MotionInStep::Curved => self.runs[recording].means(values),
         }
     }
 
-    /// Width of an order in the spectrum over the motor's angle.
-    pub fn order(&self) -> f64 {
-        2.0 * PI / self.range
+    fn each_run(&self, part: impl Fn(usize) -> ColumnPart) -> FilterColumn {
+        (0..self.runs.len()).map(part).collect()
     }
-    /// Unit of angle of reading errors along a frame, rad at the motor: of nominal values, so that amplitudes keep their meaning.
-    pub fn angle_unit(&self, frame: &InnovationsFrame) -> f64 {
-        let usual = frame.plant.usual_deflection();
-        if usual > 0.0 { usual } else { 0.1 * self.motor_speed * 0.05 }
+    /// A torque on a motor from values within the steps.
+    pub fn on_motor(&self, joint: usize, f: impl Fn(&JointMotion) -> Vec<f64>) -> FilterColumn {
+        self.on_motor_by_run(joint, |_, m| f(m))
     }
-}
-
-fn current(r: &IntakeRecording) -> Option<&RecordedInput> {
-    r.inputs.first().and_then(Option::as_ref)
-}
-
-/// Turns of the motor per turn of the load; 1 where the load is not read.
-pub fn gear_ratio(frame: &InnovationsFrame) -> f64 {
-    frame.plant.readings().iter().find(|r| r.state == 2).map_or(1.0, |r| r.factor)
-}
-
-/// Within the steps: [`PARTS`] values a step.
-#[derive(Clone, Debug)]
-pub struct WithinSteps {
-    /// Sign of the nominal plant's friction.
-    pub sign: Vec<f64>,
-    /// Speed of the motor, 0 at rest.
-    pub speed: Vec<f64>,
-    /// Angle of the motor.
-    pub angle: Vec<f64>,
-    /// Twist.
-    pub twist: Vec<f64>,
-    /// Rate of twist.
-    pub twist_rate: Vec<f64>,
-    /// Time, s.
-    pub time: Vec<f64>,
-}
-
-/// Series by node of one recording; angles on the motor's side.
-#[derive(Clone, Debug)]
-pub struct JointSeries {
-    /// Step, s.
-    pub dt: f64,
-    /// Number of nodes.
-    pub nodes: usize,
-    /// Angle of the motor, rad.
-    pub motor: Vec<f64>,
-    /// Its speed, rad/s.
-    pub motor_speed: Vec<f64>,
-    /// Angle of the load, rad.
-    pub load: Vec<f64>,
-    /// Its speed, rad/s.
-    pub load_speed: Vec<f64>,
-    /// Twist, rad.
-    pub twist: Vec<f64>,
-    /// Its rate, rad/s.
-    pub twist_rate: Vec<f64>,
-    /// Torque of the spring as the model has it, N.m.
-    pub torque: Vec<f64>,
-    within: OnceCell<WithinSteps>,
-}
-
-impl JointSeries {
-    /// Time of a node, s.
-    pub fn time(&self, node: usize) -> f64 {
-        node as f64 * self.dt
+    /// The same, with the recording.
+    pub fn on_motor_by_run(&self, joint: usize, f: impl Fn(usize, &JointMotion) -> Vec<f64>) -> FilterColumn {
+        let on = self.joints[joint].motor;
+        self.each_run(|k| ColumnPart::force(on, self.runs[k].means(&f(k, self.joint_within(k, joint)))))
     }
-    /// A series by node.
-    pub fn by_node(&self, f: impl Fn(usize) -> f64) -> Vec<f64> {
-        (0..self.nodes).map(f).collect()
+    /// A force on a coordinate over time, s.
+    pub fn over_time(&self, coordinate: usize, f: impl Fn(f64) -> f64) -> FilterColumn {
+        self.each_run(|k| ColumnPart::force(coordinate, self.time_means(k, &f)))
     }
-}
-
-/// A frame's trajectory, with the units that columns are made in.
-pub struct JointAlong<'a> {
-    /// The frame.
-    pub frame: &'a InnovationsFrame,
-    /// Usual sizes.
-    pub sizes: &'a UsualSizes,
-    /// Recordings.
-    pub runs: Vec<JointSeries>,
-    /// Unit of torque, N.m.
-    pub unit: f64,
-    /// Unit of angle of reading errors, rad; see [`UsualSizes::angle_unit`].
-    pub angle_unit: f64,
-    /// Stiffness in hand, N.m/rad; 0: rigid.
-    pub stiffness: f64,
-    /// Damping in hand, N.m.s/rad.
-    pub damping: f64,
-    /// Turns of the motor per turn of the load.
-    pub gear_ratio: f64,
-}
-
-impl<'a> JointAlong<'a> {
-    /// Along the present trajectory of a frame.
-    pub fn new(frame: &'a InnovationsFrame, sizes: &'a UsualSizes) -> Self {
-        let (stiffness, damping) = (frame.theta[parameter::STIFFNESS], frame.theta[parameter::DAMPING]);
-        let runs = frame.runs.iter().map(|r| {
-            let [motor, motor_speed, load, load_speed] = [0, 1, 2, 3].map(|k| r.state(k));
-            let twist: Vec<f64> = motor.iter().zip(&load).map(|(a, b)| a - b).collect();
-            let twist_rate: Vec<f64> = motor_speed.iter().zip(&load_speed).map(|(a, b)| a - b).collect();
-            let torque = twist.iter().zip(&twist_rate).map(|(t, r)| stiffness * t + damping * r).collect();
-            JointSeries {
-                dt: r.dt,
-                nodes: r.nodes,
-                motor,
-                motor_speed,
-                load,
-                load_speed,
-                twist,
-                twist_rate,
-                torque,
-                within: OnceCell::new(),
-            }
-        });
-        Self {
-            frame,
-            sizes,
-            runs: runs.collect(),
-            unit: frame.plant.usual_force(),
-            angle_unit: sizes.angle_unit(frame),
-            stiffness,
-            damping,
-            gear_ratio: gear_ratio(frame),
-        }
-    }
-
-    /// Parameter in hand.
-    pub fn parameter(&self, k: usize) -> f64 {
-        self.frame.theta[k]
-    }
-    /// The nominal value of a parameter.
-    pub fn nominal(&self, k: usize) -> f64 {
-        self.frame.plant.parameters()[k].value
-    }
-    /// Speed linear, angle cubic, the sign of friction as the nominal plant has it, within the steps of a recording.
-    pub fn within(&self, recording: usize) -> &WithinSteps {
+    /// Means over the steps of a function of time, s.
+    fn time_means(&self, recording: usize, f: impl Fn(f64) -> f64) -> Vec<f64> {
         let r = &self.runs[recording];
-        let signs = &self.frame.runs[recording].signs.sign;
-        r.within.get_or_init(|| within_steps(r, signs))
+        match self.motion {
+            MotionInStep::Straight => over_steps(&r.times.iter().map(|t| f(*t)).collect::<Vec<_>>()),
+            MotionInStep::Curved => r.means(&r.part_times().iter().map(|t| f(*t)).collect::<Vec<_>>()),
+        }
     }
-    /// A force on the motor from values within the steps.
-    pub fn on_motor(&self, f: impl Fn(&WithinSteps, usize) -> f64) -> FilterColumn {
-        let one = |k: usize| {
-            let w = self.within(k);
-            let mean = |t: usize| (PARTS * t..PARTS * (t + 1)).map(|i| f(w, i)).sum::<f64>() / PARTS as f64;
-            ColumnPart::force(coordinate::MOTOR, (0..self.runs[k].nodes).map(mean).collect())
+    /// A torque on a link.
+    pub fn on_link(&self, joint: usize, f: impl Fn(&JointMotion) -> Vec<f64>) -> FilterColumn {
+        self.on_link_by_run(joint, |_, m| f(m))
+    }
+    /// The same, with the recording.
+    pub fn on_link_by_run(&self, joint: usize, f: impl Fn(usize, &JointMotion) -> Vec<f64>) -> FilterColumn {
+        let on = self.joints[joint].link;
+        self.each_run(|k| ColumnPart::force(on, self.means(k, &f(k, self.joint_motion(k, joint)))))
+    }
+    /// A torque of the attitude of a joint's link, on the links of all joints up to it.
+    pub fn up_to_link(&self, joint: usize, f: impl Fn(&[f64]) -> Vec<f64>) -> FilterColumn {
+        self.each_run(|k| {
+            let mut attitude = vec![0.0; self.joint_motion(k, joint).time.len()];
+            for (i, j) in self.joints.iter().enumerate().take(joint + 1) {
+                let link = &self.joint_motion(k, i).link;
+                attitude.iter_mut().zip(link).for_each(|(a, q)| *a += q / j.turns);
+            }
+            let values: Rc<[f64]> = self.means(k, &f(&attitude)).into();
+            let on = |j: &JointPlace| WeightedSeries { on: j.link, weight: 1.0, values: values.clone() };
+            ColumnPart { forces: self.joints[..=joint].iter().map(on).collect(), readings: Vec::new() }
+        })
+    }
+    /// Forces on the three coordinates of a base at each moment within the steps.
+    pub fn on_base(
+        &self,
+        base: &BasePlace,
+        f: impl Fn(&[&CoordinateMotion; 3], usize) -> [f64; 3],
+    ) -> FilterColumn {
+        self.each_run(|k| {
+            let r = &self.runs[k];
+            let motion = base.coordinates.map(|c| r.within(c));
+            let mut forces = [(); 3].map(|()| Vec::with_capacity(motion[0].position.len()));
+            for i in 0..motion[0].position.len() {
+                forces.iter_mut().zip(f(&motion, i)).for_each(|(all, f)| all.push(f));
+            }
+            on_coordinates(r, base.coordinates, forces)
+        })
+    }
+    /// A force over time (s) on the tip along axis 0 or 1, in usual forces of the tip; `None`: the plant is no chain.
+    pub fn on_tip(&self, axis: usize, f: impl Fn(f64) -> f64) -> Option<FilterColumn> {
+        let mechanics = self.mechanics?;
+        let largest = self.joints.iter().map(|j| j.torque).fold(0.0, f64::max);
+        // Half the usual force of a free base.
+        let unit = self.base.as_ref().map_or(largest, |b| 0.5 * b.force[0]);
+        let part = |k: usize| {
+            let (r, pulse) = (&self.runs[k], self.time_means(k, &f));
+            let mut part = ColumnPart::default();
+            for (c, j) in mechanics.tip(k, axis)?.iter().enumerate() {
+                let force = r.by_node(|t| unit * pulse[t] * 0.5 * (j[t] + j[r.next(t)]));
+                if force.iter().any(|f| *f != 0.0) {
+                    part.forces.extend(ColumnPart::force(c, force).forces);
+                }
+            }
+            Some(part)
         };
-        (0..self.runs.len()).map(one).collect()
+        (0..self.runs.len()).map(part).collect()
     }
-    /// What the torque of another input has more than that of the recorded one.
-    pub fn of_current(&self, means: impl Fn(&RecordedInput) -> Vec<f64>) -> FilterColumn {
-        let gain = self.parameter(parameter::TORQUE_CONSTANT);
-        let one = |r: &IntakeRecording| {
-            let other = current(r).map_or_else(Vec::new, &means);
-            let more = r.means[0].iter().zip(other).map(|(u, o)| -gain * (u - o)).collect();
-            ColumnPart::force(coordinate::MOTOR, more)
+    /// A torque between motor and link: minus on the motor, plus on the link.
+    pub fn in_spring(&self, joint: usize, f: impl Fn(&JointMotion) -> Vec<f64>) -> FilterColumn {
+        let j = &self.joints[joint];
+        self.each_run(|k| {
+            let values: Rc<[f64]> = self.means(k, &f(self.joint_motion(k, joint))).into();
+            let on = |on: usize, weight: f64| WeightedSeries { on, weight, values: values.clone() };
+            ColumnPart { forces: vec![on(j.motor, -1.0), on(j.link, 1.0)], readings: Vec::new() }
+        })
+    }
+    /// What the torques of other inputs have more than those of the recorded ones, on the motors of these joints.
+    pub fn of_drives(&self, joints: &[usize], means: impl Fn(&DriveAlong) -> Vec<f64>) -> FilterColumn {
+        let part = |k: usize, joint: usize| {
+            let drive = &self.runs[k].drives[joint];
+            let other = means(drive);
+            let more: Vec<f64> = drive.means.iter().zip(other).map(|(u, o)| -drive.gain * (u - o)).collect();
+            ColumnPart::force(self.joints[joint].motor, self.runs[k].means(&more)).forces
         };
-        self.frame.intake.recordings.iter().map(one).collect()
+        self.each_run(|k| ColumnPart {
+            forces: joints.iter().flat_map(|j| part(k, *j)).collect(),
+            readings: Vec::new(),
+        })
     }
-    /// A torque between motor and load, by node: minus on the motor, plus on the load.
-    pub fn in_spring(&self, f: impl Fn(&JointSeries) -> Vec<f64>) -> FilterColumn {
-        self.runs.iter().map(|r| ColumnPart::forces(&[-1.0, 1.0], over_steps(&f(r)))).collect()
-    }
-    /// A torque on the load, by node.
-    pub fn on_load(&self, f: impl Fn(&JointSeries) -> Vec<f64>) -> FilterColumn {
-        self.runs.iter().map(|r| ColumnPart::force(coordinate::LOAD, over_steps(&f(r)))).collect()
-    }
-    /// A reading error of a channel, by recording, node and time of the reading; `None`: the channel was not recorded.
+    /// A reading error of a channel, by recording, node and time of the reading.
     pub fn of_reading(&self, channel: usize, f: impl Fn(usize, usize, f64) -> f64) -> FilterColumn {
-        let channels = self.frame.channels();
-        let one = |k: usize| {
-            let (r, run) = (&self.runs[k], &self.frame.runs[k]);
-            let value = |t: usize| f(k, t, r.time(t) + run.moments[channels * t + channel][0]);
-            ColumnPart::reading(channel, r.by_node(value))
-        };
-        (0..self.runs.len()).map(one).collect()
+        self.each_run(|k| {
+            let r = &self.runs[k];
+            ColumnPart::reading(channel, r.by_node(|t| f(k, t, r.times[t] + r.moments[channel][t])))
+        })
     }
-    /// Smoothed angle that a channel shows, at any time of a recording: cubic between nodes.
-    pub fn angle_at(&self, recording: usize, state: usize, time: f64) -> f64 {
-        let r = &self.runs[recording];
-        let (q, v) = if state == 0 { (&r.motor, &r.motor_speed) } else { (&r.load, &r.load_speed) };
-        let k = ((time / r.dt) as usize).min(r.nodes - 2);
-        let x = (time / r.dt - k as f64).clamp(0.0, 1.0);
-        let h = hermite(x);
-        q[k] * h[0] + r.dt * v[k] * h[1] + q[k + 1] * h[2] + r.dt * v[k + 1] * h[3]
+    /// What a channel shows by node, without its errors.
+    fn shown<'r>(&self, run: &'r RunAlong, channel: usize) -> &'r [f64] {
+        match self.channels[channel].shows {
+            ShownBy::Position(c) => &run.positions[c],
+            ShownBy::Rate(c) => &run.rates[c],
+            ShownBy::Tip(_) | ShownBy::TipRate(_) => &run.shown[channel],
+        }
     }
-    /// Means over the steps of sin and of cos of `order` times the motor's angle, exact along a straight piece.
-    pub fn order_means(&self, recording: usize, order: f64) -> [Vec<f64>; 2] {
+    /// What a channel shows at any time of a recording: a position cubic between nodes, or on a spline.
+    pub fn shown_at(&self, recording: usize, channel: usize, time: f64) -> f64 {
         let r = &self.runs[recording];
-        let mut means = [Vec::with_capacity(r.nodes), Vec::with_capacity(r.nodes)];
-        for t in 0..r.nodes {
-            let d = r.motor[(t + 1).min(r.nodes - 1)] - r.motor[t];
-            let (sin, cos) = (order * (r.motor[t] + 0.5 * d)).sin_cos();
+        match (self.motion, self.channels[channel].shows) {
+            (MotionInStep::Straight, ShownBy::Position(c)) => {
+                let (q, v, dt) = (&r.positions[c], &r.rates[c], r.steps[0]);
+                let k = ((time / dt) as usize).min(r.nodes() - 2);
+                let x = (time / dt - k as f64).clamp(0.0, 1.0);
+                let h = hermite(x);
+                q[k] * h[0] + dt * v[k] * h[1] + q[k + 1] * h[2] + dt * v[k + 1] * h[3]
+            }
+            _ => self.spline(recording, channel).value(time),
+        }
+    }
+    /// Rate of what a channel shows at a node.
+    pub fn shown_rate(&self, recording: usize, channel: usize, node: usize) -> f64 {
+        let r = &self.runs[recording];
+        match (self.motion, self.channels[channel].shows) {
+            (MotionInStep::Straight, ShownBy::Position(c)) => r.rates[c][node],
+            _ => self.spline(recording, channel).slope(r.times[node] + r.moments[channel][node]),
+        }
+    }
+    fn spline(&self, recording: usize, channel: usize) -> &CubicSpline {
+        let r = &self.runs[recording];
+        r.splines[channel].get_or_init(|| CubicSpline::new(&r.times, self.shown(r, channel)))
+    }
+    /// Means over the steps of sin and of cos of `order` times the motor's angle; exact along straight pieces.
+    pub fn order_means(&self, recording: usize, joint: usize, order: f64) -> [Vec<f64>; 2] {
+        let r = &self.runs[recording];
+        if self.motion == MotionInStep::Curved {
+            let angle = &self.joint_within(recording, joint).motor;
+            let (sin, cos): (Vec<f64>, Vec<f64>) = angle.iter().map(|q| (order * q).sin_cos()).unzip();
+            return [r.means(&sin), r.means(&cos)];
+        }
+        let motor = &r.positions[self.joints[joint].motor];
+        let mut means = [Vec::with_capacity(r.nodes()), Vec::with_capacity(r.nodes())];
+        for t in 0..r.nodes() {
+            let d = motor[r.next(t)] - motor[t];
+            let (sin, cos) = (order * (motor[t] + 0.5 * d)).sin_cos();
             let within = sinc(0.5 * order * d);
             means[0].push(sin * within);
             means[1].push(cos * within);
@@ -270,39 +280,9 @@ fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { x.sin() / x }
 }
 
-fn hermite(x: f64) -> [f64; 4] {
-    let y = 1.0 - x;
-    [(1.0 + 2.0 * x) * y * y, x * y * y, x * x * (3.0 - 2.0 * x), x * x * (x - 1.0)]
-}
-
-fn within_steps(r: &JointSeries, signs: &[f64]) -> WithinSteps {
-    let all = PARTS * r.nodes;
-    let empty = || Vec::with_capacity(all);
-    let mut w = WithinSteps {
-        sign: empty(),
-        speed: empty(),
-        angle: empty(),
-        twist: empty(),
-        twist_rate: empty(),
-        time: empty(),
-    };
-    for t in 0..r.nodes {
-        let next = (t + 1).min(r.nodes - 1);
-        let (a, b) = (signs[t], signs[next]);
-        for part in 0..PARTS {
-            let x = (part as f64 + 0.5) / PARTS as f64;
-            let line = |s: &[f64]| s[t] + (s[next] - s[t]) * x;
-            let speed = line(&r.motor_speed);
-            w.sign.push(if a * b < 0.0 { sign(speed) } else { 0.5 * (a + b) });
-            w.speed.push(if a == 0.0 && b == 0.0 { 0.0 } else { speed });
-            let h = hermite(x);
-            let rates = r.dt * (r.motor_speed[t] * h[1] + r.motor_speed[next] * h[3]);
-            let angle = r.motor[t] * h[0] + r.motor[next] * h[2] + rates;
-            w.angle.push(if next == t { r.motor[t] } else { angle });
-            w.twist.push(line(&r.twist));
-            w.twist_rate.push(line(&r.twist_rate));
-            w.time.push(r.time(t) + r.dt * x);
-        }
-    }
-    w
+/// Forces on coordinates from values by part; those that are zero throughout are left out.
+pub(super) fn on_coordinates(r: &RunAlong, coordinates: [usize; 3], forces: [Vec<f64>; 3]) -> ColumnPart {
+    let acting = coordinates.into_iter().zip(forces).filter(|(_, f)| f.iter().any(|f| *f != 0.0));
+    let forces = acting.flat_map(|(c, f)| ColumnPart::force(c, r.means(&f)).forces);
+    ColumnPart { forces: forces.collect(), readings: Vec::new() }
 }

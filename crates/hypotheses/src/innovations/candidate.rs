@@ -3,7 +3,8 @@
 use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 
-use super::along::{JointAlong, UsualSizes};
+use super::along::PlantAlong;
+use super::joint_along::{UsualSizes, along_joint};
 use super::laws::LawRef;
 use super::shape::LawShape;
 
@@ -16,8 +17,8 @@ pub struct EffectCandidate {
     pub shape: LawShape,
     /// Columns along the trajectory, with priors.
     pub applied: AppliedLaw,
-    /// Whether the first amplitude can only be positive.
-    pub positive: bool,
+    /// Amplitudes that can only be positive.
+    pub positive: Vec<usize>,
     /// Best log evidence in addition to the base; minus infinity: none with an amplitude that can be.
     pub evidence: f64,
     /// Amplitudes there.
@@ -28,7 +29,7 @@ pub struct EffectCandidate {
 
 impl EffectCandidate {
     /// Along a trajectory; `None` where a channel that it needs was not recorded.
-    pub fn new(law: LawRef, along: &JointAlong<'_>, shape: LawShape) -> Option<Self> {
+    pub fn new(law: LawRef, along: &PlantAlong<'_>, shape: LawShape) -> Option<Self> {
         let terms = law.terms(along, &shape)?;
         Some(Self {
             law,
@@ -42,7 +43,7 @@ impl EffectCandidate {
     }
     /// The same along the present trajectory of a frame, its evidence kept.
     pub fn again(&self, frame: &InnovationsFrame, sizes: &UsualSizes) -> Option<Self> {
-        let made = Self::new(self.law, &JointAlong::new(frame, sizes), self.shape.clone())?;
+        let made = Self::new(self.law, &along_joint(frame, sizes), self.shape.clone())?;
         Some(Self { applied: made.applied, ..self.clone() })
     }
     /// Whether any amplitude was found that can be.
@@ -61,7 +62,7 @@ pub fn applied(
     frame: &InnovationsFrame,
     sizes: &UsualSizes,
 ) -> Vec<AppliedLaw> {
-    let along = JointAlong::new(frame, sizes);
+    let along = along_joint(frame, sizes);
     let terms = parts.iter().filter_map(|(law, shape)| law.terms(&along, shape));
     terms.map(|t| t.applied).collect()
 }

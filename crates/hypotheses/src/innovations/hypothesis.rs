@@ -9,8 +9,8 @@ use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::kernel::SizeError;
 
-use super::along::UsualSizes;
 use super::candidate::{EffectCandidate, applied};
+use super::joint_along::UsualSizes;
 use super::laws::LawRef;
 use super::pushes::EACH;
 use super::shape::LawShape;

@@ -6,9 +6,9 @@ use std::rc::Rc;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::kernel::SizeError;
 
-use super::along::UsualSizes;
 use super::candidate::applied;
 use super::hypothesis::{FittedEffect, SharedFrame};
+use super::joint_along::UsualSizes;
 use super::laws::law_of;
 use super::shape::LawShape;
 

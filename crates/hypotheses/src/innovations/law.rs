@@ -2,33 +2,37 @@
 
 use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 
-use super::along::JointAlong;
+use super::along::PlantAlong;
 use super::shape::LawShape;
+use super::slope::LawSlopes;
 use super::spectrum::OrderPeaks;
+
+/// A column with the prior mean and standard deviation of its amplitude.
+pub type LawTerm = (FilterColumn, f64, f64);
 
 /// Columns of a law with its priors.
 #[derive(Clone, Debug, Default)]
 pub struct LawTerms {
     /// What the filter takes.
     pub applied: AppliedLaw,
-    /// Whether the first amplitude can only be positive.
-    pub positive: bool,
+    /// Amplitudes that can only be positive.
+    pub positive: Vec<usize>,
 }
 
 impl LawTerms {
-    /// Columns with the prior means and standard deviations of their amplitudes.
-    pub fn new(terms: Vec<(FilterColumn, f64, f64)>, positive: bool) -> Self {
+    /// Columns with the prior means and standard deviations of their amplitudes, and those that can only be positive.
+    pub fn new(terms: Vec<LawTerm>, positive: &[usize]) -> Self {
         let mut applied = AppliedLaw::default();
         for (column, mean, deviation) in terms {
             applied.columns.push(column);
             applied.mean.push(mean);
             applied.deviation.push(deviation);
         }
-        Self { applied, positive }
+        Self { applied, positive: positive.to_vec() }
     }
     /// A law whose shape determines its size: one amplitude of 1 give or take `deviation`.
     pub fn of_fixed_size(column: FilterColumn, deviation: f64) -> Self {
-        Self::new(vec![(column, 1.0, deviation)], true)
+        Self::new(vec![(column, 1.0, deviation)], &[0])
     }
     /// The same, in the plant's first spring.
     pub fn in_spring(mut self) -> Self {
@@ -61,16 +65,20 @@ impl Refinement {
 pub trait EffectLaw: Sync {
     /// Its id in the list of effects.
     fn id(&self) -> &'static str;
-    /// Shapes with which a screen looks for it; none where the joint cannot have it.
-    fn shapes(&self, along: &JointAlong<'_>, orders: &OrderPeaks) -> Vec<LawShape>;
+    /// Shapes with which a screen looks for it, with the orders of each joint; none where the plant cannot have it.
+    fn shapes(&self, along: &PlantAlong<'_>, orders: &[OrderPeaks]) -> Vec<LawShape>;
     /// Columns of a shape; `None` where a channel that it needs was not recorded.
-    fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms>;
+    fn terms(&self, along: &PlantAlong<'_>, shape: &LawShape) -> Option<LawTerms>;
+    /// What its forces change with the states at these amplitudes; `None`: nothing that a filter has to know.
+    fn slopes(&self, _along: &PlantAlong<'_>, _shape: &LawShape, _amplitudes: &[f64]) -> Option<LawSlopes> {
+        None
+    }
     /// Which numbers of a shape a pattern search moves, in which order.
     fn refined(&self, _shape: &LawShape) -> Vec<Refinement> {
         Vec::new()
     }
     /// The value nearest to `value` that a number may have.
-    fn bounded(&self, _along: &JointAlong<'_>, _name: &str, value: f64) -> f64 {
+    fn bounded(&self, _along: &PlantAlong<'_>, _shape: &LawShape, _name: &str, value: f64) -> f64 {
         value
     }
 }

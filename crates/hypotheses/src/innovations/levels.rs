@@ -46,3 +46,52 @@ pub const FALL: [f64; 2] = [0.1, 0.3];
 pub const AUDIBLE: f64 = 0.002;
 /// Change of slope of a spring, below which it is another stiffness.
 pub const EQUAL_SLOPES: f64 = 0.05;
+
+/// Numbers that judge a chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChainLevels {
+    /// Nats that an effect has to gain, and that refitted parameters have to gain to be a finding.
+    pub quiet: f64,
+    /// Nats below which an effect gains nothing.
+    pub nothing: f64,
+    /// Latents in floors that matter: at least, and as a share of the largest.
+    pub matters: f64,
+    /// See `matters`.
+    pub matters_share: f64,
+    /// Latents in floors that are left over where nothing gains anything.
+    pub loud: f64,
+    /// Latents in floors below which all is explained.
+    pub explained: f64,
+    /// Share of the latents' power that an effect has to take away.
+    pub share: f64,
+    /// Nats that a second has to gain: at least, and as a share of the first's gain.
+    pub second: f64,
+    /// See `second`.
+    pub second_share: f64,
+    /// Fall of a latent's power that a second has to reach.
+    pub fall_of_second: f64,
+    /// Nats within which two effects are alike: at least, as a share of the gain, and at most.
+    pub alike: f64,
+    /// See `alike`.
+    pub alike_share: f64,
+    /// See `alike`.
+    pub alike_most: f64,
+}
+
+/// Of the reference program for arms: chosen on its tables of 28 sealed arms and 27 of another simulator (right: 25 and 24); twelve of
+/// its cases are the golden ones.
+pub const CHAIN: ChainLevels = ChainLevels {
+    quiet: 20.0,
+    nothing: 8.0,
+    matters: 6.0,
+    matters_share: 0.1,
+    loud: 20.0,
+    explained: 4.0,
+    share: 0.55,
+    second: 30.0,
+    second_share: 0.02,
+    fall_of_second: 0.9,
+    alike: 6.0,
+    alike_share: 0.01,
+    alike_most: 15.0,
+};

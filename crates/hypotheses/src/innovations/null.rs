@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::kernel::SizeError;
 
-use super::along::UsualSizes;
+use super::joint_along::UsualSizes;
 
 /// Nats that a refit of the parameters has to gain before rest and noise are determined again with them.
 const AGAIN: f64 = 30.0;

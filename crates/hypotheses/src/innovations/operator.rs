@@ -10,6 +10,7 @@ pub fn dahl(x: &[f64], length: f64) -> Vec<f64> {
     for w in x.windows(2) {
         let u = (w[1] - w[0]) / length;
         let kept = (-u.abs()).exp();
+        // (COL-1)
         z = if u > 0.0 { 1.0 - (1.0 - z) * kept } else { (1.0 + z) * kept - 1.0 };
         out.push(z);
     }
@@ -37,6 +38,28 @@ pub fn resonator(a: &[f64], dt: f64, w: f64, zeta: f64) -> Vec<f64> {
         }
     }
     out
+}
+
+/// u'' and u of u'' + 2 zeta w u' + w^2 u = -a from rest by the midpoint rule, `a` linear within the steps (each of its own length, s), which
+/// are cut such that w h is below 1/8.
+pub fn resonance(a: &[f64], steps: &[f64], w: f64, zeta: f64) -> (Vec<f64>, Vec<f64>) {
+    let (mut u, mut v) = (0.0, 0.0);
+    let acceleration = |drive: f64, u: f64, v: f64| -drive - 2.0 * zeta * w * v - w * w * u;
+    let (mut accelerations, mut places) = (Vec::with_capacity(a.len()), Vec::with_capacity(a.len()));
+    for (k, dt) in steps.iter().enumerate().take(a.len()) {
+        accelerations.push(acceleration(a[k], u, v)); // (COL-16)
+        places.push(u);
+        let next = a[(k + 1).min(a.len() - 1)];
+        let parts = 1.0 + (8.0 * w * dt).floor();
+        let h = dt / parts;
+        for part in 0..parts as usize {
+            let drive = |x: f64| a[k] + (next - a[k]) * (part as f64 + x) / parts;
+            let (um, vm) = (u + 0.5 * h * v, v + 0.5 * h * acceleration(drive(0.0), u, v));
+            u += h * vm;
+            v += h * acceleration(drive(0.5), um, vm);
+        }
+    }
+    (accelerations, places)
 }
 
 /// Force of dry friction of level `level` that balances `torque` at rest: below `rest` in speed it takes as much of it as it

@@ -5,9 +5,9 @@ use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::kernel::SizeError;
 
-use super::along::{JointAlong, UsualSizes};
 use super::candidate::{EffectCandidate, applied};
 use super::hypothesis::FittedEffect;
+use super::joint_along::{UsualSizes, along_joint};
 use super::laws::{LawRef, PUSHES};
 use super::pushes::{EACH, pursue};
 use super::screen::{all_shapes, families, refine, sift};
@@ -36,7 +36,7 @@ pub struct FittedPair {
 }
 
 /// Accepted laws: amplitudes held loosely about what they are.
-fn held(laws: Vec<AppliedLaw>, amplitudes: &[f64]) -> Vec<AppliedLaw> {
+pub(super) fn held(laws: Vec<AppliedLaw>, amplitudes: &[f64]) -> Vec<AppliedLaw> {
     let mut at = amplitudes.iter();
     let hold = |mut law: AppliedLaw| {
         for (mean, deviation) in law.mean.iter_mut().zip(&mut law.deviation) {
@@ -200,7 +200,7 @@ fn both_again(
             continue;
         }
         let standing = held(applied(&parts[other..=other], z, sizes), amplitudes);
-        let made = EffectCandidate::new(law, &JointAlong::new(z, sizes), shape);
+        let made = EffectCandidate::new(law, &along_joint(z, sizes), shape);
         if let Some(mut c) = made {
             c.q.clone_from(&fit.q);
             parts[own].1 = refine(z, c, sizes, &standing, 2)?.shape;

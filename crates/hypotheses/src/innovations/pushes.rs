@@ -6,8 +6,8 @@ use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::kernel::SizeError;
 
-use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;
+use super::joint_along::{UsualSizes, along_joint};
 use super::laws::{PUSHES, pushes_at};
 use super::screen::{Screening, bank};
 
@@ -42,7 +42,7 @@ pub fn pursue(
     let standing_amplitudes: Vec<f64> = standing.iter().flat_map(|l| l.mean.clone()).collect();
     let mut best: Option<EffectCandidate> = None;
     let make = |frame: &InnovationsFrame, all: &[Vec<[f64; 2]>]| -> Vec<EffectCandidate> {
-        let along = JointAlong::new(frame, sizes);
+        let along = along_joint(frame, sizes);
         let shapes = all.iter().map(|p| pushes_at(place, p.clone()));
         shapes.filter_map(|s| EffectCandidate::new(PUSHES, &along, s)).collect()
     };

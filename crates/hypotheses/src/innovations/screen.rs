@@ -6,8 +6,8 @@ use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::gram::{PackedColumns, PassedBase};
 use trueup_estimation::innovations::kernel::SizeError;
 
-use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;
+use super::joint_along::{UsualSizes, along_joint};
 use super::law::Refinement;
 use super::laws::LAWS;
 use super::spectrum::OrderPeaks;
@@ -38,8 +38,8 @@ fn quieter(q: &[f64]) -> Vec<f64> {
 
 /// Candidates of all laws along the present trajectory of a frame.
 pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<EffectCandidate> {
-    let along = JointAlong::new(frame, sizes);
-    let orders = OrderPeaks::of(&along);
+    let along = along_joint(frame, sizes);
+    let orders = [OrderPeaks::of(frame, &along)];
     let shapes = LAWS.iter().flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
     shapes.filter_map(|(l, s)| EffectCandidate::new(l, &along, s)).collect()
 }
@@ -84,7 +84,7 @@ impl Screening {
                 let with = self.priors.with(&c.applied.mean, &c.applied.deviation);
                 let found = log_evidence(&base.gram.with(group), &with);
                 let own = &found.amplitudes[self.priors.mean.len()..];
-                let can_be = !c.positive || own.first().is_some_and(|a| *a > 0.0);
+                let can_be = c.positive.iter().all(|i| own.get(*i).is_some_and(|a| *a > 0.0));
                 if found.log > c.evidence && can_be {
                     (c.evidence, c.amplitudes, c.q) = (found.log, own.to_vec(), q.clone());
                 }
@@ -170,14 +170,14 @@ pub fn refine(
     for Refinement { name, step, order } in best.law.refined(&best.shape) {
         let mut step = if order { step * sizes.order() } else { step };
         for _ in 0..rounds {
-            let along = JointAlong::new(frame, sizes);
+            let along = along_joint(frame, sizes);
             let value = best.shape.value(name);
             let near: Vec<f64> = if order {
                 AROUND_ORDER.iter().map(|d| value + d * step).collect()
             } else {
                 AROUND.iter().map(|d| value * (1.0 + d * step)).collect()
             };
-            let shapes = near.into_iter().map(|v| best.law.bounded(&along, name, v));
+            let shapes = near.into_iter().map(|v| best.law.bounded(&along, &best.shape, name, v));
             let shapes = shapes.map(|v| best.shape.with(name, v)).chain([best.shape.clone()]);
             let made = shapes.filter_map(|s| EffectCandidate::new(best.law, &along, s));
             let mut all: Vec<EffectCandidate> = made.collect();

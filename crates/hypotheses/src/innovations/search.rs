@@ -12,9 +12,9 @@ use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
 use trueup_signals::{Loaded, Recording};
 
-use super::along::{JointAlong, UsualSizes};
 use super::candidate::{EffectCandidate, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
+use super::joint_along::{UsualSizes, along_joint};
 use super::late::late_channel;
 use super::laws::{PUSHES, law_of, stribeck};
 use super::null::{FittedNull, fit_null};
@@ -201,7 +201,7 @@ fn leaders(
     chosen.extend(forms.iter().take(3).filter(leads).map(|c| (c.clone(), ROUNDS[1], false)));
     if frame.borrow().release > RELEASE {
         let f = frame.borrow();
-        let along = JointAlong::new(&f, sizes);
+        let along = along_joint(&f, sizes);
         for (speed, k) in AFTER_RELEASE {
             let shape = stribeck(speed * sizes.motor_speed, k);
             let made = law_of("stribeck-friction").and_then(|l| EffectCandidate::new(l, &along, shape));
@@ -241,7 +241,7 @@ fn polish(frame: &SharedFrame, h: &FittedEffect, sizes: &UsualSizes) -> Result<F
         f.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q)?;
     }
     let mut refined = (law, shape.clone());
-    if let Some(mut c) = EffectCandidate::new(law, &JointAlong::new(f, sizes), shape) {
+    if let Some(mut c) = EffectCandidate::new(law, &along_joint(f, sizes), shape) {
         c.q.clone_from(&h.fit.q);
         refined.1 = refine(f, c, sizes, &[], 2)?.shape;
     }

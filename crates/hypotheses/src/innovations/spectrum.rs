@@ -4,10 +4,11 @@ use std::f64::consts::PI;
 
 use realfft::RealFftPlanner;
 
+use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::numeric::median;
 use trueup_estimation::innovations::recording::NodeRecording;
 
-use super::along::{JointAlong, JointSeries};
+use super::along::PlantAlong;
 
 /// Orders below which the spectrum has [`BINS`] bins of the angle in a turn, with how many peaks of each kind are kept in which
 /// band: slow orders are strong where anything drifts, and would hide the others.
@@ -34,13 +35,13 @@ pub struct OrderPeaks {
 
 impl OrderPeaks {
     /// Of a frame's scores.
-    pub fn of(along: &JointAlong<'_>) -> Self {
+    pub fn of(frame: &InnovationsFrame, along: &PlantAlong<'_>) -> Self {
         let mut all = Self::default();
-        all.add(&OrderSpectra::new(along, BINS), &BANDS);
+        all.add(&OrderSpectra::new(frame, along, BINS), &BANDS);
         let [_, usual] = BANDS[1].0;
-        let highest = sampled_order(along).min(HIGHEST);
+        let highest = sampled_order(frame).min(HIGHEST);
         if highest > usual {
-            all.add(&OrderSpectra::new(along, 2.5 * highest), &[([usual, highest], FAST_PEAKS)]);
+            all.add(&OrderSpectra::new(frame, along, 2.5 * highest), &[([usual, highest], FAST_PEAKS)]);
         }
         all
     }
@@ -58,12 +59,12 @@ impl OrderPeaks {
 
 /// Order of which nodes show two points a period at the median speed of sliding. Above it, at that speed, a lower order looks the
 /// same.
-fn sampled_order(along: &JointAlong<'_>) -> f64 {
-    let runs = along.runs.iter().zip(&along.frame.runs);
-    let sliding = |(r, run): (&JointSeries, &NodeRecording)| -> Vec<f64> {
-        (0..r.nodes).filter(|t| run.signs.mode[*t] == 0).map(|t| (r.motor_speed[t] * r.dt).abs()).collect()
+fn sampled_order(frame: &InnovationsFrame) -> f64 {
+    let sliding = |r: &NodeRecording| -> Vec<f64> {
+        let speed = r.state(1);
+        (0..r.nodes).filter(|t| r.signs.mode[*t] == 0).map(|t| (speed[t] * r.dt).abs()).collect()
     };
-    let steps: Vec<f64> = runs.flat_map(sliding).collect();
+    let steps: Vec<f64> = frame.runs.iter().flat_map(sliding).collect();
     if steps.is_empty() { 0.0 } else { PI / (median(steps) + 1e-300) }
 }
 
@@ -77,25 +78,26 @@ struct OrderSpectra {
 
 impl OrderSpectra {
     /// With these bins of the angle in a turn.
-    fn new(along: &JointAlong<'_>, bins_of_turn: f64) -> Self {
+    fn new(frame: &InnovationsFrame, along: &PlantAlong<'_>, bins_of_turn: f64) -> Self {
+        let joint = &along.joints[0];
         let width = 2.0 * PI / bins_of_turn;
-        let bins = (along.sizes.range / width * 4.0 + 64.0).log2().ceil().exp2() as usize;
+        let bins = (joint.range / width * 4.0 + 64.0).log2().ceil().exp2() as usize;
         let mut powers = [(); 3].map(|()| vec![0.0; bins / 2 + 1]);
-        let frame = along.frame;
         let reading = frame.intake.channel_of(0).map_or(0, |c| frame.coordinates() + c);
         let fft = RealFftPlanner::<f64>::new().plan_fft_forward(bins);
-        for (r, run) in along.runs.iter().zip(&frame.runs) {
+        for run in &frame.runs {
             let (motor, load, shown) = (run.score(0), run.score(1), run.score(reading));
-            let least = r.motor.iter().copied().fold(f64::INFINITY, f64::min);
+            let angle = run.state(0);
+            let least = angle.iter().copied().fold(f64::INFINITY, f64::min);
             let slides = |t: usize| f64::from(u8::from(run.signs.mode[t] == 0));
             let kinds: [&dyn Fn(usize) -> f64; 3] =
-                [&|t| motor[t] * slides(t), &|t| along.stiffness * (load[t] - motor[t] * slides(t)), &|t| {
+                [&|t| motor[t] * slides(t), &|t| joint.stiffness * (load[t] - motor[t] * slides(t)), &|t| {
                     shown[t]
                 }];
             for (power, kind) in powers.iter_mut().zip(kinds) {
                 let mut series = vec![0.0; bins];
-                for t in 0..r.nodes {
-                    let bin = ((r.motor[t] - least) / width) as usize;
+                for (t, angle) in angle.iter().enumerate() {
+                    let bin = ((angle - least) / width) as usize;
                     if let Some(x) = series.get_mut(bin) {
                         *x += kind(t);
                     }
@@ -179,7 +181,7 @@ fn running_median(q: &[f64], half: usize) -> Vec<f64> {
 }
 
 /// Indices of the highest values, none within 8 of another.
-fn highest(mut y: Vec<f64>, peaks: usize) -> Vec<usize> {
+pub(super) fn highest(mut y: Vec<f64>, peaks: usize) -> Vec<usize> {
     let mut out = Vec::new();
     for _ in 0..peaks {
         let best = y.iter().enumerate().fold(None, |m: Option<(usize, f64)>, (i, v)| match m {

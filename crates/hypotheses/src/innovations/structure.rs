@@ -7,9 +7,9 @@ use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::two_mass::{LoadTip, TwoMassPlant, parameter};
 
-use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;
 use super::hypothesis::{FittedEffect, of_structure};
+use super::joint_along::{UsualSizes, along_joint};
 use super::laws::law_of;
 use super::screen::{Screening, bank};
 use super::shape::LawShape;
@@ -112,7 +112,7 @@ pub fn with_friction(
     f.reset(&f.q.clone())?;
     let shape = LawShape::new("motor-friction", "level", &[]);
     let law = law_of("motor-friction");
-    let made = law.and_then(|l| EffectCandidate::new(l, &JointAlong::new(f, sizes), shape.clone()));
+    let made = law.and_then(|l| EffectCandidate::new(l, &along_joint(f, sizes), shape.clone()));
     let mut all: Vec<EffectCandidate> = made.into_iter().collect();
     let q = f.q.clone();
     Screening::new(f, &[]).look(f, &mut all, &bank(&q, &[1.0, 0.1]))?;

@@ -133,10 +133,10 @@ pub(super) fn by_simulation(
     for (c, spikes) in rough.comparisons.iter().zip(&spikes).filter(|(_, s)| !s.is_empty()) {
         let run = &mut train[c.run];
         notes.push(format!(
-            "{}: {} readings of {} are left out as outliers, the first at {} s",
+            "{}: outliers of {} left out: {}, the first at {} s",
             run.name,
-            spikes.len(),
             c.channel,
+            spikes.len(),
             c.t[spikes[0]]
         ));
         if let Some(channel) = run.channels.iter_mut().find(|o| o.name == c.channel) {
@@ -204,7 +204,7 @@ pub(super) fn by_simulation(
         let name = &train[c.run].name;
         if wrong.is_none() && !uncarried && c.above_floor > 1.5 && !free.contains(&c.channel) {
             notes.push(format!(
-                "{name}: {} is fitted {:.1} times above its noise floor: the model lacks something, see `trueup diagnose`; errors are widened for that, but do not hold what a wrong model does",
+                "{name}: {} is fitted {:.1} times above its noise floor: the model lacks something, see `trueup diagnose`; standard errors are widened for that, but do not include the bias of a wrong model",
                 c.channel, c.above_floor
             ));
         }

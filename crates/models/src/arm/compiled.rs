@@ -11,7 +11,7 @@ use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 use trueup_plant::{
     ChosenAs, Coordinate, CoordinateKind, Follows, Lanes, PlantError, PlantQuantity, PlantScalar,
-    StructureChoice, VariableTable, elements,
+    QuantityRole, StructureChoice, VariableTable, elements,
 };
 
 impl PlanarManipulator {
@@ -67,6 +67,13 @@ impl PlantModel for PlanarManipulator {
         let base = (!self.has_fixed_base()).then_some([parameter::base_mass(n), parameter::base_inertia(n)]);
         let each = [parameter::gear_ratio(n), parameter::link_mass(n), parameter::link_inertia(n)];
         let each = each.into_iter().flat_map(|begin| begin..begin + n);
+        let dynamics = [
+            parameter::base_mass(n)..parameter::mount_position(n),
+            parameter::link_mass(n)..parameter::link_length(n),
+            parameter::link_center_of_mass(n)..parameter::gear_ratio(n),
+            parameter::joint_stiffness(n)..parameter::initial_base_position(n),
+        ];
+        dynamics.into_iter().flatten().for_each(|k| t.parameters[k].role = QuantityRole::Dynamics);
         // The rotor of a rigid joint may be neglected.
         let rotors = flexible().map(|j| parameter::motor_inertia(n) + j);
         for k in base.into_iter().flatten().chain(each).chain(rotors) {
@@ -105,6 +112,7 @@ impl PlantModel for PlanarManipulator {
             let carried = |p: &super::PayloadParameter| PlantQuantity {
                 neutral: Some(0.0),
                 absolute_deviation: p.absolute_doubt,
+                role: QuantityRole::Dynamics,
                 ..PlantQuantity::new(p.name, p.unit).at_least(p.min)
             };
             t.parameters.extend(PAYLOAD.iter().map(carried));

@@ -9,6 +9,7 @@
 mod balance;
 pub mod chain;
 mod compiled;
+mod hinge;
 pub mod kinematics;
 pub mod layout;
 mod model;

@@ -1,6 +1,7 @@
 //! The control law as a hybrid model: continuous or sampled, for n joints.
 
 use super::{Strategy, adaptation, input, law::ControlledJoint, output, parameter, state};
+use crate::sampling::{last_sample, next_sample, set_next_sample};
 use trueup_numerics::{
     Scalar,
     hybrid::{At, EventUpdate, Hybrid, ModelSizes},
@@ -12,9 +13,10 @@ use trueup_numerics::{
 const INITIALISED: usize = 0;
 const SAMPLE: usize = 1;
 const SATURATION: usize = 3;
-const LOW_BITS: u32 = 30;
 
 /// The control law for each of `joints` joints; inputs, outputs, states and parameters variable by variable.
+///
+/// Behind the inputs of [`input`] is a torque per joint that is added, load-referred, in N.m.
 ///
 /// Outputs: the torque on each motor in N.m, limited; with `gearRatio` 1 and `torqueConstant` 1 that is the
 /// load-referred torque itself. Then the wave frequency used of each joint, and whether it adapts.
@@ -28,10 +30,6 @@ pub struct ManipulatorController {
     pub joints: usize,
 }
 
-/// The control law for one joint; the first output is the motor's current in A, limited.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct JointController;
-
 fn gather<T: Scalar, const K: usize>(v: &[T], n: usize, j: usize) -> [T; K] {
     core::array::from_fn(|i| v[i * n + j])
 }
@@ -40,25 +38,6 @@ fn scatter<T: Scalar>(values: &[T], to: &mut [T], n: usize, j: usize) {
     for (i, v) in values.iter().enumerate() {
         to[i * n + j] = *v;
     }
-}
-
-/// A time short of a sample instant by this share of the period counts as that instant: what adding up a
-/// step, again and again, makes of k T_s.
-const EARLY: f64 = 1e-6;
-
-/// The last sample instant at or before `t` is this times `period`.
-fn last_sample(t: f64, period: f64) -> f64 {
-    (t / period + EARLY).floor()
-}
-
-fn next_sample(modes: &[i32]) -> f64 {
-    f64::from(modes[SAMPLE]) * f64::from(1u32 << LOW_BITS) + f64::from(modes[SAMPLE + 1])
-}
-
-fn set_next_sample(modes: &mut [i32], number: f64) {
-    let high = (number / f64::from(1u32 << LOW_BITS)).floor();
-    modes[SAMPLE] = high as i32;
-    modes[SAMPLE + 1] = (number - high * f64::from(1u32 << LOW_BITS)) as i32;
 }
 
 impl ManipulatorController {
@@ -75,8 +54,10 @@ impl ManipulatorController {
         let n = self.joints;
         let omega =
             self.adaptation(x, u, p, modes, j).map_or(p[parameter::WAVE_FREQUENCY * n + j], |a| a.used());
+        // Of one joint by itself there is none.
+        let feedforward = u.get(input::COUNT * n + j).copied().unwrap_or_default();
         let (strategy, p, u) = (self.strategy(p), gather(p, n, j), gather(u, n, j));
-        let mut joint = ControlledJoint { strategy, p, u, x: gather(x, n, j), omega };
+        let mut joint = ControlledJoint { strategy, p, u, x: gather(x, n, j), omega, feedforward };
         if modes[INITIALISED] == 0 {
             joint.x = joint.initial_states();
         }
@@ -129,7 +110,7 @@ impl ManipulatorController {
     /// Whether a sample is due at `t`.
     fn due(&self, t: f64, p: &[f64], modes: &[i32]) -> bool {
         let period = self.period(p);
-        period > 0.0 && last_sample(t, period) >= next_sample(modes)
+        period > 0.0 && last_sample(t, period) >= next_sample(&modes[SAMPLE..])
     }
 }
 
@@ -138,7 +119,7 @@ impl Hybrid for ManipulatorController {
         let n = self.joints;
         ModelSizes {
             states: (state::COUNT + adaptation::state::COUNT) * n,
-            inputs: input::COUNT * n,
+            inputs: (input::COUNT + 1) * n,
             parameters: adaptation::parameter::end(n),
             outputs: output::COUNT * n,
             modes: SATURATION + 2 * n,
@@ -155,7 +136,7 @@ impl Hybrid for ManipulatorController {
         modes.fill(0);
         let period = self.period(at.p);
         if period > 0.0 {
-            set_next_sample(modes, last_sample(at.t, period));
+            set_next_sample(&mut modes[SAMPLE..], last_sample(at.t, period));
         }
     }
 
@@ -178,7 +159,7 @@ impl Hybrid for ManipulatorController {
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let period = self.period(at.p).value();
-        let held = period > 0.0 && last_sample(at.t.value(), period) < next_sample(at.modes);
+        let held = period > 0.0 && last_sample(at.t.value(), period) < next_sample(&at.modes[SAMPLE..]);
         let n = self.joints;
         for j in 0..n {
             let joint = self.joint(at.x, at.u, at.p, at.modes, j);
@@ -249,7 +230,7 @@ impl Hybrid for ManipulatorController {
                     scatter(&adapting, &mut x[adaptation::state::first(n)..], n, j);
                 }
             }
-            set_next_sample(modes, last_sample(t, period) + 1.0);
+            set_next_sample(&mut modes[SAMPLE..], last_sample(t, period) + 1.0);
             change = EventUpdate { modes: true, states: true };
         }
         if period > 0.0 {
@@ -270,17 +251,6 @@ impl Hybrid for ManipulatorController {
 
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
         let period = self.period(p);
-        (period > 0.0).then(|| next_sample(modes) * period)
+        (period > 0.0).then(|| next_sample(&modes[SAMPLE..]) * period)
     }
 }
-
-const ONE: ManipulatorController = ManipulatorController { joints: 1 };
-
-impl JointController {
-    /// As [`ManipulatorController::check`].
-    pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
-        ONE.check(p)
-    }
-}
-
-trueup_numerics::delegate_hybrid!(JointController { _ => ONE });

@@ -49,6 +49,8 @@ pub struct ControlledJoint<T> {
     pub x: [T; state::COUNT],
     /// ω_n that the waves use, in rad/s.
     pub omega: T,
+    /// Added to the torque, load-referred, in N.m.
+    pub feedforward: T,
 }
 
 /// What the law commands.
@@ -62,6 +64,8 @@ pub struct LawCommand<T> {
     pub per_output: T,
     /// What enters the washout's low pass, in rad/s.
     washout: T,
+    /// Of that torque what was added, in N.m.
+    feedforward: T,
 }
 
 impl<T: Scalar> LawCommand<T> {
@@ -82,6 +86,10 @@ impl<T: Scalar> LawCommand<T> {
             0 => self.torque,
             s => self.limit * f64::from(s.signum()),
         }
+    }
+    /// What the integral part goes to while that torque is given: the part of the feedback in it.
+    fn integral(&self, given: T) -> T {
+        given - self.feedforward
     }
     /// Distances to the upper and to the lower limit as a share of it; at the limit or beyond <= 0.
     pub fn margins(&self) -> [T; 2] {
@@ -126,10 +134,11 @@ impl<T: Scalar> ControlledJoint<T> {
         let error = v + u[input::VELOCITY_FEEDFORWARD] - velocity;
         let per_output = p[parameter::GEAR_RATIO] * p[parameter::TORQUE_CONSTANT];
         LawCommand {
-            torque: p[parameter::VELOCITY_GAIN] * error + x[state::INTEGRAL_TORQUE], // (CTL-7)
-            limit: p[parameter::LIMIT] * per_output,                                 // (CTL-8)
+            torque: p[parameter::VELOCITY_GAIN] * error + x[state::INTEGRAL_TORQUE] + self.feedforward, // (CTL-7)
+            limit: p[parameter::LIMIT] * per_output, // (CTL-8)
             per_output,
             washout: half - velocity_wave,
+            feedforward: self.feedforward,
         }
     }
 
@@ -165,8 +174,9 @@ impl<T: Scalar> ControlledJoint<T> {
         if self.strategy == Strategy::VwbcWashout {
             dx[state::WASHOUT] = p[parameter::WASHOUT_FREQUENCY] * (command.washout - self.x[state::WASHOUT]);
         }
-        dx[state::INTEGRAL_TORQUE] = (command.saturated(saturation) - self.x[state::INTEGRAL_TORQUE])
-            / p[parameter::VELOCITY_INTEGRAL_TIME];
+        let integral = command.integral(command.saturated(saturation));
+        dx[state::INTEGRAL_TORQUE] =
+            (integral - self.x[state::INTEGRAL_TORQUE]) / p[parameter::VELOCITY_INTEGRAL_TIME];
         dx
     }
 
@@ -187,7 +197,7 @@ impl<T: Scalar> ControlledJoint<T> {
         }
         let torque = command.limited();
         let exponent = h / p[parameter::VELOCITY_INTEGRAL_TIME];
-        x[state::INTEGRAL_TORQUE] = lag(x[state::INTEGRAL_TORQUE], torque, exponent);
+        x[state::INTEGRAL_TORQUE] = lag(x[state::INTEGRAL_TORQUE], command.integral(torque), exponent);
         x[state::HELD_OUTPUT] = torque / command.per_output;
         x
     }

@@ -9,7 +9,7 @@
 //! VWBC          v = K_p e/2 + b0v                     b0v: return wave of (θ0', θ1')
 //! VWBC_WASHOUT  v = K_p e (1 + LP)/2 + (1 − LP) b0v   LP = ω_h/(s + ω_h)
 //! WBC_ADAPTIVE, VWBC_ADAPTIVE                         as WBC and VWBC with ω_n as [`adaptation`] has it
-//! τ = K_vp (v + v_ff − θ0') + z,   output = limit(τ/(n K_t)),   z' = (limited τ − z)/T_i
+//! τ = K_vp (v + v_ff − θ0') + z + τ_ff,   output = limit(τ/(n K_t)),   z' = (limited τ − τ_ff − z)/T_i
 //! ```
 //!
 //! Unlimited, z' is K_vp (v + v_ff − θ0')/T_i: the integral part of the PI. Limited, it is back-calculation
@@ -30,10 +30,12 @@
 pub mod adaptation;
 mod check;
 mod hybrid;
+mod joint;
 pub mod law;
 pub mod waves;
 
-pub use hybrid::{JointController, ManipulatorController};
+pub use hybrid::ManipulatorController;
+pub use joint::JointController;
 pub use law::Strategy;
 
 /// Order of the parameters that each joint has: parameter i of joint j is at `i * n + j`.
@@ -73,7 +75,7 @@ pub mod input {
     pub const LOAD_ANGLE: usize = 4;
     /// θ1' in rad/s.
     pub const LOAD_VELOCITY: usize = 5;
-    /// Inputs per joint.
+    /// Inputs per joint; behind those of an arm τ_ff of each joint, in N.m, load-referred.
     pub const COUNT: usize = 6;
 }
 

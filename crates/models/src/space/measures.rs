@@ -56,28 +56,22 @@ pub fn measures<'a, T: Scalar>(
     [measure(columns.clone().map(|w| w.force)), measure(torque.map(|w| w.torque)), measure(columns.map(both))]
 }
 
-/// The smallest singular value of a matrix of six rows, given by its columns (32 at most), and the product of all
-/// (Yoshikawa's manipulability, sqrt det J J^T). Directions come from the values, by one-sided Jacobi rotations; a singular
-/// value is u . J w, whose derivative is that of the singular value where it is single and not 0. Where several coincide,
-/// that of the smallest is one of theirs, and that of the product is right all the same; where one is 0, both are 0.
-pub fn singular<T: Scalar>(columns: &[[T; BASE]]) -> (T, T) {
-    let n = columns.len().min(MAX_BODIES);
-    // The short side's vectors are rotated until they are orthogonal.
-    let tall = n <= BASE;
-    let (short, long) = if tall { (n, BASE) } else { (BASE, n) };
-    let element = |s: usize, l: usize| if tall { columns[s][l] } else { columns[l][s] };
-    let mut a = [[0.0; MAX_BODIES]; BASE];
-    let mut w = [[0.0; BASE]; BASE];
-    for s in 0..short {
-        (0..long).for_each(|l| a[s][l] = element(s, l).value());
-        w[s][s] = 1.0;
-    }
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let largest = |a: &[[f64; MAX_BODIES]; BASE]| a.iter().map(|v| product(v, v)).fold(0.0, f64::max);
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>()
+}
+
+/// The largest square of a row's length.
+fn largest<const L: usize>(a: &[[f64; L]]) -> f64 {
+    a.iter().map(|v| product(v, v)).fold(0.0, f64::max)
+}
+
+/// Rotates rows until they are orthogonal, and the rows of `w` with them (one-sided Jacobi): lengths of the rows are the singular
+/// values of `a`.
+pub(super) fn orthogonal_rows<const L: usize, const S: usize>(a: &mut [[f64; L]], w: &mut [[f64; S]]) {
     for _ in 0..SWEEPS {
-        let (mut turned, least) = (false, NOTHING * NOTHING * largest(&a));
-        for p in 0..short {
-            for q in p + 1..short {
+        let (mut turned, least) = (false, NOTHING * NOTHING * largest(a));
+        for p in 0..a.len() {
+            for q in p + 1..a.len() {
                 let (x, y, xy) = (product(&a[p], &a[p]), product(&a[q], &a[q]), product(&a[p], &a[q]));
                 if xy.abs() <= f64::EPSILON * (x * y).sqrt() || x.min(y) <= least {
                     continue;
@@ -97,7 +91,26 @@ pub fn singular<T: Scalar>(columns: &[[T; BASE]]) -> (T, T) {
             break;
         }
     }
-    let most = largest(&a).sqrt();
+}
+
+/// The smallest singular value of a matrix of six rows, given by its columns (32 at most), and the product of all
+/// (Yoshikawa's manipulability, sqrt det J J^T). Directions come from the values, by one-sided Jacobi rotations; a singular
+/// value is u . J w, whose derivative is that of the singular value where it is single and not 0. Where several coincide,
+/// that of the smallest is one of theirs, and that of the product is right all the same; where one is 0, both are 0.
+pub fn singular<T: Scalar>(columns: &[[T; BASE]]) -> (T, T) {
+    let n = columns.len().min(MAX_BODIES);
+    // The short side's vectors are rotated until they are orthogonal.
+    let tall = n <= BASE;
+    let (short, long) = if tall { (n, BASE) } else { (BASE, n) };
+    let element = |s: usize, l: usize| if tall { columns[s][l] } else { columns[l][s] };
+    let mut a = [[0.0; MAX_BODIES]; BASE];
+    let mut w = [[0.0; BASE]; BASE];
+    for s in 0..short {
+        (0..long).for_each(|l| a[s][l] = element(s, l).value());
+        w[s][s] = 1.0;
+    }
+    orthogonal_rows(&mut a[..short], &mut w[..short]);
+    let most = largest(&a[..short]).sqrt();
     let (mut least, mut all) = (None::<T>, T::one());
     for (v, w) in a.iter().zip(&w).take(short) {
         let length = product(v, v).sqrt();

@@ -11,6 +11,7 @@ pub mod bent;
 mod body_check;
 mod compiled;
 pub mod composite;
+pub mod control;
 pub mod design;
 mod dynamics;
 pub mod end;

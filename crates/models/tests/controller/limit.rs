@@ -3,7 +3,9 @@
 use super::chain::{
     CONTROLLER_STATES, INERTIA, LOOP, RUNNING, loop_rates, measured, parameters, response, with_adaptation,
 };
-use trueup_models::controller::{JointController, Strategy, output, parameter, state};
+use trueup_models::controller::{
+    JointController, ManipulatorController, Strategy, input, output, parameter, state,
+};
 use trueup_numerics::{
     driver::{DriverOptions, simulate},
     hybrid::{At, Hybrid},
@@ -157,4 +159,37 @@ fn a_driver_stops_at_every_sample() {
     times.dedup();
     // The one at 0 belongs to the initialisation, the one at the end to the next call.
     assert_eq!(times, (1..100).map(|k| f64::from(k) * 1e-2).collect::<Vec<_>>());
+}
+
+/// Checks CTL-7: a torque that is added acts at once and is no error, so the integral does not take it up; at the limit neither winds up.
+#[test]
+fn an_added_torque_is_not_integrated() {
+    let model = ManipulatorController { joints: 2 };
+    let mut p = vec![0.0; model.sizes().parameters];
+    for j in 0..2 {
+        for (i, value) in [2.0, 50.0, 0.1, 1.0, 1.0, 30.0, 10.0, 1.0].into_iter().enumerate() {
+            p[i * 2 + j] = value;
+        }
+    }
+    p[parameter::COUNT * 2 + 1] = f64::from(Strategy::PPi as u8);
+    let sizes = model.sizes();
+    assert_eq!(sizes.inputs, (input::COUNT + 1) * 2);
+    let mut u = vec![0.0; sizes.inputs];
+    u[input::COUNT * 2..].copy_from_slice(&[12.0, -45.0]);
+    let (mut x, mut modes) = (vec![0.0; sizes.states], vec![0; sizes.modes]);
+    while !model.update(0.0, &mut x, &u, &p, &mut modes).settled() {}
+    let at = At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes };
+    let (mut y, mut dx) = (vec![0.0; sizes.outputs], vec![0.0; sizes.states]);
+    model.outputs(at, &mut y);
+    model.rates(at, &mut dx);
+    assert_eq!(y[..2], [12.0, -30.0]);
+    // Of the second joint 15 N.m are cut off: z goes to what then remains of the limit.
+    assert_eq!(dx[state::INTEGRAL_TORQUE * 2..][..2], [0.0, 150.0]);
+    // Sampled, by its exact lag.
+    p[parameter::COUNT * 2] = 1e-3;
+    let (mut x, mut modes) = (vec![0.0; sizes.states], vec![0; sizes.modes]);
+    while !model.update(0.0, &mut x, &u, &p, &mut modes).settled() {}
+    assert_eq!(x[state::HELD_OUTPUT * 2..][..2], [12.0, -30.0]);
+    let z = &x[state::INTEGRAL_TORQUE * 2..][..2];
+    assert!(z[0] == 0.0 && (z[1] - 15.0 * (1.0 - (-0.01_f64).exp())).abs() < 1e-12, "{z:?}");
 }

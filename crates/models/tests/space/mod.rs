@@ -1,6 +1,7 @@
 //! Trees of bodies on a free base in space.
 
 mod claims;
+mod control;
 mod facts;
 mod flexible_golden;
 mod flexible_lagrange;

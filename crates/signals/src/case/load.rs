@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Case;
 use crate::error::{SignalsError, verdict};
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Finding, FindingKind, Severity};
 use crate::outlier;
 use crate::recording::Recording;
 use crate::variable::SignalVariable;
@@ -56,9 +56,24 @@ impl Case {
         variables: impl FnOnce(&Case) -> Result<Vec<SignalVariable>, SignalsError>,
     ) -> Result<(Loaded, Vec<Finding>), SignalsError> {
         let read = |case: &Case, name: &str, known: &[SignalVariable]| {
-            Recording::read(&case.folder.join(name), known, &case.declared())
+            Recording::read(&case.folder.join(name), known, &case.declared(name))
         };
         gather(|known| Self::read(path, known), variables, read)
+    }
+
+    /// The same of a `case.toml` that is not written yet: `text` would be in `file`.
+    ///
+    /// # Errors
+    /// As [`Case::load`].
+    pub fn load_text(
+        file: &Path,
+        text: &str,
+        variables: impl FnOnce(&Case) -> Result<Vec<SignalVariable>, SignalsError>,
+    ) -> Result<(Loaded, Vec<Finding>), SignalsError> {
+        let read = |case: &Case, name: &str, known: &[SignalVariable]| {
+            Recording::read(&case.folder.join(name), known, &case.declared(name))
+        };
+        gather(|known| Self::parse(file, text, known), variables, read)
     }
 
     /// The same from memory: `text` is its `case.toml`, `tables` are the recordings that it names, each as columns
@@ -72,7 +87,7 @@ impl Case {
         variables: impl FnOnce(&Case) -> Result<Vec<SignalVariable>, SignalsError>,
     ) -> Result<(Loaded, Vec<Finding>), SignalsError> {
         let read = |case: &Case, name: &str, known: &[SignalVariable]| match tables.get(name) {
-            Some(columns) => Recording::of_columns(name, columns, known, &case.declared()),
+            Some(columns) => Recording::of_columns(name, columns, known, &case.declared(name)),
             None => {
                 let what = "there is no recording of this name";
                 let mend = "give it, or take its name out of the case";
@@ -110,5 +125,27 @@ fn gather(
             Err(other) => return Err(other),
         }
     }
+    lacking(&case, &mut findings);
     verdict(Loaded { case, recordings }, findings)
+}
+
+/// A column that the case defines and some recordings do not have is nothing; one that none of them has is a mistake.
+fn lacking(case: &Case, findings: &mut Vec<Finding>) {
+    let own = |f: &Finding| f.kind == FindingKind::UnknownColumn && f.file == case.file;
+    let mut lacks: BTreeMap<u64, usize> = BTreeMap::new();
+    findings.iter().filter(|f| own(f)).for_each(|f| *lacks.entry(f.line.unwrap_or(0)).or_default() += 1);
+    let all: Vec<_> = case.recordings().into_iter().map(|name| case.declared(name).columns).collect();
+    lacks.retain(|line, n| all.iter().filter(|c| c.values().any(|m| m.line == *line)).count() == *n);
+    let mut kept = Vec::new();
+    for mut finding in std::mem::take(findings) {
+        if own(&finding) {
+            // Once, of the first recording.
+            if lacks.remove(&finding.line.unwrap_or(0)).is_none() {
+                continue;
+            }
+            finding.severity = Severity::Error;
+        }
+        kept.push(finding);
+    }
+    *findings = kept;
 }

@@ -9,6 +9,7 @@ use crate::error::{SignalsError, verdict};
 use crate::finding::{Finding, FindingKind};
 use crate::keys;
 use crate::names::{base_name, suggestion};
+use crate::read::columns::rules;
 use crate::read::toml::{TomlReader, text};
 use crate::read::{doubts, parameters};
 use crate::variable::{SignalVariable, VariableRole};
@@ -23,7 +24,7 @@ impl Case {
         let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
         let mut findings = Vec::new();
         let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-        if matches!(extension.as_str(), "csv" | "txt" | "parquet" | "mat") && file.is_file() {
+        if matches!(extension.as_str(), "csv" | "txt" | "parquet" | "mat" | "mcap") && file.is_file() {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mend = format!(
                 "put it into a folder with a case.toml that contains model = \"TwoMassJoint\" and train = [\"{name}\"], and give that folder"
@@ -98,6 +99,9 @@ impl Case {
         if let Some(table) = root.get("recordings").and_then(|n| reader.table(n, keys::RECORDINGS.of)) {
             reader.known(table, keys::RECORDINGS.of, keys::RECORDINGS);
             self.rate = table.get("rate").and_then(|n| reader.rate(n));
+        }
+        if let Some(table) = root.get("columns").and_then(|n| reader.table(n, "columns")) {
+            self.columns = rules(reader, table, &self.recordings(), known);
         }
         if let Some(table) = root.get("channels").and_then(|n| reader.table(n, "channels")) {
             for (key, node) in table.iter() {

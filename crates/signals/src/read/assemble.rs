@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use super::clock::{self, ClockUse};
-use super::sidecar::{Sidecar, SidecarColumn};
+use super::sidecar::Sidecar;
 use super::table::{ReadTable, TableColumn, mend, unit_of};
-use crate::finding::{Finding, FindingKind, MAX_REPORTED};
-use crate::names::{base_name, nearest, suggestion};
+use crate::columns::ColumnMapping;
+use crate::finding::{Finding, FindingKind, MAX_REPORTED, Severity};
+use crate::names::{base_name, element_name, nearest, suggestion};
 use crate::recording::{Channel, DeclaredFigures, Recording};
 use crate::unit::SignalUnit;
 use crate::variable::{SignalVariable, VariableRole};
@@ -66,6 +67,7 @@ pub(super) fn prepare(
     is_known: impl Fn(&str) -> bool,
     findings: &mut Vec<Finding>,
 ) {
+    findings.extend(from_zero(file, table, sidecar));
     let names: Vec<String> = table.names().map(str::to_owned).collect();
     for column in &mut table.columns {
         let mapped = sidecar.columns.contains_key(&column.name);
@@ -84,11 +86,33 @@ pub(super) fn prepare(
         if !table.names().any(has) {
             let mend = suggestion(name, table.names(), "remove it");
             let what = format!("{} has no column `{name}`", file.display());
-            findings.push(
-                Finding::error(FindingKind::UnknownColumn, &sidecar.file, what, mend).line(column.line),
-            );
+            // Of a case another recording may have it: who reads the case decides.
+            let finding = Finding::error(FindingKind::UnknownColumn, &column.file, what, mend);
+            let severity = if column.file == sidecar.file { Severity::Error } else { Severity::Note };
+            findings.push(Finding { severity, ..finding }.line(column.line));
         }
     }
+}
+
+/// `[columns]` that names an element 0 counts the elements of that array from 0.
+fn from_zero(file: &Path, table: &mut ReadTable, sidecar: &Sidecar) -> Option<Finding> {
+    let first = |name: &&String| name.ends_with("[0]") && !table.names().any(|n| n == name.as_str());
+    let bases: Vec<&str> = sidecar.columns.keys().filter(first).map(|name| base_name(name)).collect();
+    let mut counted = Vec::new();
+    for column in &mut table.columns {
+        let base = base_name(&column.name).to_owned();
+        let index: Option<usize> = column.name[base.len()..].trim_matches(['[', ']']).parse().ok();
+        if let Some(k) = index.filter(|k| *k > 0 && bases.contains(&base.as_str())) {
+            column.name = element_name(&base, &[k - 1]);
+            if !counted.contains(&base) {
+                counted.push(base);
+            }
+        }
+    }
+    let name = counted.first()?;
+    let what = format!("elements of `{name}` are counted from 0, because [columns] has a `{name}[0]`");
+    let mend = "nothing, if that is meant; else begin with [1]";
+    Some(Finding::note(FindingKind::UnknownColumn, file, what, mend).channel(name))
 }
 
 /// `angle` and `deg` of `angle [deg]` or `angle (deg)`; an index is no unit.
@@ -241,9 +265,9 @@ impl ColumnSource<'_> {
             v.role != VariableRole::Parameter && !self.table.names().any(|n| n == v.name)
         };
         let mend = match nearest(name, known.iter().filter(free).map(|v| v.name.as_str())) {
-            Some(near) => format!("did you mean `{near}`? Rename it, or map it in the sidecar's [columns]"),
+            Some(near) => format!("did you mean `{near}`? Rename it, or map it under [columns] of case.toml"),
             None => {
-                format!("map it in the sidecar: [columns] \"{name}\" = \"...\", or false to leave it out")
+                format!("map it under [columns] of case.toml: \"{name}\" = \"...\", or false to leave it out")
             }
         };
         let what = "the model has no such input or output; the column is left out";
@@ -260,8 +284,8 @@ impl ColumnSource<'_> {
         let own = known.map(|v| v.unit.clone());
         let said = self.sidecar.column(&self.column().name);
         // The sidecar's word goes before that of the file itself.
-        let (place, line) = said.map_or((self.file, 1), |c| (self.sidecar.file.as_path(), c.line));
-        let scale = said.and_then(|c: &SidecarColumn| c.scale);
+        let (place, line) = said.map_or((self.file, 1), |c| (c.file.as_path(), c.line));
+        let scale = said.and_then(|c: &ColumnMapping| c.scale);
         let unit = said.and_then(|c| c.unit.clone()).or_else(|| unit_of(self.column()));
         let duration = || self.column().ticks.is_some().then(|| ("s".to_owned(), SignalUnit::SECOND));
         let unit = unit.or_else(duration);

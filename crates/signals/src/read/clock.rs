@@ -81,7 +81,7 @@ fn missing(file: &Path, table: &ReadTable) -> Finding {
     let first = table.names().next().unwrap_or("");
     let mend = match near {
         Some(n) => {
-            format!("rename `{n}` to `time`, or write in the sidecar: [columns] \"{n}\" = \"time\"")
+            format!("rename `{n}` to `time`, or write under [columns] of case.toml: \"{n}\" = \"time\"")
         }
         None => format!(
             "the first column is `{first}`: name the one with the time in s `time`; rows that are evenly spaced need none, give their `rate` (Hz) in the sidecar"
@@ -102,7 +102,7 @@ fn read(
     let unit = match said.and_then(|c| c.unit.clone()).or_else(|| unit_of(column)) {
         Some((_, unit)) if unit.exponents == [0, 0, 1, 0, 0, 0, 0] => Some(unit),
         Some((text, _)) => {
-            let (place, line) = said.map_or((file, Some(1)), |c| (sidecar.file.as_path(), Some(c.line)));
+            let (place, line) = said.map_or((file, Some(1)), |c| (c.file.as_path(), Some(c.line)));
             let what = format!("`{text}` is no unit of time");
             findings.push(Finding::error(FindingKind::Unit, place, what, "write s, ms or us").line(line));
             return None;
@@ -115,7 +115,7 @@ fn read(
     {
         let what = format!("`{}` holds times with a unit of their own", column.name);
         let mend = "take `scale`, `offset` and `unit` out";
-        findings.push(Finding::error(FindingKind::Unit, &sidecar.file, what, mend).line(said.line));
+        findings.push(Finding::error(FindingKind::Unit, &said.file, what, mend).line(said.line));
         return None;
     }
     let (ticks, counted) = if let Some(ticks) = &column.ticks {

@@ -30,7 +30,8 @@ impl Recording {
         let columns =
             columns.iter().map(|(name, values)| TableColumn::numbers(name.as_str(), values.clone()));
         let table = ReadTable { columns: columns.collect(), ..ReadTable::default() };
-        let recording = assemble::assemble(file, table, &Sidecar::default(), known, declared, &mut findings);
+        let sidecar = Sidecar { columns: declared.columns.clone(), ..Sidecar::default() };
+        let recording = assemble::assemble(file, table, &sidecar, known, declared, &mut findings);
         verdict(recording, findings)
     }
 }

@@ -3,24 +3,25 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
+use super::columns::mapping;
 use super::parameters::parameters;
-use super::toml::{TomlNode, TomlReader, text};
+use super::toml::{TomlReader, text};
+use crate::columns::{ColumnMapping, Columns};
 use crate::finding::{Finding, FindingKind};
 use crate::keys;
-use crate::names::{base_name, suggestion};
+use crate::names::base_name;
 use crate::recording::ChannelSettings;
-use crate::unit::SignalUnit;
 use crate::value::ParameterValue;
-use crate::variable::{SignalVariable, VariableRole};
+use crate::variable::SignalVariable;
 
 /// Its contents.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Sidecar {
     pub(crate) file: PathBuf,
     /// By the file's names.
-    pub(crate) columns: BTreeMap<String, SidecarColumn>,
+    pub(crate) columns: Columns,
     /// By names of variables, with their lines.
     pub(crate) channels: BTreeMap<String, (ChannelSettings, u64)>,
     pub(crate) parameters: BTreeMap<String, ParameterValue>,
@@ -28,28 +29,9 @@ pub(crate) struct Sidecar {
     pub(crate) rate: Option<f64>,
 }
 
-/// What a column of the file is. Its value is `scale * reading + offset` in `unit`.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SidecarColumn {
-    /// `None`: it is to be left out.
-    pub(crate) variable: Option<String>,
-    pub(crate) scale: Option<f64>,
-    pub(crate) offset: f64,
-    pub(crate) unit: Option<(String, SignalUnit)>,
-    pub(crate) line: u64,
-}
-
-impl SidecarColumn {
-    /// What a reading gives, in `unit`.
-    pub(super) fn value(&self, reading: f64) -> f64 {
-        let value = self.scale.map_or(reading, |s| s * reading);
-        if self.offset == 0.0 { value } else { value + self.offset }
-    }
-}
-
 impl Sidecar {
     /// Its word on a column, by its own name or that of its array.
-    pub(super) fn column(&self, name: &str) -> Option<&SidecarColumn> {
+    pub(super) fn column(&self, name: &str) -> Option<&ColumnMapping> {
         self.columns.get(name).or_else(|| self.columns.get(base_name(name)))
     }
 
@@ -112,7 +94,7 @@ impl Sidecar {
         self.rate = root.get("rate").and_then(|n| reader.rate(n));
         if let Some(table) = root.get("columns").and_then(|n| reader.table(n, "columns")) {
             for (key, node) in table.iter() {
-                if let Some(column) = column(reader, key.get_ref(), node, known) {
+                if let Some(column) = mapping(reader, key.get_ref(), node, known) {
                     self.columns.insert(key.get_ref().to_string(), column);
                 }
             }
@@ -127,73 +109,4 @@ impl Sidecar {
             self.parameters = parameters(reader, table, known);
         }
     }
-}
-
-fn column(
-    reader: &mut TomlReader,
-    name: &str,
-    node: &TomlNode,
-    known: &[SignalVariable],
-) -> Option<SidecarColumn> {
-    let line = reader.line(&node.span());
-    let mut column =
-        SidecarColumn { variable: Some(name.to_owned()), scale: None, offset: 0.0, unit: None, line };
-    let mut said = node.span();
-    match node.get_ref() {
-        DeValue::String(variable) => column.variable = Some(variable.to_string()),
-        DeValue::Boolean(false) => column.variable = None,
-        DeValue::Table(table) => {
-            let what = format!("{}.{name}", keys::COLUMNS.of);
-            reader.known(table, &what, keys::COLUMNS);
-            if let Some(node) = table.get("variable") {
-                column.variable = Some(reader.text(node, "variable")?);
-                said = node.span();
-            }
-            column.scale = table.get("scale").and_then(|n| reader.number(n, "scale"));
-            if column.scale == Some(0.0) {
-                reader.wrong(
-                    FindingKind::BadValue,
-                    node.span(),
-                    "`scale` is 0",
-                    "write the factor to the unit",
-                );
-            }
-            column.offset = table.get("offset").and_then(|n| reader.number(n, "offset")).unwrap_or(0.0);
-            if let Some(node) = table.get("unit") {
-                let text = reader.text(node, "unit")?;
-                let Some(unit) = SignalUnit::parse(&text) else {
-                    let mend = "write one such as rad, deg, rpm, mA, N.m, Nmm, ms, or none and a `scale`";
-                    reader.wrong(
-                        FindingKind::Unit,
-                        node.span(),
-                        format!("`{text}` is no unit known here"),
-                        mend,
-                    );
-                    return None;
-                };
-                column.unit = Some((text, unit));
-            }
-        }
-        _ => {
-            let kind = node.get_ref().type_str();
-            let mend = "write the variable's name in quotes, a table with `variable`, `scale`, `offset`, `unit`, \
-                        or false to leave the column out";
-            reader.wrong(FindingKind::BadValue, node.span(), format!("`{name}` is a {kind}"), mend);
-            return None;
-        }
-    }
-    let variable = column.variable.as_deref().unwrap_or("time");
-    let names = || known.iter().filter(|v| v.role != VariableRole::Parameter).map(|v| v.name.as_str());
-    // An array column of FMPy is named as a whole.
-    if !known.is_empty() && variable != "time" && !names().any(|n| n == variable || base_name(n) == variable)
-    {
-        let mend = suggestion(variable, names(), "see `trueup fmu info`");
-        reader.wrong(
-            FindingKind::UnknownColumn,
-            said,
-            format!("the model has no input or output `{variable}`"),
-            mend,
-        );
-    }
-    Some(column)
 }

@@ -38,6 +38,8 @@ pub(crate) struct TableColumn {
     pub(crate) words: usize,
     /// The unit that the file gives it.
     pub(crate) unit: Option<String>,
+    /// Another name that the file has for it: the joint of an element.
+    pub(crate) label: Option<String>,
     /// Of a column that is a time by its type.
     pub(crate) ticks: Option<ClockTicks>,
 }
@@ -52,7 +54,47 @@ pub(crate) struct ClockTicks {
     pub(crate) of_epoch: bool,
 }
 
+/// The column that numbers the episodes of a LeRobot file.
+const EPISODE: &str = "episode_index";
+
 impl ReadTable {
+    /// The numbers of its episodes; empty: it has none.
+    pub(crate) fn episodes(&self) -> Vec<u32> {
+        let column = self.columns.iter().find(|c| c.name == EPISODE);
+        let mut all: Vec<u32> = column.into_iter().flat_map(|c| &c.values).map(|x| *x as u32).collect();
+        all.dedup();
+        all
+    }
+
+    /// The rows of an episode.
+    ///
+    /// # Errors
+    /// There is no such one; the remedy.
+    pub(super) fn episode(mut self, number: u32) -> Result<Self, (String, String)> {
+        let column = self.columns.iter().find(|c| c.name == EPISODE);
+        let rows: Vec<bool> =
+            column.map(|c| c.values.iter().map(|x| *x == f64::from(number)).collect()).unwrap_or_default();
+        if !rows.contains(&true) {
+            let all = self.episodes();
+            let mend = match (all.first(), all.last()) {
+                (Some(a), Some(b)) => format!("name one of {a} to {b} behind the #"),
+                _ => format!("the file has no column `{EPISODE}`: leave the # out"),
+            };
+            return Err((format!("there is no episode {number}"), mend));
+        }
+        fn kept<T>(all: &mut Vec<T>, rows: &[bool]) {
+            let mut row = rows.iter();
+            all.retain(|_| row.next().copied().unwrap_or(false));
+        }
+        for column in &mut self.columns {
+            kept(&mut column.values, &rows);
+            kept(&mut column.texts, &rows);
+            column.ticks.iter_mut().for_each(|t| kept(&mut t.counts, &rows));
+        }
+        kept(&mut self.lines, &rows);
+        Ok(self)
+    }
+
     /// Where row `i` is: a line, or nothing.
     pub(crate) fn line(&self, row: usize) -> Option<u64> {
         self.lines.get(row).copied()

@@ -8,6 +8,7 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::FmiVersion;
 use trueup_fmi_description::pack::{FmuParts, ReferenceResults, archive, write_file};
 use trueup_fmi_description::template::Template;
+use trueup_models::presets::ValuePreset;
 
 use crate::args::Pack;
 use crate::assets;
@@ -79,8 +80,8 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
             })
             .or_else(|| {
                 let robot = args.robot.as_ref().filter(|_| !catalog::of_robots(m.name));
-                let (a, b) = (catalog::FLYER, catalog::ARM);
-                robot.map(|r| format!("robot {} is for {a} and {b}, not for {}", r.display(), m.name))
+                let (a, b, c) = (catalog::FLYER, catalog::ARM, catalog::CONTROLLER);
+                robot.map(|r| format!("robot {} is for {a}, {b} and {c}, not for {}", r.display(), m.name))
             })
     };
     if args.model.is_empty() {
@@ -91,10 +92,12 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
             ));
         }
         // No structure is chosen here: a base floats. A robot without further choice is the flyer's: an arm on the ground has
-        // not all that a robot may have.
+        // not all that a robot may have, and a controller is named.
         let floats = |m: &CatalogModel| args.effect.iter().any(|e| catalog::wants_fixed_base(m.name, e));
+        let robot = args.robot.is_some() || args.preset.is_some();
         let ground = |m: &CatalogModel| args.robot.is_some() && m.name == catalog::ARM;
-        let fits = |m: &CatalogModel| misfit(*m).is_none() && !floats(m) && !ground(m);
+        let controls = |m: &CatalogModel| robot && m.name == catalog::CONTROLLER;
+        let fits = |m: &CatalogModel| misfit(*m).is_none() && !floats(m) && !ground(m) && !controls(m);
         let fitting: Vec<CatalogModel> = catalog::models().filter(fits).collect();
         if fitting.is_empty() {
             return Err(CliError::Usage(
@@ -123,7 +126,7 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
         return Ok(None);
     }
     // The arm's preset is the default.
-    let named = args.preset.as_ref().filter(|_| model.name == catalog::FLYER).map(PathBuf::from);
+    let named = args.preset.as_ref().filter(|_| model.name != catalog::ARM).map(PathBuf::from);
     let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
     let mut robot = crate::robot::read(&file, args.repair_inertia)?;
     // An arm of FlexibleArm is on the ground anyway.
@@ -162,6 +165,9 @@ fn frictions(robot: &crate::robot::RobotFile) -> Vec<(String, f64)> {
 /// One entry per joint: which are flexible; of a controller their number counts alone.
 fn joints(model: CatalogModel, args: &Pack) -> Result<Vec<bool>, String> {
     match args.joints {
+        None if args.flexible.is_empty() => {
+            Ok(chosen_preset(model, args).map_or_else(Vec::new, |p| p.flexible.to_vec()))
+        }
         None => Ok(args.flexible.clone()),
         Some(n) if model.name == catalog::ARM_CONTROLLER => Ok(vec![false; usize::from(n)]),
         Some(_) => Err(format!(
@@ -190,6 +196,12 @@ fn structure(model: CatalogModel, args: &Pack) -> Result<Vec<(String, Vec<u32>)>
     Ok(chosen)
 }
 
+/// The requested values by a name.
+fn chosen_preset(model: CatalogModel, args: &Pack) -> Option<&'static ValuePreset> {
+    let name = args.preset.as_ref()?;
+    catalog::presets(model.name).find(|p| p.name == name)
+}
+
 fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliError> {
     let refused = |why: String| CliError::Usage(format!("{}: {why}", model.name));
     // In the order in which they act; given twice, an effect is packed once.
@@ -210,9 +222,15 @@ fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliE
             // Nothing is: a name is refused.
             structure(model, args).map_err(refused)?;
             robot.design.unstiffened().iter().for_each(|note| crate::voice::note(note));
-            let mut own = fmu_library::of_design(&robot.design).map_err(refused)?;
-            robot.start.into_iter().for_each(|(name, value)| start::assign(&mut own.start, &name, value));
-            Configuration { effects, ..own }
+            if model.name == catalog::CONTROLLER {
+                let own = fmu_library::controller_of_design(&robot.design).map_err(refused)?;
+                Configuration { effects, ..own }
+            } else {
+                let mut own = fmu_library::of_design(&robot.design).map_err(refused)?;
+                let start = robot.start.into_iter();
+                start.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
+                Configuration { effects, ..own }
+            }
         }
         None => Configuration {
             joint_flexible: joints(model, args).map_err(refused)?,
@@ -223,10 +241,13 @@ fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliE
     };
     // Start values are read against the variables that this structure has.
     let table = fmu_library::table(&configuration).map_err(refused)?;
-    let preset =
-        args.preset.iter().flat_map(|name| catalog::presets(model.name).filter(move |p| p.name == name));
-    for (name, value) in preset.flat_map(|p| p.values) {
-        start::assign(&mut configuration.start, name, *value);
+    for (name, value) in chosen_preset(model, args).into_iter().flat_map(|p| p.values) {
+        match table.find(name) {
+            Some(v) => (0..v.len()).for_each(|e| {
+                start::assign(&mut configuration.start, &v.element_name(e), *value);
+            }),
+            None => start::assign(&mut configuration.start, name, *value),
+        }
     }
     for set in &args.set {
         for (name, value) in start::parse(&table, set).map_err(refused)? {

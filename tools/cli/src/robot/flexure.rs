@@ -1,5 +1,6 @@
 //! A body's link that bends, in a file of a robot: a beam, or a table of modes.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::appendage::Shapes;
@@ -9,13 +10,14 @@ use trueup_models::space::table::{LinkTable, ModeReach, ModeTable, TabledMode};
 use super::reduced::{Damping, Reduced};
 use super::wrong::RobotFileError;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct BendingEntry {
     #[serde(default)]
     position: [f64; 3],
     #[serde(default = "super::panel::unturned")]
     orientation: [f64; 4],
+    #[schemars(with = "Option<f64>")]
     damping_ratio: Option<Spanned<f64>>,
     /// Shapes of a beam along its x, along its y, of torsion.
     shapes: Option<[usize; 3]>,
@@ -32,15 +34,18 @@ pub(super) struct BendingEntry {
     inertia: Option<[[f64; 3]; 3]>,
     end: Option<[f64; 3]>,
     mode: Option<Vec<LinkModeEntry>>,
+    #[schemars(with = "Option<Reduced>")]
     reduced: Option<Spanned<Reduced>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct LinkModeEntry {
     /// Hz.
+    #[schemars(with = "f64")]
     frequency: Spanned<f64>,
     /// That of the link when left out.
+    #[schemars(with = "Option<f64>")]
     damping_ratio: Option<Spanned<f64>>,
     participation: [f64; 6],
     end_shift: [f64; 3],

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::attitude::{product, quaternion, rotation};
@@ -14,7 +15,7 @@ use super::wrong::RobotFileError;
 use super::{DriveEntry, FrictionEntry, Nozzle, RobotFile, panel};
 use crate::near::suggestion;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Overlay {
     robot: Source,
@@ -22,11 +23,14 @@ pub(super) struct Overlay {
     #[serde(default)]
     analysis: bool,
     /// What the robot is mounted on.
+    #[schemars(with = "Option<Satellite>")]
     satellite: Option<Spanned<Satellite>>,
     /// By the names of the file.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, JointOverlay>")]
     joint: BTreeMap<Spanned<String>, JointOverlay>,
     #[serde(default)]
+    #[schemars(with = "Vec<LinkTip>")]
     tip: Vec<Spanned<LinkTip>>,
     #[serde(default)]
     thruster: Vec<Nozzle>,
@@ -34,17 +38,20 @@ pub(super) struct Overlay {
     appendage: Vec<panel::Panel>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Source {
+    #[schemars(with = "Option<String>")]
     urdf: Option<Spanned<String>>,
+    #[schemars(with = "Option<String>")]
     mjcf: Option<Spanned<String>>,
     /// The base: held or free; as the file has it when left out.
     held: Option<bool>,
+    #[schemars(with = "Option<[f64; 3]>")]
     gravity: Option<Spanned<[f64; 3]>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Satellite {
     mass: f64,
@@ -56,14 +63,14 @@ struct Satellite {
     orientation: [f64; 4],
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct JointOverlay {
     motor: Option<DriveEntry>,
     friction: Option<FrictionEntry>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LinkTip {
     name: Option<String>,

@@ -1,11 +1,12 @@
 //! `[[appendage]]`: a beam by its shapes, or a table of modes.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Appendage;
 use trueup_models::space::table::{ModeTable, TabledMode};
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Panel {
     name: Option<String>,
@@ -28,7 +29,7 @@ pub(super) struct Panel {
     mode: Option<Vec<PanelModeEntry>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct PanelModeEntry {
     /// Hz.

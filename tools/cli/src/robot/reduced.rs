@@ -3,23 +3,31 @@
 
 use super::wrong::RobotFileError;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::MAX_MODES_OF_LINK;
 use trueup_models::space::table::{ModeReach, TabledMode};
 
 /// Coordinates x of a link, clamped at its root: M_ff dd(x) + D d(x) + K_ff x = forces. Rows of the coupling matrices are of the coordinates.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Reduced {
+    #[schemars(with = "Vec<Vec<f64>>")]
     mass_matrix: Spanned<Vec<Vec<f64>>>,
+    #[schemars(with = "Vec<Vec<f64>>")]
     stiffness_matrix: Spanned<Vec<Vec<f64>>>,
+    #[schemars(with = "Option<Vec<Vec<f64>>>")]
     damping_matrix: Option<Spanned<Vec<Vec<f64>>>>,
     /// D = a M + b K: a in 1/s, b in s.
+    #[schemars(with = "Option<[f64; 2]>")]
     rayleigh: Option<Spanned<[f64; 2]>>,
     /// Momentum and angular momentum about the root per unit of rate.
+    #[schemars(with = "Vec<[f64; 6]>")]
     participation: Spanned<Vec<[f64; 6]>>,
+    #[schemars(with = "Vec<[f64; 3]>")]
     end_shift: Spanned<Vec<[f64; 3]>>,
+    #[schemars(with = "Vec<[f64; 3]>")]
     end_turn: Spanned<Vec<[f64; 3]>>,
 }
 

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::two_mass::parameter as p;
-use trueup_hypotheses::innovations::along::{UsualSizes, gear_ratio};
+use trueup_hypotheses::innovations::joint_along::{UsualSizes, gear_ratio};
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_models::joint::parameter::{self as joint, NAMES};
 

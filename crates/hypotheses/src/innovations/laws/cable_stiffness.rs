@@ -1,25 +1,28 @@
 //! A cable pulls on the load.
 
-use crate::innovations::along::JointAlong;
+use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
-/// A line over the load's angle, with companions of other powers.
+/// A line over the link's angle, with companions of other powers.
 pub(super) struct CableStiffnessColumns;
 
 impl EffectLaw for CableStiffnessColumns {
     fn id(&self) -> &'static str {
         "cable-stiffness"
     }
-    fn shapes(&self, _: &JointAlong<'_>, _: &OrderPeaks) -> Vec<LawShape> {
-        vec![LawShape::new("load", "powers", &[])]
+    fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
+        (0..along.joints.len()).map(|k| LawShape::new("load", "powers", &[]).at(&[k])).collect()
     }
-    fn terms(&self, along: &JointAlong<'_>, _: &LawShape) -> Option<LawTerms> {
-        let unit = along.unit;
-        let size = along.gear_ratio * along.sizes.load_angle;
-        let of = |p: i32| along.on_load(|r| r.by_node(|t| unit * (r.load[t] / size).powi(p)));
+    fn terms(&self, along: &PlantAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
+        let j = &along.joints[shape.joint()];
+        let [middle, reach] = j.reach;
+        // (COL-15)
+        let of = |p: i32| {
+            along.on_link(shape.joint(), |m| m.each(|i| j.torque * ((m.link[i] - middle) / reach).powi(p)))
+        };
         let terms = vec![(of(1), -0.2, 0.5), (of(0), 0.0, 0.3), (of(3), 0.0, 0.2), (of(2), 0.0, 0.1)];
-        Some(LawTerms::new(terms, false))
+        Some(LawTerms::new(terms, &[]))
     }
 }

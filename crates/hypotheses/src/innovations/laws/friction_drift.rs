@@ -1,33 +1,56 @@
 //! Friction of the nominal plant that changes with time.
 
-use trueup_estimation::innovations::two_mass::parameter;
-
-use crate::innovations::along::JointAlong;
+use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
-/// Time constant `time` in s; 0: along a line.
-pub(super) struct FrictionDriftColumns;
+/// Time constant `time` in s; 0: along a line. Of the frame's own dry pair with its viscous friction, or of dry friction alone that
+/// slips over `x` rad.
+pub(super) struct FrictionDriftColumns {
+    /// Times that are looked for, s.
+    times: &'static [f64],
+    /// Lengths, rad; none: the frame's own dry pair.
+    lengths: &'static [f64],
+    /// Prior standard deviation of the amplitude.
+    deviation: f64,
+}
+
+/// Unit of dry friction that slips over a length, in usual torques.
+const UNIT: f64 = 0.1;
+
+impl FrictionDriftColumns {
+    pub(super) const JOINT: Self =
+        Self { times: &[0.0, 2.0, 3.5, 6.0, 10.0, 20.0], lengths: &[], deviation: 0.5 };
+    pub(super) const ARM: Self = Self { times: &[0.0, 3.0, 8.0], lengths: &[2e-4, 1e-3], deviation: 0.7 };
+}
 
 impl EffectLaw for FrictionDriftColumns {
     fn id(&self) -> &'static str {
         "friction-drift"
     }
-    fn shapes(&self, along: &JointAlong<'_>, _: &OrderPeaks) -> Vec<LawShape> {
-        if along.frame.dry_level() <= 0.0 {
-            return Vec::new();
-        }
-        let shape = |time: f64| LawShape::new("motor-friction", "time", &[("time", time)]);
-        [0.0, 2.0, 3.5, 6.0, 10.0, 20.0].map(shape).to_vec()
+    fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
+        let timed = |shape: LawShape| {
+            let with = move |time: &f64| {
+                let mut shape = shape.clone();
+                shape.values.insert(0, ("time", *time));
+                shape
+            };
+            self.times.iter().map(with).collect::<Vec<_>>()
+        };
+        along.at_dry_joints("time", self.lengths).into_iter().flat_map(timed).collect()
     }
-    fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
-        let dry = along.parameter(parameter::COULOMB_FRICTION);
-        let viscous = along.parameter(parameter::VISCOUS_FRICTION);
-        let (time, duration) = (shape.value("time"), along.sizes.duration);
+    fn terms(&self, along: &PlantAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
+        let (j, length) = (&along.joints[shape.joint()], shape.get("x"));
+        let (time, duration) = (shape.value("time"), along.duration);
         let course = |t: f64| if time > 0.0 { (-t / time).exp() } else { t / duration - 0.5 };
-        let column = along.on_motor(|w, i| -(dry * w.sign[i] + viscous * w.speed[i]) * course(w.time[i]));
-        Some(LawTerms::new(vec![(column, 0.0, 0.5)], false))
+        let (dry, viscous) = if length.is_some() { (UNIT * j.torque, 0.0) } else { (j.dry, j.viscous) };
+        // (COL-7)
+        let column = along.on_motor(shape.joint(), |m| {
+            let z = m.sliding(length);
+            m.each(|i| -(dry * z[i] + viscous * m.motor_speed[i]) * course(m.time[i]))
+        });
+        Some(LawTerms::new(vec![(column, 0.0, self.deviation)], &[]))
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("time", 0.3)]

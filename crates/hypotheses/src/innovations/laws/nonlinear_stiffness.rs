@@ -1,35 +1,79 @@
-//! A spring that is no line: cubic with a fifth power, or of two slopes.
+//! A spring that is no line: powers of the twist, or bends.
 
-use crate::innovations::along::JointAlong;
+use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::shape::LawShape;
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
+use crate::innovations::tangent::of_spring;
 
-/// Form `power`, or form `slopes` with the twist `bend` in rad at which the slope changes.
-pub(super) struct NonlinearStiffnessColumns;
+/// Form `power`; form `slopes` with the twist `bend` in rad at which the slope changes; form `knees` with the twists `b` and `b2` in
+/// rad from which on it is stiffer to either side.
+pub(super) enum NonlinearStiffnessColumns {
+    /// Third and fifth power; two slopes.
+    Joint,
+    /// Second, third and fifth power with a line; knees with a line.
+    Arm,
+}
+
+/// Bends that are looked for, in usual twists.
+const BENDS: [f64; 6] = [0.12, 0.22, 0.35, 0.5, 0.7, 0.9];
+/// The same of knees.
+const KNEES: [f64; 7] = [0.06, 0.12, 0.2, 0.35, 0.55, 0.75, 1.0];
 
 impl EffectLaw for NonlinearStiffnessColumns {
     fn id(&self) -> &'static str {
         "nonlinear-stiffness"
     }
-    fn shapes(&self, along: &JointAlong<'_>, _: &OrderPeaks) -> Vec<LawShape> {
-        if along.stiffness <= 0.0 {
-            return Vec::new();
-        }
-        let slopes = [0.12, 0.22, 0.35, 0.5, 0.7, 0.9].map(|x| x * along.sizes.twist);
-        let slopes = slopes.map(|b| LawShape::new("transmission", "slopes", &[("bend", b)]));
-        [LawShape::new("transmission", "power", &[])].into_iter().chain(slopes).collect()
+    fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
+        along.at_springs(|j| {
+            let bent = |x: f64| match self {
+                Self::Joint => LawShape::new("transmission", "slopes", &[("bend", x * j.twist)]),
+                Self::Arm => {
+                    LawShape::new("transmission", "knees", &[("b", x * j.twist), ("b2", x * j.twist)])
+                }
+            };
+            let bends = match self {
+                Self::Joint => &BENDS[..],
+                Self::Arm => &KNEES,
+            };
+            let bent = bends.iter().map(|x| bent(*x));
+            [LawShape::new("transmission", "power", &[])].into_iter().chain(bent).collect()
+        })
     }
-    fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
-        let (k, usual) = (along.stiffness, along.sizes.twist);
-        let of = |f: &dyn Fn(f64) -> f64| along.in_spring(|r| r.by_node(|t| k * f(r.twist[t])));
-        let terms = match shape.get("bend") {
-            Some(b) => vec![(of(&|x| x.clamp(-b, b)), 0.0, 0.7), (of(&|x| x), 0.0, 0.5)],
-            None => [2, 4].map(|p| (of(&|x| x * (x / usual).powi(p)), 0.0, 0.7)).to_vec(),
+    fn terms(&self, along: &PlantAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
+        let j = &along.joints[shape.joint()];
+        let (k, usual) = (j.stiffness, j.twist);
+        let of = |f: &dyn Fn(f64) -> f64| along.in_spring(shape.joint(), |m| m.each(|i| k * f(m.twist[i])));
+        // (COL-9)
+        let power = |p: i32| of(&|w| w * (w / usual).abs().powi(p));
+        let terms = match shape.form {
+            "slopes" => {
+                let b = shape.value("bend");
+                vec![(of(&|w| w.clamp(-b, b)), 0.0, 0.7), (of(&|w| w), 0.0, 0.5)]
+            }
+            "knees" => {
+                let (b, b2) = (shape.value("b"), shape.value("b2"));
+                let (over, under) = (of(&|w| (w - b).max(0.0)), of(&|w| (w + b2).min(0.0)));
+                vec![(over, 0.0, 0.7), (under, 0.0, 0.7), (of(&|w| w), 0.0, 0.5)]
+            }
+            _ => match self {
+                Self::Joint => vec![(power(2), 0.0, 0.7), (power(4), 0.0, 0.7)],
+                Self::Arm => {
+                    [(1, 0.7), (2, 0.7), (4, 0.3), (0, 0.4)].map(|(p, sd)| (power(p), 0.0, sd)).to_vec()
+                }
+            },
         };
-        Some(LawTerms::new(terms, false).in_spring())
+        let mut terms = LawTerms::new(terms, &[]);
+        terms.applied.spring = Some(shape.joint());
+        Some(terms)
+    }
+    fn slopes(&self, along: &PlantAlong<'_>, shape: &LawShape, amplitudes: &[f64]) -> Option<LawSlopes> {
+        of_spring(self, along, shape, amplitudes)
     }
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
-        shape.get("bend").map(|_| Refinement::relative("bend", 0.25)).into_iter().collect()
+        let steps = [("bend", 0.25), ("b", 0.3), ("b2", 0.3)];
+        let own = steps.into_iter().filter(|(name, _)| shape.get(name).is_some());
+        own.map(|(name, step)| Refinement::relative(name, step)).collect()
     }
 }

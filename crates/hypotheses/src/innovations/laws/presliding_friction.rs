@@ -1,56 +1,70 @@
 //! Friction that yields before it slides.
 
-use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
-use trueup_estimation::innovations::two_mass::coordinate::MOTOR;
-
-use crate::innovations::along::{JointAlong, PARTS};
+use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
-use crate::innovations::operator::dahl;
+use crate::innovations::place::JointPlace;
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
-/// Length `x` in rad over which it slips, and what of it slips four times later.
-pub(super) struct PreslidingFrictionColumns;
+/// Length `x` in rad over which it slips instead of what the nominal plant does, and what of it slips four times later.
+pub(super) enum PreslidingFrictionColumns {
+    /// Of the frame's own dry pair.
+    Joint,
+    /// Of friction that slips over [`RIGID`].
+    Arm,
+}
 
+/// Lengths that are looked for, in deflections of the spring under the usual torque.
 const LENGTHS: [f64; 14] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.8, 1.2, 2.0, 3.5, 6.0, 10.0, 20.0, 40.0];
+/// Lengths that are looked for at an arm, rad, and the length of what does not yield.
+const ARM_LENGTHS: [f64; 3] = [1e-3, 4e-3, 1.5e-2];
+const RIGID: f64 = 1e-4;
 
 /// What the encoder does not resolve is sticking.
-fn least(along: &JointAlong<'_>) -> f64 {
-    3.0 * along.frame.intake.channels.first().map_or(0.0, |c| c.resolution)
+fn least(j: &JointPlace) -> f64 {
+    3.0 * j.resolution
 }
 
 impl EffectLaw for PreslidingFrictionColumns {
     fn id(&self) -> &'static str {
         "presliding-friction"
     }
-    fn shapes(&self, along: &JointAlong<'_>, _: &OrderPeaks) -> Vec<LawShape> {
-        if along.frame.dry_level() <= 0.0 {
-            return Vec::new();
+    fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
+        if let Self::Arm = self {
+            return along.at_dry_joints("length", &ARM_LENGTHS);
         }
-        let own = if along.stiffness > 0.0 { along.unit / along.stiffness } else { along.angle_unit };
-        let read = along.frame.intake.channels.first().is_some_and(|c| c.state == 0);
-        let least = if read { least(along) } else { 0.0 };
-        let lengths = LENGTHS.iter().map(|x| x * own).filter(|x| *x >= least);
-        lengths.map(|x| LawShape::new("motor-friction", "length", &[("x", x)])).collect()
+        let at = |shape: LawShape| {
+            let j = &along.joints[shape.joint()];
+            let own = if j.stiffness > 0.0 { j.torque / j.stiffness } else { j.gear_error };
+            let least = if j.motor_read { least(j) } else { 0.0 };
+            let lengths = LENGTHS.iter().map(|x| x * own).filter(|x| *x >= least);
+            let shape = |x: f64| LawShape::new("motor-friction", "length", &[("x", x)]).at(&shape.joints);
+            lengths.map(shape).collect::<Vec<_>>()
+        };
+        along.at_dry_joints("length", &[]).into_iter().flat_map(at).collect()
     }
-    fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
-        let (mut early, mut late): (FilterColumn, FilterColumn) = (Vec::new(), Vec::new());
-        for (k, r) in along.runs.iter().enumerate() {
-            let w = along.within(k);
-            let (first, second) = (dahl(&w.angle, shape.value("x")), dahl(&w.angle, 4.0 * shape.value("x")));
-            let force = |f: &dyn Fn(usize) -> f64| {
-                let mean = |t: usize| (PARTS * t..PARTS * (t + 1)).map(f).sum::<f64>() / PARTS as f64;
-                ColumnPart::force(MOTOR, r.by_node(|t| -along.unit * mean(t)))
-            };
-            early.push(force(&|i| first[i] - w.sign[i]));
-            late.push(force(&|i| second[i] - first[i]));
-        }
-        Some(LawTerms::new(vec![(early, 1.0, 0.2), (late, 0.0, 0.3)], true))
+    fn terms(&self, along: &PlantAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
+        let (joint, x) = (shape.joint(), shape.value("x"));
+        let torque = along.joints[joint].torque;
+        // (COL-7)
+        let instead = |unit: f64, of: Option<f64>, than: Option<f64>| {
+            along.on_motor(joint, |m| {
+                let (a, b) = (m.sliding(of), m.sliding(than));
+                m.each(|i| -unit * (a[i] - b[i]))
+            })
+        };
+        Some(match self {
+            Self::Joint => {
+                let late = instead(torque, Some(4.0 * x), Some(x));
+                LawTerms::new(vec![(instead(torque, Some(x), None), 1.0, 0.2), (late, 0.0, 0.3)], &[0])
+            }
+            Self::Arm => LawTerms::new(vec![(instead(0.1 * torque, Some(x), Some(RIGID)), 1.0, 1.0)], &[0]),
+        })
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("x", 0.35)]
     }
-    fn bounded(&self, along: &JointAlong<'_>, _: &str, value: f64) -> f64 {
-        value.max(least(along))
+    fn bounded(&self, along: &PlantAlong<'_>, shape: &LawShape, _: &str, value: f64) -> f64 {
+        value.max(least(&along.joints[shape.joint()]))
     }
 }

@@ -1,16 +1,22 @@
 //! Channels as places of laws.
 
-use crate::innovations::along::JointAlong;
+use crate::innovations::along::PlantAlong;
 use crate::innovations::shape::LawShape;
 
-/// Places of the angles, where both are read: what is wrong with a reading shows against the other.
-pub(super) fn angles(along: &JointAlong<'_>) -> Vec<&'static str> {
-    if along.frame.two_angles() { vec!["sensor:motorAngle", "sensor:loadAngle"] } else { Vec::new() }
+/// A form at each channel whose errors show.
+pub(super) fn shapes(
+    along: &PlantAlong<'_>,
+    form: &'static str,
+    values: &[(&'static str, f64)],
+) -> Vec<LawShape> {
+    let compared = along.channels.iter().enumerate().filter(|(_, c)| c.compared);
+    compared.map(|(k, c)| LawShape::new(c.place, form, values).of(&[k])).collect()
 }
 
-/// Channel of a shape's place, and the state that it shows.
-pub(super) fn channel(along: &JointAlong<'_>, shape: &LawShape) -> Option<(usize, usize)> {
-    let name = shape.place.strip_prefix("sensor:")?;
-    let channel = along.frame.intake.channel(name)?;
-    Some((channel, along.frame.intake.channels[channel].state))
+/// Channels of a shape; empty where none of them was recorded.
+pub(super) fn channels(along: &PlantAlong<'_>, shape: &LawShape) -> Vec<usize> {
+    if !shape.channels.is_empty() {
+        return shape.channels.clone();
+    }
+    along.channels.iter().position(|c| c.place == shape.place).into_iter().collect()
 }

@@ -1,36 +1,112 @@
 //! Friction that falls with speed out of rest.
 
-use crate::innovations::along::JointAlong;
+use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::laws::motor_friction::MotorFrictionColumns;
 use crate::innovations::shape::LawShape;
+use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
 
-/// Speed `speed` in rad/s over which it falls, with exponent `k`.
-pub(super) struct StribeckFrictionColumns;
+/// Speed `speed` in rad/s over which it falls, with exponent `k`; where the nominal model has no friction with that friction, which
+/// slips over `x` rad.
+pub(super) struct StribeckFrictionColumns {
+    /// Friction of the same units and lengths.
+    plain: MotorFrictionColumns,
+    /// Prior mean of the amplitude.
+    mean: f64,
+    /// Speeds that are looked for, in usual speeds.
+    speeds: &'static [f64],
+    /// Exponents.
+    exponents: &'static [f64],
+    /// Lengths, rad; none: in addition to the friction of the nominal model.
+    lengths: &'static [f64],
+    /// First step of the search for the speed.
+    step: f64,
+}
 
-/// A shape of it.
+impl StribeckFrictionColumns {
+    pub(super) const JOINT: Self = Self {
+        plain: MotorFrictionColumns::JOINT,
+        mean: 0.5,
+        speeds: &[0.01, 0.02, 0.035, 0.05, 0.075, 0.12, 0.2],
+        exponents: &[1.0, 2.0],
+        lengths: &[],
+        step: 0.35,
+    };
+    pub(super) const ARM: Self = Self {
+        plain: MotorFrictionColumns::ARM,
+        mean: 0.4,
+        speeds: &[0.06, 0.15, 0.35],
+        exponents: &[1.0],
+        lengths: &[3e-4, 1.2e-3],
+        step: 0.4,
+    };
+}
+
+/// A shape of it in addition to the friction of the nominal model.
 pub fn stribeck(speed: f64, k: f64) -> LawShape {
     LawShape::new("motor-friction", "stribeck", &[("speed", speed), ("k", k)])
+}
+
+/// How friction falls with the speed of a joint's motor: at several joints over the same share of the usual speed.
+fn falls(along: &PlantAlong<'_>, shape: &LawShape, joint: usize) -> impl Fn(f64) -> f64 {
+    let share = along.joints[joint].motor_speed / along.joints[shape.joint()].motor_speed;
+    let (speed, k) = (shape.value("speed") * share, shape.value("k"));
+    move |v| (-(v.abs() / speed).powf(k)).exp()
 }
 
 impl EffectLaw for StribeckFrictionColumns {
     fn id(&self) -> &'static str {
         "stribeck-friction"
     }
-    fn shapes(&self, along: &JointAlong<'_>, _: &OrderPeaks) -> Vec<LawShape> {
-        if along.frame.dry_level() <= 0.0 {
-            return Vec::new();
+    fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
+        let mut all = Vec::new();
+        for (joint_index, joint) in along.joints.iter().enumerate() {
+            let usual = joint.motor_speed;
+            let speeds = self.speeds.iter().flat_map(|v| self.exponents.iter().map(move |k| (v * usual, *k)));
+            for shape in speeds.map(|(v, k)| stribeck(v, k).at(&[joint_index])) {
+                let with = |x: &f64| {
+                    let mut shape = shape.clone();
+                    shape.values.push(("x", *x));
+                    shape
+                };
+                match self.lengths {
+                    [] if joint.dry > 0.0 => all.push(shape),
+                    lengths => all.extend(lengths.iter().map(with)),
+                }
+            }
         }
-        let speeds = [0.01, 0.02, 0.035, 0.05, 0.075, 0.12, 0.2].map(|x| x * along.sizes.motor_speed);
-        speeds.iter().flat_map(|v| [1.0, 2.0].map(|k| stribeck(*v, k))).collect()
+        all
     }
-    fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
-        let (unit, speed, k) = (along.unit, shape.value("speed"), shape.value("k"));
-        let falls = |v: f64| (-(v.abs() / speed).powf(k)).exp();
-        let column = along.on_motor(|w, i| -unit * w.sign[i] * falls(w.speed[i]));
-        Some(LawTerms::new(vec![(column, 0.5, 0.7)], true))
+    fn terms(&self, along: &PlantAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
+        let length = shape.get("x");
+        let (mut terms, mut positive) = (Vec::new(), Vec::new());
+        for joint in shape.joints() {
+            if length.is_some() {
+                positive.push(terms.len());
+                terms.extend(self.plain.at(along, *joint, length));
+            }
+            positive.push(terms.len());
+            let falls = falls(along, shape, *joint);
+            // (COL-6)
+            let column = self.plain.dry(along, *joint, length, |m, i| falls(m.motor_speed[i]));
+            terms.push((column, self.mean, 0.7));
+        }
+        Some(LawTerms::new(terms, &positive))
     }
-    fn refined(&self, _: &LawShape) -> Vec<Refinement> {
-        vec![Refinement::relative("speed", 0.35)]
+    fn slopes(&self, along: &PlantAlong<'_>, shape: &LawShape, amplitudes: &[f64]) -> Option<LawSlopes> {
+        let length = shape.get("x")?;
+        let mut all: LawSlopes = vec![Vec::new(); along.runs.len()];
+        let each = amplitudes.len() / shape.joints().len();
+        for (joint, own) in shape.joints().iter().zip(amplitudes.chunks_exact(each.max(1))) {
+            let (falls, level) = (falls(along, shape, *joint), own.last()?);
+            let slopes = self.plain.slopes_at(along, *joint, length, own, &|v| level * falls(v))?;
+            all.iter_mut().zip(slopes).for_each(|(all, more)| all.extend(more));
+        }
+        Some(all)
+    }
+    fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
+        let length = shape.get("x").map(|_| Refinement::relative("x", self.step));
+        length.into_iter().chain([Refinement::relative("speed", self.step)]).collect()
     }
 }

@@ -113,8 +113,9 @@ pub(super) fn text(r: &Identified) -> String {
     if let Some(d) = &r.design {
         out += &super::design::text(d);
     }
+    out += if r.notes.is_empty() { "" } else { "\n" };
     for note in &r.notes {
-        let _ = writeln!(out, "\nnote: {note}");
+        let _ = writeln!(out, "note: {note}");
     }
     out
 }

@@ -1,0 +1,305 @@
+//! What a case shows before any fit: its recordings and their sensors, mistakes, and what can be determined.
+
+mod timing;
+
+use serde::Serialize;
+use trueup_identification::identify::{ForeseenParameters, foreseen};
+use trueup_models::effect::PlantKind;
+use trueup_signals::{Channel, ChannelFigures, Finding, Interpolation, Loaded, Recording};
+
+use crate::diagnose::input_scale;
+use crate::engine::recordings::PreparedCase;
+use crate::engine::search::CaseSearch;
+use crate::engine::subject::DiagnosisSubject;
+use crate::outcome::{NoticedMistake, OutcomeSeverity, SensorFindings};
+use crate::picture::isolability;
+use crate::thinned::thinned;
+use timing::InputCentre;
+
+/// Form and version of its JSON.
+const SCHEMA: &str = "trueup.check/1";
+/// s that the simulations for the expected errors may take.
+const SECONDS: f64 = 1.0;
+/// A declared noise that differs by more than this factor from the one that is found is reported.
+const NOISE: f64 = 2.0;
+/// A motion with fewer reversals in all recordings for fitting separates friction and play badly from other effects.
+const REVERSALS: usize = 4;
+
+/// A channel of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckedChannel {
+    /// Its variable.
+    pub name: String,
+    /// Unit of the figures.
+    pub unit: String,
+    /// It drives the simulation.
+    pub input: bool,
+    /// Readings, their rate in Hz by the median step, and the longest step in s.
+    pub readings: usize,
+    /// See `readings`.
+    pub rate: f64,
+    /// See `readings`.
+    pub longest_step: f64,
+    /// Least and largest value.
+    pub range: [f64; 2],
+    /// How often the motion turns back.
+    pub reversals: usize,
+    /// Standard deviation of white noise as declared.
+    pub noise_declared: Option<f64>,
+    /// The same as the readings show it.
+    pub noise: Option<f64>,
+    /// Step of the readings as declared.
+    pub resolution_declared: Option<f64>,
+    /// The same as the readings show it.
+    pub resolution: Option<f64>,
+    /// How an input goes between its samples, as declared.
+    pub interpolation: Option<&'static str>,
+}
+
+/// A recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckedRecording {
+    /// As the case names it.
+    pub name: String,
+    /// `train`, `holdout`, `rest` or `repeats`.
+    pub purpose: &'static str,
+    /// First time, s.
+    pub start: f64,
+    /// Length, s.
+    pub seconds: f64,
+    /// Its channels.
+    pub channels: Vec<CheckedChannel>,
+}
+
+/// A parameter that `identify` would estimate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckedParameter {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its nominal value.
+    pub value: f64,
+    /// Expected standard error; `None`: these recordings do not give it.
+    pub standard_error: Option<f64>,
+}
+
+/// All of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CaseCheck {
+    /// Form and version.
+    pub schema: &'static str,
+    /// The model.
+    pub model: String,
+    /// What is wrong, the worst first.
+    pub findings: Vec<NoticedMistake>,
+    /// The recordings.
+    pub recordings: Vec<CheckedRecording>,
+    /// Which components these sensors distinguish, by the structure of the equations.
+    pub sensors: SensorFindings,
+    /// Expected standard errors at the nominal values.
+    pub parameters: Vec<CheckedParameter>,
+    /// What these are of, or why there are none.
+    pub parameters_note: String,
+    /// Lines for `case.toml`.
+    pub proposals: Vec<String>,
+}
+
+impl CaseCheck {
+    /// The worst of its findings.
+    pub fn is_grave(&self) -> bool {
+        self.findings.iter().any(|f| f.severity == OutcomeSeverity::Grave)
+    }
+}
+
+/// Checks a case that was taken in; `noticed` is what the intake found, errors among it.
+pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
+    let mut findings = NoticedMistake::of(noticed, &loaded.case.folder);
+    let mut own = CaseCheck {
+        schema: SCHEMA,
+        model: loaded.case.model.clone(),
+        findings: Vec::new(),
+        recordings: Vec::new(),
+        sensors: SensorFindings::default(),
+        parameters: Vec::new(),
+        parameters_note: String::new(),
+        proposals: Vec::new(),
+    };
+    let subject = DiagnosisSubject::of(&loaded.case);
+    let inputs = subject.as_ref().map(DiagnosisSubject::inputs).unwrap_or_default();
+    own.recordings = recordings(loaded, &inputs);
+    own.proposals = sensors(&own.recordings);
+    if let Ok(subject) = &subject {
+        own.sensors = (&isolability(loaded, subject)).into();
+        own.proposals.extend(interpolation(loaded, subject.plant));
+    }
+    findings.extend(reversals(&own.recordings, &loaded.case.file));
+    // Errors come first: figures of wrong readings would be wrong.
+    if noticed.iter().any(Finding::is_error) {
+        own.parameters_note = "not computed: the errors come first".into();
+    } else {
+        findings.extend(scaled(loaded));
+        match foreseen(loaded, SECONDS) {
+            Ok(found) => (own.parameters, own.parameters_note) = told(found),
+            Err(e) => own.parameters_note = format!("not computed: {e}"),
+        }
+    }
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    own.findings = findings;
+    own
+}
+
+fn recordings(loaded: &Loaded, inputs: &[String]) -> Vec<CheckedRecording> {
+    let case = &loaded.case;
+    let purpose = |name: &String| match () {
+        () if case.train.contains(name) => "train",
+        () if case.holdout.contains(name) => "holdout",
+        () if case.rest.contains(name) => "rest",
+        () => "repeats",
+    };
+    let of = |(name, run): (&String, &Recording)| CheckedRecording {
+        name: name.clone(),
+        purpose: purpose(name),
+        start: run.start,
+        seconds: run.duration(),
+        channels: run.channels.iter().filter_map(|c| channel(c, inputs.contains(&c.name))).collect(),
+    };
+    loaded.recordings.iter().map(of).collect()
+}
+
+fn channel(c: &Channel, input: bool) -> Option<CheckedChannel> {
+    let figures = ChannelFigures::of(c)?;
+    let interpolation = match c.interpolation {
+        Interpolation::Linear => "linear",
+        Interpolation::Hold => "hold",
+    };
+    Some(CheckedChannel {
+        name: c.name.clone(),
+        unit: c.unit.clone(),
+        input,
+        readings: figures.readings,
+        rate: figures.rate,
+        longest_step: figures.longest_step,
+        range: figures.range,
+        reversals: figures.reversals,
+        noise_declared: c.sensor.noise,
+        noise: figures.noise,
+        resolution_declared: c.sensor.resolution,
+        resolution: figures.resolution,
+        interpolation: input.then_some(interpolation),
+    })
+}
+
+/// Lines for sensors whose readings show another noise or step than is declared.
+fn sensors(recordings: &[CheckedRecording]) -> Vec<String> {
+    let mut names: Vec<&str> = Vec::new();
+    let all = || recordings.iter().flat_map(|r| &r.channels);
+    all().filter(|c| !c.input).for_each(|c| {
+        if !names.contains(&c.name.as_str()) {
+            names.push(&c.name);
+        }
+    });
+    let mut lines = Vec::new();
+    for name in names {
+        let own = || all().filter(|c| c.name == name);
+        let declared = own().find_map(|c| c.noise_declared);
+        // The largest: no recording may be noisier than is declared.
+        if let Some(found) = own().filter_map(|c| c.noise).reduce(f64::max)
+            && declared.is_none_or(|d| found > NOISE * d || found < d / NOISE)
+        {
+            let than = declared.map_or("not declared".to_owned(), |d| format!("declared: {d:.3e}"));
+            lines.push(format!("[channels.\"{name}\"] noise = {found:.3e}   # {than}"));
+        }
+        if let (Some(found), None) =
+            (own().filter_map(|c| c.resolution).reduce(f64::min), own().find_map(|c| c.resolution_declared))
+        {
+            lines.push(format!("[channels.\"{name}\"] resolution = {found:.6e}   # not declared"));
+        }
+    }
+    lines
+}
+
+/// The likelier of hold and linear, where a recording contradicts what is declared.
+fn interpolation(loaded: &Loaded, plant: PlantKind) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for run in loaded.train() {
+        for input in &run.channels {
+            let angles = match plant {
+                PlantKind::Joint if input.name == "motorCurrent" => vec!["motorAngle".to_owned()],
+                PlantKind::Arm => match input.name.strip_prefix("jointTorque") {
+                    Some(element) => vec![format!("motorAngle{element}"), format!("jointAngle{element}")],
+                    None => continue,
+                },
+                PlantKind::Joint => continue,
+            };
+            let Some(centre) = angles.iter().find_map(|angle| InputCentre::of(run, &input.name, angle))
+            else {
+                continue;
+            };
+            if let Some(proposed) = centre.proposes(input.interpolation) {
+                let word = if proposed == Interpolation::Hold { "hold" } else { "linear" };
+                let begin = format!("[channels.\"{}\"] interpolation = \"{word}\"", input.name);
+                if !lines.iter().any(|l| l.starts_with(&begin)) {
+                    lines.push(format!(
+                        "{begin}   # it acts {:.2} +- {:.2} of a step after its samples in {} (hold 0.5, linear 0)",
+                        -centre.value, centre.deviation, run.name
+                    ));
+                }
+            }
+        }
+    }
+    lines
+}
+
+/// An angle or a way that the model shows: velocities turn back where nothing does.
+fn moves(c: &CheckedChannel) -> bool {
+    !c.input && matches!(c.unit.as_str(), "rad" | "m")
+}
+
+/// Recordings for fitting that hardly turn back.
+fn reversals(recordings: &[CheckedRecording], case: &std::path::Path) -> Option<NoticedMistake> {
+    let train =
+        || recordings.iter().filter(|r| r.purpose == "train").flat_map(|r| &r.channels).filter(|c| moves(c));
+    let turns = |name: &str| train().filter(|c| c.name == name).map(|c| c.reversals).sum::<usize>();
+    let most = train().map(|c| turns(&c.name)).max()?;
+    (most < REVERSALS).then(|| NoticedMistake {
+        severity: OutcomeSeverity::Warning,
+        kind: "few-reversals".into(),
+        file: case.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        line: None,
+        channel: None,
+        text: format!(
+            "in all of `train` the motion turns back {most} times: friction, play and hysteresis show where it does; record a motion that reverses"
+        ),
+    })
+}
+
+/// Inputs in another unit or of the opposite sign, recording by recording, and dead channels: what a diagnosis finds first.
+fn scaled(loaded: &Loaded) -> Vec<NoticedMistake> {
+    let found = || {
+        let subject = DiagnosisSubject::of(&loaded.case).ok()?;
+        let (small, _) = thinned(loaded, subject.plant, &subject.inputs());
+        let case = PreparedCase::new(&small).ok()?;
+        let search = CaseSearch::new(&case, 1).ok()?;
+        Some(input_scale::mistaken(&search))
+    };
+    found().unwrap_or_default()
+}
+
+fn told(found: ForeseenParameters) -> (Vec<CheckedParameter>, String) {
+    let note = match found.left_out.is_empty() {
+        true => format!("at the nominal values, of {}", found.recordings.join(", ")),
+        false => format!(
+            "at the nominal values, of {} alone: {} would take too long before a fit",
+            found.recordings.join(", "),
+            found.left_out.join(", ")
+        ),
+    };
+    let one = |p: trueup_identification::identify::ForeseenParameter| CheckedParameter {
+        name: p.name,
+        unit: p.unit.to_owned(),
+        value: p.value,
+        standard_error: p.standard_error,
+    };
+    (found.parameters.into_iter().map(one).collect(), note)
+}

@@ -1,0 +1,166 @@
+//! Columns of forces and reading errors, sixteen next to each other in single precision, with the gains of a recording.
+
+use pulp::Simd;
+
+use super::any_size;
+use super::filter::{arrays, row};
+use super::filter_data::{FilterGains, FilterLane, LANES, LaneBlock, LaneStream};
+use super::kernel::{SizeError, SizedKernel, run};
+use super::linear::PlantStep;
+
+/// Passes streams of one recording, two side by side: one alone would wait for its own results. They differ in their
+/// gains or in their columns.
+///
+/// # Errors
+/// Where no kernel has these sizes.
+pub fn pass_streams(streams: &mut [LaneStream<'_>]) -> Result<(), SizeError> {
+    for some in streams.chunks_mut(2) {
+        some.iter_mut().for_each(|s| s.out.resize(s.gains.variance.len(), [0.0; LANES]));
+        let sizes = some[0].gains.input.sizes();
+        match some {
+            [a, b] => run(sizes, LanePass([a, b])),
+            [a] => run(sizes, LanePass([a])),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+struct LanePass<'a, 'b, const K: usize>([&'a mut LaneStream<'b>; K]);
+
+impl<const K: usize> SizedKernel for LanePass<'_, '_, K> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd, const N: usize, const F: usize>(mut self, simd: S) {
+        for part in 0..LANES / S::F32_LANES {
+            pass_lanes::<S, N, F, K>(simd, &mut self.0, part);
+        }
+    }
+    #[inline(always)]
+    fn run_any<S: Simd>(self, simd: S) {
+        for stream in self.0 {
+            any_size::lanes(simd, stream);
+        }
+    }
+}
+
+type SingleStep<const N: usize, const F: usize> = ([[f32; N]; N], [[f32; F]; N]);
+
+/// Matrices of a mode in single precision.
+fn single_step<const N: usize, const F: usize>(step: &PlantStep) -> SingleStep<N, F> {
+    let (a, b) = arrays(step);
+    (a.map(single), b.map(single))
+}
+
+/// `sum` plus `factor` times `x`, not fused.
+#[inline(always)]
+fn plus<S: Simd>(simd: S, sum: S::f32s, factor: f32, x: S::f32s) -> S::f32s {
+    simd.add_f32s(sum, simd.mul_f32s(simd.splat_f32s(factor), x))
+}
+
+/// Numbers of a row in single precision.
+#[inline(always)]
+fn single<const N: usize>(x: [f64; N]) -> [f32; N] {
+    let mut out = [0.0; N];
+    for i in 0..N {
+        out[i] = x[i] as f32;
+    }
+    out
+}
+
+/// A part of the lanes of a node, as wide as the vectors of the processor.
+#[inline(always)]
+fn lanes_of<S: Simd>(simd: S, all: &[FilterLane], node: usize, part: usize) -> S::f32s {
+    if all.is_empty() { simd.splat_f32s(0.0) } else { S::as_simd_f32s(&all[node]).0[part] }
+}
+
+#[inline(always)]
+fn pass_lanes<S: Simd, const N: usize, const F: usize, const K: usize>(
+    simd: S,
+    streams: &mut [&mut LaneStream<'_>; K],
+    part: usize,
+) {
+    let gains: [&FilterGains<'_>; K] = core::array::from_fn(|s| streams[s].gains);
+    let blocks: [&LaneBlock; K] = core::array::from_fn(|s| streams[s].block);
+    let input = &gains[0].input;
+    let steps: Vec<SingleStep<N, F>> = input.steps.iter().map(single_step).collect();
+    let zero = simd.splat_f32s(0.0);
+    let (mut z, mut before) = ([[zero; N]; K], [[zero; F]; K]);
+    for t in 0..input.order.nodes() {
+        if t > 0 {
+            let step = &steps[input.order.after(t - 1)];
+            for s in 0..K {
+                z[s] = moved_lanes(simd, step, &z[s], &before[s]);
+            }
+        }
+        let mut now = [[zero; F]; K];
+        for s in 0..K {
+            for k in 0..F {
+                now[s][k] = lanes_of(simd, &blocks[s].forces[k], t, part);
+            }
+        }
+        for c in 0..input.channels {
+            let at = input.channels * t + c;
+            if input.variance[at] <= 0.0 {
+                continue;
+            }
+            let direct: [f32; F] = single(row(&input.rows.direct, at));
+            let h: [f32; N] = single(row(&input.rows.h, at));
+            for s in 0..K {
+                let mut e = lanes_of(simd, &blocks[s].readings[c], t, part);
+                for k in 0..F {
+                    if direct[k] != 0.0 {
+                        e = plus(simd, e, 0.5 * direct[k], now[s][k]);
+                        e = plus(simd, e, 0.5 * direct[k], before[s][k]);
+                    }
+                }
+                let mut other = zero;
+                for i in 0..N / 2 {
+                    e = plus(simd, e, h[i], z[s][i]);
+                    other = plus(simd, other, h[N / 2 + i], z[s][N / 2 + i]);
+                }
+                e = simd.add_f32s(e, other);
+                let gain: [f32; N] = single(row(&gains[s].gain, at));
+                for i in 0..N {
+                    z[s][i] = plus(simd, z[s][i], -gain[i], e);
+                }
+                if input.counted[at] {
+                    // (EST-4)
+                    let whitened = simd.splat_f32s((1.0 / gains[s].variance[at].sqrt()) as f32);
+                    S::as_mut_simd_f32s(&mut streams[s].out[at]).0[part] = simd.mul_f32s(e, whitened);
+                }
+            }
+        }
+        before = now;
+    }
+}
+
+/// States of lanes one step on.
+#[inline(always)]
+fn moved_lanes<S: Simd, const N: usize, const F: usize>(
+    simd: S,
+    (a, b): &SingleStep<N, F>,
+    z: &[S::f32s; N],
+    before: &[S::f32s; F],
+) -> [S::f32s; N] {
+    let zero = simd.splat_f32s(0.0);
+    let mut next = [zero; N];
+    for i in 0..N {
+        // Latent forces follow nothing but themselves.
+        if i >= N - F {
+            next[i] = plus(simd, zero, a[i][i], z[i]);
+            continue;
+        }
+        // Two chains of sums wait for each other less than one.
+        let mut other = zero;
+        for k in 0..F {
+            other = plus(simd, other, b[i][k], before[k]);
+        }
+        for k in 0..N / 2 {
+            next[i] = plus(simd, next[i], a[i][k], z[k]);
+            other = plus(simd, other, a[i][N / 2 + k], z[N / 2 + k]);
+        }
+        next[i] = simd.add_f32s(next[i], other);
+    }
+    next
+}

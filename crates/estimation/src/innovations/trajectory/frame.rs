@@ -1,0 +1,472 @@
+//! A plant with its recordings, each about its trajectory.
+
+use std::rc::Rc;
+
+use trueup_plant::CoordinateKind;
+use trueup_signals::{Loaded, PriorGuess};
+
+use super::nodes::TrajectoryIntake;
+use super::plant::{TrajectoryError, TrajectoryPlant};
+use super::readings::ReadOutputs;
+use super::run::{LawTangent, TrajectoryRun};
+use super::unknowns::UnknownParameter;
+use crate::innovations::column::{AppliedLaw, ColumnPart, FilterColumn, OwnForces};
+use crate::innovations::evidence::{AmplitudePriors, SetEvidence, log_evidence};
+use crate::innovations::filter_data::{DataColumn, FilterGains, FilterInput, SmoothedRecording};
+use crate::innovations::gram::{BaseGram, GroupGram, GroupSums, PackedColumns, PassedBase};
+use crate::innovations::kernel::SizeError;
+use crate::innovations::linear::StepOrder;
+use crate::innovations::smoother::{smooth_recording, smooth_with_powers};
+
+/// Least and largest intensity of a latent force, in usual forces.
+const FORCES: [f64; 2] = [5e-4, 30.0];
+/// Least and largest intensity of a latent error, in standard deviations of a reading.
+const ERRORS: [f64; 2] = [0.02, 3e3];
+/// White force of a step, in usual forces.
+const WHITE: f64 = 3e-4;
+/// Intensity of latent forces to begin with, in usual forces.
+const BEGIN: f64 = 0.3;
+/// Standard deviations of the first coordinates and rates, of a driven body and of one that floats: angles, rad and rad/s; places, m
+/// and m/s.
+const FIRST: [[f64; 2]; 3] = [[0.02, 0.05], [0.03, 0.05], [0.02, 0.03]];
+/// Standard deviation of an unknown gain of an input and of a reading, where the case gives none.
+const GAIN: [f64; 2] = [0.1, 0.05];
+/// The same of an offset, of an input in usual torques, of a reading in its unit.
+const OFFSET: [f64; 2] = [0.1, 0.05];
+
+/// A plant and its recordings about their trajectories, and all that belongs to them.
+#[derive(Clone)]
+pub struct TrajectoryFrame {
+    /// The case's recordings.
+    pub intake: Rc<TrajectoryIntake>,
+    /// The plant.
+    pub plant: Rc<TrajectoryPlant>,
+    /// All parameters in hand, in the order of the model's table.
+    pub theta: Vec<f64>,
+    /// Those that are refitted.
+    pub unknown: Rc<Vec<UnknownParameter>>,
+    /// Recordings.
+    pub runs: Vec<TrajectoryRun>,
+    /// Usual force on each coordinate, in its unit.
+    pub usual_force: Vec<f64>,
+    /// Intensities: standard deviations of the latent force on each coordinate and of the latent error of each channel.
+    pub intensities: Vec<f64>,
+    /// Variance of a white force on each coordinate.
+    pub white: Vec<f64>,
+    /// Standard deviations of the first coordinates and rates.
+    pub first_deviation: Vec<f64>,
+    /// Laws that are there for certain, refitted with every hypothesis.
+    pub beside: Vec<AppliedLaw>,
+    outputs: Rc<ReadOutputs>,
+    /// Gains and offsets of inputs and of readings: which, its prior.
+    doubted: Rc<Vec<(DoubtedScale, f64)>>,
+    parameter_columns: Option<Rc<Vec<FilterColumn>>>,
+}
+
+/// A gain or an offset with a prior standard deviation.
+#[derive(Clone, Copy, Debug)]
+enum DoubtedScale {
+    InputGain(usize),
+    InputOffset(usize),
+    ReadingGain(usize),
+    ReadingOffset(usize),
+}
+
+impl TrajectoryFrame {
+    /// Of a case whose recordings show this plant with these parameters; `late`: how late channels are, s, by which their readings
+    /// are put back (by index among the channels).
+    ///
+    /// # Errors
+    /// See [`TrajectoryError`].
+    pub fn new(
+        loaded: &Loaded,
+        plant: TrajectoryPlant,
+        theta: &[f64],
+        late: &[(usize, f64)],
+    ) -> Result<Self, TrajectoryError> {
+        let intake = TrajectoryIntake::new(loaded, &plant, theta)?;
+        let unknown = UnknownParameter::all(&loaded.case, &plant, theta)?;
+        let outputs = ReadOutputs::new(&plant, &intake.channels);
+        let usual_force = usual_forces(&plant, &intake.usual_torque);
+        let errors = intake.channels.iter().map(|c| ERRORS[0] * c.variance.sqrt());
+        let mut white: Vec<f64> = usual_force.iter().map(|s| (WHITE * s).powi(2)).collect();
+        plant.drives.iter().zip(&intake.input_noise).for_each(|(k, noise)| white[*k] += noise * noise);
+        let mut frame = Self {
+            theta: theta.to_vec(),
+            unknown: Rc::new(unknown),
+            runs: Vec::new(),
+            intensities: usual_force.iter().map(|s| BEGIN * s).chain(errors).collect(),
+            usual_force,
+            white,
+            first_deviation: first_deviations(&plant),
+            beside: Vec::new(),
+            outputs: Rc::new(outputs),
+            doubted: Rc::new(doubted(loaded, &plant, &intake)),
+            parameter_columns: None,
+            intake: Rc::new(intake),
+            plant: Rc::new(plant),
+        };
+        let mut delays = vec![0.0; frame.channels()];
+        late.iter().for_each(|(c, delay)| delays[*c] = *delay);
+        for nodes in &frame.intake.recordings {
+            let readings = nodes.readings(&frame.intake.channels, &delays);
+            let nodes = Rc::new(nodes.clone());
+            let run = TrajectoryRun::new(nodes, readings, &frame.intake.channels, &frame.plant);
+            frame.runs.push(run);
+        }
+        frame.linearise(&[])?;
+        Ok(frame)
+    }
+
+    /// With some of its recordings only, where each of them is.
+    pub fn of_recordings(&self, recordings: &[usize]) -> Self {
+        let some = |column: &FilterColumn| recordings.iter().map(|k| column[*k].clone()).collect();
+        let law =
+            |law: &AppliedLaw| AppliedLaw { columns: law.columns.iter().map(some).collect(), ..law.clone() };
+        Self {
+            runs: recordings.iter().map(|k| self.runs[*k].clone()).collect(),
+            beside: self.beside.iter().map(law).collect(),
+            parameter_columns: self
+                .parameter_columns
+                .as_ref()
+                .map(|all| Rc::new(all.iter().map(some).collect())),
+            ..self.clone()
+        }
+    }
+
+    /// Number of coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.plant.coordinates()
+    }
+    /// Number of channels.
+    pub fn channels(&self) -> usize {
+        self.intake.channels.len()
+    }
+    /// Least and largest intensity of each latent.
+    pub fn bounds(&self) -> Vec<[f64; 2]> {
+        let forces = self.usual_force.iter().map(|s| FORCES.map(|x| x * s));
+        let errors = self.intake.channels.iter().map(|c| ERRORS.map(|x| x * c.variance.sqrt()));
+        forces.chain(errors).collect()
+    }
+
+    /// Steps and rows about the trajectories and parameters in hand, with the tangents of laws: one entry a recording, or none.
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn linearise(&mut self, laws: &[LawTangent]) -> Result<(), TrajectoryError> {
+        let none = LawTangent::new();
+        self.parameter_columns = None;
+        for (k, run) in self.runs.iter_mut().enumerate() {
+            run.linearise(&self.plant, &self.theta, &self.outputs, laws.get(k).unwrap_or(&none))?;
+        }
+        Ok(())
+    }
+
+    /// Gains of a recording at these intensities; `keep`: with what a smoother needs.
+    ///
+    /// # Errors
+    /// See [`SizeError`].
+    pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> Result<FilterGains<'_>, SizeError> {
+        FilterGains::new(self.filter_input(recording, q), keep)
+    }
+
+    fn filter_input(&self, recording: usize, q: &[f64]) -> FilterInput<'_> {
+        let run = &self.runs[recording];
+        let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
+        let size = 3 * n + channels;
+        let noise = |step: &crate::innovations::linear::PlantStep| {
+            let mut noise = vec![0.0; size * size];
+            for i in 0..2 * n {
+                for j in 0..=i {
+                    let (a, b) = (&step.b[n * i..n * (i + 1)], &step.b[n * j..n * (j + 1)]);
+                    let sum: f64 = (0..n).map(|k| self.white[k] * a[k] * b[k]).sum();
+                    (noise[size * i + j], noise[size * j + i]) = (sum, sum);
+                }
+            }
+            for (k, q) in (2 * n..size).zip(q) {
+                let kept = step.a[(size + 1) * k];
+                noise[(size + 1) * k] = q * q * (1.0 - kept * kept);
+            }
+            noise
+        };
+        let mut first = vec![0.0; size * size];
+        for (k, s) in self.first_deviation.iter().chain(q).enumerate() {
+            first[(size + 1) * k] = s * s;
+        }
+        let variance = |(k, count): (usize, &f64)| {
+            if *count > 0.0 { self.intake.channels[k % channels].variance / count } else { 0.0 }
+        };
+        FilterInput {
+            steps: &run.linear.steps,
+            noise: run.linear.steps.iter().map(noise).collect(),
+            order: StepOrder::Own(nodes),
+            unknown: &[],
+            unknown_on: (0, 0),
+            rows: &run.linear.rows,
+            variance: run.readings.count.iter().enumerate().map(variance).collect(),
+            counted: &run.readings.counted,
+            first,
+            forces: n,
+            channels,
+            errors: channels,
+        }
+    }
+
+    /// What was read less what the model reads, less errors of a hypothesis; its forces in addition to those of the trajectory.
+    fn residual(&self, recording: usize, extra: Option<&OwnForces>) -> DataColumn {
+        let run = &self.runs[recording];
+        let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
+        let pairs = run.readings.mean.iter().zip(&run.model_readings).zip(&run.readings.count);
+        let mut readings: Vec<f64> =
+            pairs.map(|((y, h), count)| if *count > 0.0 { y - h } else { 0.0 }).collect();
+        let mut forces = vec![vec![0.0; nodes]; n];
+        if let Some(extra) = extra {
+            forces.clone_from(&extra.forces);
+            for (c, error) in extra.readings.iter().enumerate() {
+                let all = readings.iter_mut().skip(c).step_by(channels);
+                all.zip(error).for_each(|(y, e)| *y -= e);
+            }
+        }
+        DataColumn { forces, readings, first: vec![0.0; 3 * n + channels] }
+    }
+
+    /// Columns of the unknown parameters along the present trajectories.
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn parameter_columns(&mut self) -> Result<Rc<Vec<FilterColumn>>, TrajectoryError> {
+        if let Some(found) = &self.parameter_columns {
+            return Ok(found.clone());
+        }
+        let mut columns: Vec<FilterColumn> = vec![Vec::new(); self.unknown.len()];
+        for run in &self.runs {
+            let parts = run.columns_of(&self.plant, &self.theta, &self.unknown)?;
+            columns.iter_mut().zip(parts).for_each(|(c, part)| c.push(part));
+        }
+        let columns = Rc::new(columns);
+        self.parameter_columns = Some(columns.clone());
+        Ok(columns)
+    }
+
+    /// Columns of all that is refitted with every hypothesis, with their priors: parameters, gains and offsets, laws that are there
+    /// for certain.
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn nuisances(&mut self) -> Result<(Vec<FilterColumn>, AmplitudePriors), TrajectoryError> {
+        let mut columns = self.parameter_columns()?.to_vec();
+        let mut priors = AmplitudePriors {
+            mean: self.unknown.iter().map(|u| u.mean_at(&self.theta)).collect(),
+            deviation: self.unknown.iter().map(|u| u.deviation).collect(),
+            parameters: 0,
+        };
+        for (scale, deviation) in self.doubted.iter() {
+            columns.push(self.scale_column(*scale));
+            priors = priors.with(&[0.0], &[*deviation]);
+        }
+        for law in &self.beside {
+            columns.extend(law.columns.iter().cloned());
+            priors = priors.with(&law.mean, &law.deviation);
+        }
+        Ok((columns, priors))
+    }
+
+    fn scale_column(&self, scale: DoubtedScale) -> FilterColumn {
+        let of_run = |run: &TrajectoryRun| {
+            let (nodes, parts) = (run.nodes.len(), run.nodes.parts);
+            let torque = |t: usize, j: usize| {
+                (0..parts).map(|part| run.nodes.torque(t, part)[j]).sum::<f64>() / parts as f64
+            };
+            match scale {
+                DoubtedScale::InputGain(j) => {
+                    ColumnPart::force(self.plant.drives[j], (0..nodes).map(|t| torque(t, j)).collect())
+                }
+                DoubtedScale::InputOffset(j) => ColumnPart::force(self.plant.drives[j], vec![1.0; nodes]),
+                DoubtedScale::ReadingGain(c) => {
+                    let read = run.model_readings.iter().skip(c).step_by(self.channels());
+                    ColumnPart::reading(c, read.copied().collect())
+                }
+                DoubtedScale::ReadingOffset(c) => ColumnPart::reading(c, vec![1.0; nodes]),
+            }
+        };
+        self.runs.iter().map(of_run).collect()
+    }
+
+    /// Columns as the filter takes them, data first.
+    pub fn packed(&self, columns: &[FilterColumn]) -> PackedColumns {
+        let data = (0..self.runs.len()).map(|k| self.residual(k, None)).collect();
+        PackedColumns::new(data, columns, self.channels())
+    }
+
+    /// Gram matrix of data and columns with the gains of each recording; `take` gets the innovations of each.
+    fn gram_with(
+        &self,
+        packed: &PackedColumns,
+        gains: &[FilterGains<'_>],
+        mut take: impl FnMut(&[f64]),
+    ) -> Result<BaseGram, SizeError> {
+        let mut gram = packed.nothing();
+        for (k, gains) in gains.iter().enumerate() {
+            packed
+                .pass_base(k, std::slice::from_ref(gains), std::slice::from_mut(&mut gram), |_, e| take(e))?;
+            gram.log_variance += self.runs[k].readings.merged;
+        }
+        Ok(gram.mirrored())
+    }
+
+    /// Passes data and columns at these intensities, for groups in addition to them.
+    ///
+    /// # Errors
+    /// See [`SizeError`].
+    pub fn pass_base(&self, packed: &PackedColumns, q: &[f64]) -> Result<PassedBase, SizeError> {
+        let gains = self.all_gains(q, false)?;
+        let mut innovations = Vec::new();
+        let gram = self.gram_with(packed, &gains, |e| innovations.push(e.to_vec()))?;
+        let gains = gains.into_iter().map(|g| (g.gain, g.variance)).collect();
+        Ok(PassedBase { gram, gains, innovations })
+    }
+
+    /// Gram matrices of groups in addition to a base that was passed at the same intensities.
+    ///
+    /// # Errors
+    /// See [`SizeError`].
+    pub fn pass_groups(
+        &self,
+        packed: &PackedColumns,
+        base: &PassedBase,
+        groups: &[&[FilterColumn]],
+        q: &[f64],
+    ) -> Result<Vec<GroupGram>, SizeError> {
+        let mut sums = GroupSums::new(packed, groups);
+        for (k, (gain, variance)) in base.gains.iter().enumerate() {
+            let (gain, variance) = (gain.clone(), variance.clone());
+            let gains = FilterGains { input: self.filter_input(k, q), gain, variance, predicted: Vec::new() };
+            sums.pass(k, &gains, &base.innovations[k])?;
+        }
+        Ok(sums.done())
+    }
+
+    /// Gains of all recordings.
+    ///
+    /// # Errors
+    /// See [`SizeError`].
+    pub fn all_gains(&self, q: &[f64], keep: bool) -> Result<Vec<FilterGains<'_>>, SizeError> {
+        (0..self.runs.len()).map(|k| self.gains(k, q, keep)).collect()
+    }
+
+    /// Gram matrix and evidence of data and columns with the gains of each recording.
+    ///
+    /// # Errors
+    /// See [`SizeError`].
+    pub fn evidence_with(
+        &self,
+        packed: &PackedColumns,
+        priors: &AmplitudePriors,
+        gains: &[FilterGains<'_>],
+    ) -> Result<(BaseGram, SetEvidence), SizeError> {
+        let gram = self.gram_with(packed, gains, |_| ())?;
+        let found = log_evidence(&gram, priors);
+        Ok((gram, found))
+    }
+
+    /// Forces and reading errors of columns at these amplitudes, one entry a recording.
+    pub fn own_forces(&self, columns: &[FilterColumn], amplitudes: &[f64]) -> Vec<OwnForces> {
+        let one = |(k, run): (usize, &TrajectoryRun)| {
+            let mut own = OwnForces::none(self.coordinates(), self.channels(), run.nodes.len());
+            columns.iter().zip(amplitudes).for_each(|(c, a)| own.add(&c[k], *a));
+            own
+        };
+        self.runs.iter().enumerate().map(one).collect()
+    }
+
+    /// Smoothed deviations from the trajectories with these gains, with `extra` in addition.
+    pub fn smoothed(&self, gains: &[FilterGains<'_>], extra: Option<&[OwnForces]>) -> Vec<SmoothedRecording> {
+        let one = |(k, gains)| smooth_recording(gains, &self.residual(k, extra.map(|e| &e[k])));
+        gains.iter().enumerate().map(one).collect()
+    }
+    /// The same with the powers of the latents' scores.
+    pub fn smoothed_with_powers(
+        &self,
+        gains: &[FilterGains<'_>],
+        extra: Option<&[OwnForces]>,
+    ) -> Vec<SmoothedRecording> {
+        let one = |(k, gains)| smooth_with_powers(gains, &self.residual(k, extra.map(|e| &e[k])));
+        gains.iter().enumerate().map(one).collect()
+    }
+
+    /// Moves the trajectories by what was smoothed; `own`: the forces that stay with the model, one entry a recording; `laws`: their
+    /// tangents.
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn follow(
+        &mut self,
+        smoothed: Vec<SmoothedRecording>,
+        own: Option<&[OwnForces]>,
+        laws: &[LawTangent],
+    ) -> Result<(), TrajectoryError> {
+        let (n, size) = (self.coordinates(), 3 * self.coordinates() + self.channels());
+        for (k, (run, s)) in self.runs.iter_mut().zip(smoothed).enumerate() {
+            let nodes = s.states.chunks(size);
+            let moves = nodes.clone().flat_map(|z| &z[..2 * n]);
+            let states = run.states.iter().zip(moves).map(|(x, dx)| x + dx).collect();
+            let own: Vec<f64> = own.map_or_else(
+                || vec![0.0; run.own.len()],
+                |own| {
+                    let forces = &own[k].forces;
+                    (0..run.nodes.len()).flat_map(|t| forces.iter().map(move |f| f[t])).collect()
+                },
+            );
+            let latent = nodes.flat_map(|z| &z[2 * n..3 * n]);
+            let forces = own.iter().zip(latent).map(|(f, d)| f + d).collect();
+            run.put(states, forces, own);
+            run.scores = s.scores;
+        }
+        self.linearise(laws)
+    }
+}
+
+/// Usual force on each coordinate: of what a motor drives its usual torque, of what floats the largest, twice that of a place (1 / m).
+fn usual_forces(plant: &TrajectoryPlant, torque: &[f64]) -> Vec<f64> {
+    let largest = torque.iter().copied().fold(0.0, f64::max);
+    let of = |c: &trueup_plant::Coordinate| if c.force_unit == "N" { 2.0 * largest } else { largest };
+    let mut usual: Vec<f64> = plant.plant().coordinates().iter().map(of).collect();
+    for (j, t) in torque.iter().enumerate() {
+        usual[plant.joints[j]] = *t;
+        usual[plant.drives[j]] = *t;
+    }
+    usual
+}
+
+/// Standard deviations of the first coordinates, then of their rates.
+fn first_deviations(plant: &TrajectoryPlant) -> Vec<f64> {
+    let of = |c: &trueup_plant::Coordinate| match (c.kind, c.force_unit) {
+        (CoordinateKind::Base, "N") => FIRST[2],
+        (CoordinateKind::Base, _) => FIRST[1],
+        _ => FIRST[0],
+    };
+    let all: Vec<[f64; 2]> = plant.plant().coordinates().iter().map(of).collect();
+    (0..2).flat_map(|k| all.iter().map(move |s| s[k])).collect()
+}
+
+/// Gains and offsets that the case has estimated, with their standard deviations.
+fn doubted(loaded: &Loaded, plant: &TrajectoryPlant, intake: &TrajectoryIntake) -> Vec<(DoubtedScale, f64)> {
+    let train = loaded.train();
+    let of =
+        |name: &str| train.first().and_then(|r| r.channel(name)).map(|c| (c.sensor.gain, c.sensor.offset));
+    let deviation = |guess: Option<PriorGuess>, usual: f64| guess.map(|g| g.doubt.unwrap_or(usual));
+    let mut all = Vec::new();
+    let table = plant.plant().table();
+    for (j, k) in table.driving.iter().enumerate() {
+        let Some((gain, offset)) = of(&table.inputs[*k].name) else { continue };
+        all.extend(deviation(gain, GAIN[0]).map(|d| (DoubtedScale::InputGain(j), d)));
+        let usual = OFFSET[0] * intake.usual_torque[j];
+        all.extend(deviation(offset, usual).map(|d| (DoubtedScale::InputOffset(j), d)));
+    }
+    for (c, channel) in intake.channels.iter().enumerate() {
+        let Some((gain, offset)) = of(&channel.name) else { continue };
+        all.extend(deviation(gain, GAIN[1]).map(|d| (DoubtedScale::ReadingGain(c), d)));
+        all.extend(deviation(offset, OFFSET[1]).map(|d| (DoubtedScale::ReadingOffset(c), d)));
+    }
+    all
+}

@@ -1,0 +1,283 @@
+//! A model as the engine evaluates it along a trajectory: its accelerations, the forces that a motion takes, its outputs.
+
+use std::sync::Arc;
+
+use trueup_numerics::hybrid::At;
+use trueup_numerics::linear::{lu_factor, lu_solve};
+use trueup_numerics::{Dual, Scalar};
+use trueup_plant::{CoordinateKind, LANES, Lanes, Plant, PlantTangent, force_of_changes, tangent};
+
+/// A plant or its recordings, along which no trajectory can be had.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TrajectoryError {
+    /// A coordinate without a state that is its position.
+    #[error(
+        "{model}: no state is the position of {coordinate}; describe the model by coordinates whose rates are their velocities"
+    )]
+    Position {
+        /// Which model.
+        model: String,
+        /// Which coordinate.
+        coordinate: String,
+    },
+    /// Nothing that its inputs drive.
+    #[error("{model}: {input} moves no coordinate; it cannot drive the model")]
+    Drive {
+        /// Which model.
+        model: String,
+        /// Which input.
+        input: String,
+    },
+    /// Coordinates that no forces move apart from each other.
+    #[error("{0}")]
+    Singular(String),
+    /// The drive is not known.
+    #[error("{recording}: {channel} was not recorded; record it, or leave the recording out of train")]
+    NoInput {
+        /// Which recording.
+        recording: String,
+        /// Which channel.
+        channel: String,
+    },
+    /// Too few samples to begin with.
+    #[error("{recording}: {samples} samples are too few for nodes; leave the recording out of train")]
+    Short {
+        /// Which recording.
+        recording: String,
+        /// How many.
+        samples: usize,
+    },
+    /// Nothing holds the trajectory.
+    #[error(
+        "{case}: no reading of the model was recorded in all of train; record the angles of joints or motors in each of them"
+    )]
+    NoReading {
+        /// Which case.
+        case: String,
+    },
+}
+
+/// The point at which a model is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct TrajectoryPoint<'a> {
+    /// All parameters, in the order of the model's table.
+    pub theta: &'a [f64],
+    /// Coordinates, then their rates.
+    pub state: &'a [f64],
+    /// Driving inputs, in the order of [`trueup_plant::VariableTable::driving`].
+    pub torque: &'a [f64],
+}
+
+/// A model along trajectories. Its coordinates are those of [`Plant::coordinates`], in that order.
+#[derive(Clone, Debug)]
+pub struct TrajectoryPlant {
+    plant: Arc<dyn Plant>,
+    modes: Vec<i32>,
+    /// States that no coordinate has: those of a base that is fixed.
+    fixed: Vec<f64>,
+    /// State of each coordinate, then of each rate.
+    places: Vec<usize>,
+    /// Coordinate that each driving input acts on.
+    pub drives: Vec<usize>,
+    /// Coordinate of the joint that each driving input moves, behind a spring or directly.
+    pub joints: Vec<usize>,
+}
+
+impl TrajectoryPlant {
+    /// A model whose fixed states are those that these parameters declare.
+    ///
+    /// # Errors
+    /// See [`TrajectoryError`].
+    pub fn new(plant: Arc<dyn Plant>, theta: &[f64]) -> Result<Self, TrajectoryError> {
+        let sizes = plant.sizes();
+        let coordinates = plant.coordinates();
+        let mut places = Vec::new();
+        for c in coordinates {
+            places.push(c.position.ok_or_else(|| TrajectoryError::Position {
+                model: plant.model().to_owned(),
+                coordinate: c.name.clone(),
+            })?);
+        }
+        places.extend(coordinates.iter().map(|c| c.rate));
+        let (mut fixed, mut modes) = (vec![0.0; sizes.states], vec![0; sizes.modes]);
+        plant.start(theta, &mut fixed);
+        let u = vec![0.0; sizes.inputs];
+        plant
+            .start_modes(At { t: 0.0, x: &fixed, u: &u, p: theta, modes: &vec![0; sizes.modes] }, &mut modes);
+        let mut made = Self { plant, modes, fixed, places, drives: Vec::new(), joints: Vec::new() };
+        made.find_drives(theta)?;
+        Ok(made)
+    }
+
+    /// The model.
+    pub fn plant(&self) -> &dyn Plant {
+        &*self.plant
+    }
+    /// Number of coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.places.len() / 2
+    }
+    /// Whether the joint of a driving input has a spring between motor and link.
+    pub fn flexible(&self, input: usize) -> bool {
+        self.drives[input] != self.joints[input]
+    }
+    /// Whether a body floats that nothing drives.
+    pub fn floats(&self) -> bool {
+        self.plant.coordinates().iter().any(|c| c.kind == CoordinateKind::Base)
+    }
+    /// Coordinates and rates of the initial state that parameters declare.
+    pub fn first(&self) -> Vec<f64> {
+        self.places.iter().map(|k| self.fixed[*k]).collect()
+    }
+
+    /// Each driving input acts on the coordinate whose force has the same effect.
+    fn find_drives(&mut self, theta: &[f64]) -> Result<(), TrajectoryError> {
+        let (n, inputs) = (self.coordinates(), self.plant.table().driving.len());
+        let first = self.first();
+        let rest = vec![0.0; inputs];
+        let none = vec![0.0; n];
+        let base = self.accelerations(TrajectoryPoint { theta, state: &first, torque: &rest }, &none);
+        let effect = |after: Vec<f64>| -> Vec<f64> { after.iter().zip(&base).map(|(a, b)| a - b).collect() };
+        let of_force = |k: usize| {
+            let force: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i == k))).collect();
+            effect(self.accelerations(TrajectoryPoint { theta, state: &first, torque: &rest }, &force))
+        };
+        let forces: Vec<Vec<f64>> = (0..n).map(of_force).collect();
+        let mut drives = Vec::new();
+        for j in 0..inputs {
+            let torque: Vec<f64> = (0..inputs).map(|i| f64::from(u8::from(i == j))).collect();
+            let own =
+                effect(self.accelerations(TrajectoryPoint { theta, state: &first, torque: &torque }, &none));
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let cosine = |f: &Vec<f64>| dot(f, &own) / (dot(f, f) * dot(&own, &own)).sqrt();
+            let best = (0..n).max_by(|a, b| cosine(&forces[*a]).total_cmp(&cosine(&forces[*b])));
+            let best = best.filter(|k| cosine(&forces[*k]) > 0.999);
+            drives.push(best.ok_or_else(|| TrajectoryError::Drive {
+                model: self.plant.model().to_owned(),
+                input: self.plant.table().inputs[self.plant.table().driving[j]].name.clone(),
+            })?);
+        }
+        let coordinates = self.plant.coordinates();
+        self.joints = drives.iter().map(|k| coordinates[*k].follows.map_or(*k, |f| f.coordinate)).collect();
+        self.drives = drives;
+        Ok(())
+    }
+
+    fn states(&self, state: &[f64]) -> Vec<f64> {
+        let mut x = self.fixed.clone();
+        self.places.iter().zip(state).for_each(|(k, v)| x[*k] = *v);
+        x
+    }
+    fn inputs(&self, torque: &[f64]) -> Vec<f64> {
+        let table = self.plant.table();
+        let mut u = vec![0.0; table.inputs.len()];
+        table.driving.iter().zip(torque).for_each(|(k, v)| u[*k] = *v);
+        u
+    }
+    fn ask<R>(&self, at: TrajectoryPoint<'_>, ask: impl FnOnce(At<'_, f64>) -> R) -> R {
+        let (x, u) = (self.states(at.state), self.inputs(at.torque));
+        ask(At { t: 0.0, x: &x, u: &u, p: at.theta, modes: &self.modes })
+    }
+
+    /// Accelerations of the coordinates under these forces on them.
+    pub fn accelerations(&self, at: TrajectoryPoint<'_>, force: &[f64]) -> Vec<f64> {
+        let mut dx = vec![0.0; self.fixed.len()];
+        self.ask(at, |at| self.plant.rates(at, force, &mut dx));
+        self.places[self.coordinates()..].iter().map(|k| dx[*k]).collect()
+    }
+
+    /// Tangent of the accelerations: by coordinates and rates (n x 2n), by forces (n x n: the inverse of the mass matrix).
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn tangent(&self, at: TrajectoryPoint<'_>, force: &[f64]) -> Result<[Vec<f64>; 2], TrajectoryError> {
+        let found = self.ask(at, |at| tangent(&*self.plant, at, force, &[]));
+        let PlantTangent { by_state, by_force } = found.map_err(|e| TrajectoryError::Singular(e.0))?;
+        let (n, states) = (self.coordinates(), self.fixed.len());
+        let rows = &self.places[n..];
+        let by = |k: &usize| self.places.iter().map(|c| by_state[states * k + c]).collect::<Vec<_>>();
+        let by_force = rows.iter().flat_map(|k| by_force[n * k..n * (k + 1)].to_vec()).collect();
+        Ok([rows.iter().flat_map(by).collect(), by_force])
+    }
+
+    /// Forces that have the effect of a change of each parameter by so many of its units, at the model's own accelerations: rows of
+    /// coordinates.
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn sensitivity(
+        &self,
+        at: TrajectoryPoint<'_>,
+        force: &[f64],
+        changes: &[(usize, f64)],
+    ) -> Result<Vec<f64>, TrajectoryError> {
+        let found = self.ask(at, |at| force_of_changes(&*self.plant, at, force, changes));
+        found.map_err(|e| TrajectoryError::Singular(e.0))
+    }
+
+    /// Mass matrix (n x n) by the model's answer to forces.
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn mass_matrix(&self, theta: &[f64], state: &[f64]) -> Result<Vec<f64>, TrajectoryError> {
+        let n = self.coordinates();
+        let factors = self.factors(theta, state)?;
+        let mut mass = vec![0.0; n * n];
+        for k in 0..n {
+            let mut column = vec![0.0; n];
+            column[k] = 1.0;
+            lu_solve(&factors.0, n, &factors.1, &mut column);
+            (0..n).for_each(|i| mass[n * i + k] = column[i]);
+        }
+        Ok(mass)
+    }
+
+    /// M a + h: forces on the coordinates that accelerations take, no input acting.
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Singular`].
+    pub fn needed(&self, theta: &[f64], state: &[f64], a: &[f64]) -> Result<Vec<f64>, TrajectoryError> {
+        let n = self.coordinates();
+        let factors = self.factors(theta, state)?;
+        let rest = vec![0.0; self.drives.len()];
+        let own = self.accelerations(TrajectoryPoint { theta, state, torque: &rest }, &vec![0.0; n]);
+        let mut force: Vec<f64> = a.iter().zip(own).map(|(a, b)| a - b).collect();
+        lu_solve(&factors.0, n, &factors.1, &mut force);
+        Ok(force)
+    }
+
+    /// Factors of the inverse of the mass matrix.
+    fn factors(&self, theta: &[f64], state: &[f64]) -> Result<(Vec<f64>, Vec<usize>), TrajectoryError> {
+        let n = self.coordinates();
+        let rest = vec![0.0; self.drives.len()];
+        let [_, mut inverse] =
+            self.tangent(TrajectoryPoint { theta, state, torque: &rest }, &vec![0.0; n])?;
+        let mut pivots = vec![0; n];
+        lu_factor(&mut inverse, n, &mut pivots).map_err(|e| {
+            let name = &self.plant.coordinates()[e.index.min(n - 1)].name;
+            TrajectoryError::Singular(format!("no force moves the coordinate {name:?} by itself here"))
+        })?;
+        Ok((inverse, pivots))
+    }
+
+    /// Outputs of these indices, and their gradients by coordinates and rates (2n each).
+    pub fn outputs(&self, at: TrajectoryPoint<'_>, outputs: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        let lanes = |v: &[f64]| -> Vec<Lanes> { v.iter().map(|v| Dual::constant(*v)).collect() };
+        let (x, u, p) = (self.states(at.state), lanes(&self.inputs(at.torque)), lanes(at.theta));
+        let width = self.places.len();
+        let (mut values, mut gradient) = (vec![0.0; outputs.len()], vec![0.0; outputs.len() * width]);
+        let mut y = vec![Lanes::default(); self.plant.sizes().outputs];
+        for first in (0..width).step_by(LANES) {
+            let mut x = lanes(&x);
+            let some = &self.places[first..(first + LANES).min(width)];
+            some.iter().enumerate().for_each(|(lane, k)| x[*k].eps[lane] = 1.0);
+            let at = At { t: Dual::constant(0.0), x: &x, u: &u, p: &p, modes: &self.modes };
+            self.plant.outputs_lanes(at, &mut y);
+            for (i, k) in outputs.iter().enumerate() {
+                values[i] = y[*k].re;
+                gradient[width * i + first..][..some.len()].copy_from_slice(&y[*k].eps[..some.len()]);
+            }
+        }
+        (values, gradient)
+    }
+}

@@ -1,0 +1,134 @@
+//! A hypothesis about a chain: a law with its shape, at one joint or at several of them, each with a shape of its own.
+
+use trueup_estimation::innovations::column::AppliedLaw;
+
+use super::along::PlantAlong;
+use super::chain_screen::ScreenedShape;
+use super::law::LawTerms;
+use super::laws::{ARM_PUSHES, LawRef};
+use super::shape::LawShape;
+use super::slope::LawSlopes;
+
+/// Terms of laws of friction with companions of longer lengths, and which terms those are.
+const LONGER: [(&str, usize, &[usize]); 3] =
+    [("motor-friction", 4, &[2, 3]), ("stribeck-friction", 5, &[2, 3]), ("load-friction", 3, &[2])];
+/// A companion below this share of the level is left out: lengths only add up.
+const LEAST: f64 = -0.08;
+
+/// A law at one place.
+#[derive(Clone)]
+pub struct EffectPart {
+    /// Its shape.
+    pub shape: LawShape,
+    /// Whether its sizes have the heavy tail's prior.
+    pub wide: bool,
+    /// Terms that are left out.
+    pub left_out: Vec<usize>,
+}
+
+/// The same law at one place or at several: one effect.
+#[derive(Clone)]
+pub struct EffectForm {
+    /// Which law.
+    pub law: LawRef,
+    /// Where.
+    pub parts: Vec<EffectPart>,
+}
+
+impl EffectForm {
+    /// At one place.
+    pub fn new(law: LawRef, shape: LawShape) -> Self {
+        Self { law, parts: vec![EffectPart { shape, wide: false, left_out: Vec::new() }] }
+    }
+    /// As a screen found it.
+    pub fn of(found: &ScreenedShape) -> Self {
+        let mut form = Self::new(found.law, found.shape.clone());
+        form.parts[0].wide = found.wide;
+        form
+    }
+    /// The shape of its first part.
+    pub fn shape(&self) -> &LawShape {
+        &self.parts[0].shape
+    }
+    /// Whether it is impulses, which have no shape to refine.
+    pub fn is_pushes(&self) -> bool {
+        self.law.id() == ARM_PUSHES.id()
+    }
+    /// Impulses.
+    pub fn pulses(&self) -> usize {
+        self.parts.iter().map(|p| p.shape.pulses.len()).sum()
+    }
+    /// The same with another law at the same places, its shapes made from these.
+    pub fn with_law(&self, law: LawRef, shape: impl Fn(&LawShape) -> LawShape) -> Self {
+        let part = |p: &EffectPart| EffectPart { shape: shape(&p.shape), left_out: Vec::new(), ..p.clone() };
+        Self { law, parts: self.parts.iter().map(part).collect() }
+    }
+
+    /// Columns along a trajectory, sizes with the prior of each part (`widened`) or with the usual one.
+    fn terms(&self, along: &PlantAlong<'_>, widened: bool) -> Option<LawTerms> {
+        let mut all = LawTerms::default();
+        for part in &self.parts {
+            let one = ScreenedShape::new(self.law, along, part.shape.clone())?;
+            let deviations = one.deviations(part.wide && widened);
+            let LawTerms { applied, positive } = one.terms;
+            let terms = applied.columns.into_iter().zip(applied.mean).zip(deviations);
+            for (k, ((column, mean), deviation)) in terms.enumerate() {
+                if part.left_out.contains(&k) {
+                    continue;
+                }
+                if positive.contains(&k) {
+                    all.positive.push(all.applied.columns.len());
+                }
+                all.applied.columns.push(column);
+                all.applied.mean.push(mean);
+                all.applied.deviation.push(deviation);
+            }
+        }
+        Some(all)
+    }
+    /// What a fit takes.
+    pub fn applied(&self, along: &PlantAlong<'_>) -> Option<AppliedLaw> {
+        self.terms(along, true).map(|t| t.applied)
+    }
+    /// What a screen takes: sizes of a single part with the usual prior, as the screen tries the heavy tail too.
+    pub fn candidate(&self, along: &PlantAlong<'_>) -> Option<ScreenedShape> {
+        let terms = self.terms(along, self.parts.len() > 1)?;
+        Some(ScreenedShape { terms, ..ScreenedShape::empty(self.law, self.shape().clone()) })
+    }
+    /// What its forces change with the states at these amplitudes.
+    pub fn slopes(&self, along: &PlantAlong<'_>, amplitudes: &[f64]) -> Option<LawSlopes> {
+        let mut all: Option<LawSlopes> = None;
+        let mut own = amplitudes.iter();
+        for part in &self.parts {
+            let count = self.law.terms(along, &part.shape)?.applied.columns.len();
+            let value =
+                |k: usize| if part.left_out.contains(&k) { 0.0 } else { own.next().copied().unwrap_or(0.0) };
+            let amplitudes: Vec<f64> = (0..count).map(value).collect();
+            let Some(slopes) = self.law.slopes(along, &part.shape, &amplitudes) else { continue };
+            match &mut all {
+                Some(all) => all.iter_mut().zip(slopes).for_each(|(a, s)| a.extend(s)),
+                None => all = Some(slopes),
+            }
+        }
+        all
+    }
+    /// Without the companions of dry friction that came out negative; `None`: there are none.
+    pub fn trimmed(&self, amplitudes: &[f64]) -> Option<Self> {
+        let (_, count, longer) = LONGER.iter().find(|l| l.0 == self.law.id())?;
+        let mut less = self.clone();
+        let mut own = amplitudes.iter();
+        let mut any = false;
+        for part in &mut less.parts {
+            let kept: Vec<usize> = (0..*count).filter(|k| !part.left_out.contains(k)).collect();
+            let values: Vec<(usize, f64)> =
+                kept.into_iter().map(|k| (k, own.next().copied().unwrap_or(0.0))).collect();
+            let level = values.first().map_or(0.0, |v| v.1.abs());
+            let negative = values.iter().filter(|(k, v)| longer.contains(k) && *v <= LEAST * level);
+            for (k, _) in negative {
+                part.left_out.push(*k);
+                any = true;
+            }
+        }
+        any.then_some(less)
+    }
+}

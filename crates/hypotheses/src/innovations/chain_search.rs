@@ -1,0 +1,336 @@
+//! What explains the gap of a chain: the model alone, a screen of all shapes at once, leaders refined and fitted, late channels and other
+//! structures in frames of their own, impulses, and a second for what the first leaves. All evidences are of the same readings.
+
+use trueup_estimation::innovations::kernel::SizeError;
+use trueup_estimation::innovations::trajectory::fit::{FitError, TrajectoryFit};
+use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
+use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
+use trueup_estimation::innovations::trajectory::structures::{CasePlantError, PlantStructures};
+use trueup_signals::Loaded;
+
+use super::chain_along::ChainSizes;
+use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, best_of_each, rank_friction};
+use super::chain_fits::{ChainFits, LEFT, scored};
+use super::chain_form::EffectForm;
+use super::chain_pairs::{ChainPair, plain_shape};
+use super::chain_pushes::pushed_places;
+use super::chain_screen::{ChainScreening, LOOKS, ScreenedShape, best_of_families, chain_bank, survey};
+use super::laws::arm_law_of;
+use super::shape::LawShape;
+
+/// Rounds of the nominal model, of the refitted one, of plain friction in place of Stribeck's.
+const ROUNDS: [usize; 3] = [4, 7, 5];
+/// Families that are fitted: of the screen, of impulses.
+const LEADERS: [usize; 2] = [6, 2];
+/// Nats over the base: below the first a family is not fitted where another one is, below the second never.
+const NATS: [f64; 2] = [5.0, -3.0];
+/// Share of the best gain below which a family is not fitted, and as soon as one explains all.
+const SHARE: [f64; 2] = [0.08, 0.3];
+/// One explains all if it leaves this share of the latents' power, or nothing above [`LEFT`]; and gains this share of the best.
+const ALL: [f64; 2] = [2e-3, 0.9];
+/// Nats of the best, and the share of it, above which a shape is refined along its own trajectory and at further joints.
+const AGAIN: (f64, f64) = (15.0, 0.25);
+/// Speeds with which Stribeck's term begins on top of plain friction, in usual ones.
+const SPEEDS: [f64; 4] = [0.06, 0.15, 0.35, 0.7];
+/// Late channels: how many, nats, share of the best gain.
+const LATE: (usize, f64, f64) = (3, 15.0, 0.15);
+/// Latents in floors above which long delays are looked for, and springs in rigid joints.
+const LOUD: [f64; 2] = [50.0, 4.0];
+/// Effects in addition to which a second is looked for, nats, and share of the first's gain.
+const FIRST: (usize, f64, f64) = (2, 30.0, 0.4);
+
+/// An arm that cannot be searched.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ChainSearchError {
+    /// Its plant.
+    #[error(transparent)]
+    Plant(#[from] CasePlantError),
+    /// Its fits.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// What the engine does not know.
+    #[error(
+        "{file}: the innovations engine does not know {what} of an arm; leave {what} out, or use --engine balances"
+    )]
+    Known {
+        /// The case.
+        file: String,
+        /// What.
+        what: &'static str,
+    },
+}
+
+impl From<TrajectoryError> for ChainSearchError {
+    fn from(e: TrajectoryError) -> Self {
+        Self::Fit(e.into())
+    }
+}
+impl From<SizeError> for ChainSearchError {
+    fn from(e: SizeError) -> Self {
+        Self::Fit(e.into())
+    }
+}
+
+/// The model alone.
+#[derive(Clone)]
+pub struct ChainNull {
+    /// With the nominal parameters.
+    pub nominal: f64,
+    /// With refitted ones.
+    pub fit: TrajectoryFit,
+    /// The latents that are left then.
+    pub left: LatentLevels,
+}
+
+/// All that a verdict is made from.
+pub struct ChainFindings {
+    /// The model alone.
+    pub null: ChainNull,
+    /// Evidence of the screen without any effect.
+    pub base: f64,
+    /// The best shape of each family of the screen, best first.
+    pub screen: Vec<ScreenedShape>,
+    /// Effects, best first.
+    pub effects: Vec<ChainEffect>,
+    /// Pairs, best first.
+    pub pairs: Vec<ChainPair>,
+}
+
+/// Fits the model alone; leaves a frame where hypotheses begin.
+///
+/// # Errors
+/// See [`ChainSearchError`].
+pub fn chain_null(
+    loaded: &Loaded,
+    structures: &PlantStructures,
+) -> Result<(TrajectoryFrame, ChainNull), ChainSearchError> {
+    let case = &loaded.case;
+    if !case.effects.is_empty() {
+        let file = case.file.display().to_string();
+        return Err(ChainSearchError::Known { file, what: "known effects" });
+    }
+    let mut frame = TrajectoryFrame::new(loaded, structures.plant.clone(), &structures.nominal, &[])?;
+    frame.start()?;
+    let q = frame.intensities.clone();
+    let nominal = frame.clone().fit(&|_| Vec::new(), None, &q, ROUNDS[0], true)?.evidence;
+    let fit = frame.fit(&|_| Vec::new(), None, &q, ROUNDS[1], false)?;
+    scored(&mut frame, &fit.intensities, &[])?;
+    let left = LatentLevels::of(&frame, &fit.intensities);
+    Ok((frame, ChainNull { nominal, fit, left }))
+}
+
+/// Searches a case of an arm.
+///
+/// # Errors
+/// See [`ChainSearchError`].
+pub fn search_chain(
+    loaded: &Loaded,
+    structures: &PlantStructures,
+) -> Result<ChainFindings, ChainSearchError> {
+    let (mut frame, null) = chain_null(loaded, structures)?;
+    let fits = ChainFits { loaded, structures, sizes: ChainSizes::of(&frame) };
+    let mut shapes = fits.shapes(&frame);
+    let mut screening = ChainScreening::new(&mut frame, &[])?;
+    let base = survey(&frame, &mut screening, &mut shapes, &null.fit.intensities, LOOKS)?;
+    drop(screening);
+    let first: Vec<ScreenedShape> = best_of_families(&shapes).into_iter().cloned().collect();
+    let mut search = ChainSearch { fits, frame, null, base, first, effects: Vec::new() };
+    search.leaders(&search.first.clone(), LEADERS[0])?;
+    search.again()?;
+    search.apart()?;
+    search.pushed()?;
+    search.effects = best_of_each(std::mem::take(&mut search.effects));
+    let pairs = search.pairs()?;
+    let ChainSearch { null, base, first, effects, .. } = search;
+    Ok(ChainFindings { null, base, screen: first, effects, pairs })
+}
+
+/// A search under way.
+struct ChainSearch<'a> {
+    fits: ChainFits<'a>,
+    /// Where hypotheses begin.
+    frame: TrajectoryFrame,
+    null: ChainNull,
+    base: f64,
+    first: Vec<ScreenedShape>,
+    effects: Vec<ChainEffect>,
+}
+
+impl ChainSearch<'_> {
+    fn explains_all(&self, left: &LatentLevels) -> bool {
+        left.largest() < LEFT || left.power() < ALL[0] * self.null.left.power()
+    }
+    fn any_explains_all(&self) -> bool {
+        self.effects.iter().any(|h| self.explains_all(&h.left))
+    }
+    fn gain(&self, h: &ChainEffect) -> f64 {
+        h.evidence - self.null.fit.evidence
+    }
+    fn best_gain(&self) -> f64 {
+        self.effects.iter().map(|h| self.gain(h)).reduce(f64::max).unwrap_or(0.0)
+    }
+    fn screened(&self, c: &ScreenedShape) -> f64 {
+        c.evidence - self.base
+    }
+
+    /// The first of the screen, refined and fitted.
+    fn leaders(&mut self, families: &[ScreenedShape], most: usize) -> Result<(), ChainSearchError> {
+        let best = families.first().map_or(0.0, |f| self.screened(f));
+        for c in families.iter().filter(|c| c.law.id() != "flexible-link").take(most) {
+            let top = self.best_gain();
+            let leads = |h: &&ChainEffect| self.gain(h) > ALL[1] * top;
+            let calm = self.effects.iter().filter(leads).any(|h| self.explains_all(&h.left));
+            let (gain, share) = (self.screened(c), SHARE[usize::from(calm)]);
+            let others = !self.effects.is_empty();
+            if gain < NATS[1] || others && (gain < NATS[0] || gain < share * best.max(0.5 * top)) {
+                continue;
+            }
+            let h = self.fits.attempt(&self.frame, EffectForm::of(c), &c.intensities)?;
+            self.effects.push(h);
+        }
+        Ok(())
+    }
+
+    /// Leaders once more along their own trajectories, at further joints, and Stribeck's friction on top of the plain one.
+    fn again(&mut self) -> Result<(), ChainSearchError> {
+        let null = self.null.fit.evidence;
+        let mut all = best_of_each(std::mem::take(&mut self.effects));
+        let top = all.first().map_or(0.0, |h| h.evidence - null);
+        let better = |fits: &ChainFits<'_>, h: ChainEffect| -> Result<ChainEffect, FitError> {
+            let chosen = top > AGAIN.0 && h.evidence - null > AGAIN.1 * top && h.id != "external-force";
+            if chosen { fits.extended(fits.polished(h)?) } else { Ok(h) }
+        };
+        let stribeck = all.iter().position(|h| h.id == "stribeck-friction").map(|k| all.remove(k));
+        let mut all: Vec<ChainEffect> =
+            all.into_iter().map(|h| better(&self.fits, h)).collect::<Result<_, _>>()?;
+        let laws = ["motor-friction", "stribeck-friction"].map(|id| arm_law_of(id, "motor-friction"));
+        if let (Some(sb), [Some(plain), Some(falling)]) = (stribeck, laws) {
+            let mut frame = sb.frame.clone();
+            let form = sb.form.as_ref().map(|f| f.with_law(plain, plain_shape));
+            if let Some(form) = form {
+                let fit =
+                    self.fits.fit(&mut frame, std::slice::from_ref(&form), &sb.fit.intensities, ROUNDS[2])?;
+                let own = ChainEffect::of_law(form, fit, frame);
+                let others = all.iter().filter(|h| h.id == "motor-friction");
+                let best = others.reduce(|a, b| if b.evidence > a.evidence { b } else { a }).cloned();
+                let best = match best {
+                    Some(best) if best.evidence >= own.evidence => best,
+                    _ => better(&self.fits, own.clone())?,
+                };
+                all.extend([own, sb]);
+                if best.evidence - null > AGAIN.1 * top {
+                    all.extend(self.on_top(&best, falling)?);
+                }
+                all.push(best);
+            }
+        }
+        let mut all = best_of_each(all);
+        rank_friction(all.iter_mut().map(|h| (h.id, &mut h.evidence, &h.left)).collect(), null);
+        self.effects = best_of_each(all);
+        Ok(())
+    }
+
+    /// Stribeck's term on top of plain friction, at all its joints.
+    fn on_top(
+        &self,
+        plain: &ChainEffect,
+        falling: super::laws::LawRef,
+    ) -> Result<Option<ChainEffect>, ChainSearchError> {
+        let Some(form) = &plain.form else { return Ok(None) };
+        let mut frame = plain.frame.clone();
+        let q = &plain.fit.intensities;
+        let with = |share: &f64| {
+            form.with_law(falling, |shape| {
+                let motor = frame.plant.drives[shape.joint()];
+                let mut values = vec![("speed", share * self.fits.sizes.speed[motor]), ("k", 1.0)];
+                values.extend(shape.values.iter().filter(|v| v.0 == "x"));
+                LawShape { form: "stribeck", values, ..shape.clone() }
+            })
+        };
+        let forms: Vec<EffectForm> = SPEEDS.iter().map(with).collect();
+        let mut all: Vec<ScreenedShape> =
+            self.fits.along(&frame, |along| forms.iter().filter_map(|f| f.candidate(along)).collect());
+        let bank = chain_bank(&frame, q, &[1.0, 0.3]);
+        ChainScreening::new(&mut frame, &[])?.look(&frame, &mut all, &bank)?;
+        let best = (0..all.len()).reduce(|a, b| if all[b].evidence > all[a].evidence { b } else { a });
+        let Some(k) = best else { return Ok(None) };
+        let mut form = forms[k].clone();
+        form.parts.iter_mut().for_each(|p| p.wide |= all[k].wide);
+        let h = self.fits.attempt(&plain.frame, form, q)?;
+        Ok(Some(self.fits.polished(h)?))
+    }
+
+    /// Late channels, and springs in rigid joints, each in a frame of its own.
+    fn apart(&mut self) -> Result<(), ChainSearchError> {
+        let q = self.null.fit.intensities.clone();
+        let best = self.first.first().map_or(0.0, |f| self.screened(f));
+        let late = self.first.iter().filter(|c| c.law.id() == "sensor-delay").take(LATE.0);
+        let late: Vec<ScreenedShape> =
+            late.filter(|c| self.screened(c) > LATE.1 && self.screened(c) > LATE.2 * best).cloned().collect();
+        for c in late {
+            let found = self.fits.retimed(&self.frame, &c.shape.channels, c.shape.value("d"), &q)?;
+            self.effects.extend(found);
+        }
+        if !self.any_explains_all() && self.null.left.largest() > LOUD[0] {
+            let groups = self.frame.intake.groups.clone();
+            for (_, channels) in groups.iter().filter(|g| !g.0.contains('+')) {
+                if let Some(delay) = self.fits.long_delay(&self.frame, channels)? {
+                    self.effects.extend(self.fits.retimed(&self.frame, channels, delay, &q)?);
+                }
+            }
+        }
+        if !self.any_explains_all() {
+            for j in 0..self.frame.plant.drives.len() {
+                let loud = self.null.left.forces[self.frame.plant.joints[j]] > LOUD[1];
+                if !self.frame.plant.flexible(j) && loud {
+                    self.effects.extend(self.fits.with_spring(&self.frame, j)?);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Impulses, unless something explains all.
+    fn pushed(&mut self) -> Result<(), ChainSearchError> {
+        if self.any_explains_all() {
+            return Ok(());
+        }
+        let q = self.null.fit.intensities.clone();
+        let mut all = Vec::new();
+        for place in pushed_places(&self.frame, &q) {
+            let Some(form) = self.fits.pushes(&self.frame, &q, place, &[])? else { continue };
+            let mut found: Vec<ScreenedShape> =
+                self.fits.along(&self.frame, |along| form.candidate(along)).into_iter().collect();
+            let bank = chain_bank(&self.frame, &q, &[1.0, 0.3, 0.1]);
+            ChainScreening::new(&mut self.frame, &[])?.look(&self.frame, &mut found, &bank)?;
+            found.iter_mut().for_each(|f| f.evidence -= EACH_PUSH * form.pulses() as f64);
+            all.extend(found);
+        }
+        let families: Vec<ScreenedShape> = best_of_families(&all).into_iter().cloned().collect();
+        self.leaders(&families, LEADERS[1])?;
+        self.first.extend(families);
+        self.first.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        Ok(())
+    }
+
+    /// Seconds in addition to the first effects.
+    fn pairs(&mut self) -> Result<Vec<ChainPair>, ChainSearchError> {
+        let mut pairs: Vec<ChainPair> = Vec::new();
+        let best = self.effects.first().map_or(0.0, |h| self.gain(h));
+        for h in self.effects.iter().take(FIRST.0).cloned().collect::<Vec<_>>() {
+            let little = self.gain(&h) < FIRST.1.max(FIRST.2 * best) || h.left.largest_of_all() < LEFT;
+            if little || pairs.iter().any(|p| self.explains_all(&p.left)) {
+                continue;
+            }
+            let found = self.fits.seconds(&h)?;
+            pairs.extend(found.pairs);
+            if let Some(c) = found.alone.first().filter(|_| !h.apart) {
+                let own = self.fits.attempt(&self.frame, EffectForm::of(c), &c.intensities)?;
+                self.effects.push(own);
+                self.effects = best_of_each(std::mem::take(&mut self.effects));
+            }
+        }
+        pairs.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        Ok(pairs)
+    }
+}

@@ -1,0 +1,101 @@
+//! From evidences of a chain to a verdict, by the few numbers of [`levels`](super::levels).
+
+use super::chain_effect::{ChainEffect, LatentLevels, place_of};
+use super::chain_search::ChainFindings;
+use super::levels::CHAIN;
+use super::verdict::JointVerdict;
+
+/// An effect with its place as it is reported.
+pub type ReportedEffect = (&'static str, String);
+
+/// A verdict about a chain with the numbers that it is made from.
+#[derive(Clone, Debug)]
+pub struct ChainJudgement {
+    /// The verdict.
+    pub verdict: JointVerdict,
+    /// Effects with their places: what is missing, or what it may be.
+    pub set: Vec<ReportedEffect>,
+    /// Nats that the leader gains over the refitted parameters; 0: there is none.
+    pub gain: f64,
+    /// Nats to the next other effect.
+    pub margin: f64,
+    /// Share of the latents' power that the leader takes away.
+    pub share: f64,
+    /// Nats that the best second gains over the leader.
+    pub gain_of_second: f64,
+}
+
+fn reported(h: &ChainEffect) -> ReportedEffect {
+    (h.id, h.place())
+}
+
+/// The largest fall of power from `a` to `b` among the latents that matter in `a`.
+fn fall(a: &LatentLevels, b: &LatentLevels) -> f64 {
+    let floored = |l: &LatentLevels| l.weighted().into_iter().map(|w| w.max(1.0)).collect::<Vec<_>>();
+    let (x, y) = (floored(a), floored(b));
+    if x.len() != y.len() {
+        return 1.0 - b.power() / a.power();
+    }
+    let least = CHAIN.matters.max(CHAIN.matters_share * x.iter().copied().fold(0.0, f64::max));
+    let big = x.iter().zip(&y).filter(|(x, _)| **x > least);
+    big.map(|(x, y)| 1.0 - (y / x).powi(2)).reduce(f64::max).unwrap_or(0.0)
+}
+
+/// Judges what a search found.
+pub fn judge_chain(found: &ChainFindings) -> ChainJudgement {
+    let null = &found.null;
+    let (nominal, parameters) = (null.nominal, null.fit.evidence);
+    let nothing =
+        |total: f64| if total < CHAIN.quiet { JointVerdict::NoGap } else { JointVerdict::Parameters };
+    let Some(h) = found.effects.first() else {
+        let verdict = nothing(parameters - nominal);
+        let (gain, margin, share, gain_of_second) = (0.0, 0.0, 0.0, 0.0);
+        return ChainJudgement { verdict, set: Vec::new(), gain, margin, share, gain_of_second };
+    };
+    let gain = h.evidence - parameters;
+    let rival = found.effects.iter().skip(1).find(|o| o.id != h.id).map_or(parameters - 10.0, |o| o.evidence);
+    let margin = h.evidence - rival.max(parameters);
+    let had = null.left.power();
+    let share = if had > 2.0 { 1.0 - (h.left.power() - 1.0) / (had - 1.0) } else { 1.0 };
+    let mut set = vec![reported(h)];
+    let mut gain_of_second = 0.0;
+    let mut two = false;
+    if let Some(p) = found.pairs.first() {
+        gain_of_second = p.evidence - h.evidence;
+        let falls = fall(&h.left, &p.left).min(fall(&p.first.left, &p.left));
+        let counts = falls > CHAIN.fall_of_second || p.left.largest() < CHAIN.matters;
+        if gain_of_second > CHAIN.second.max(CHAIN.second_share * gain) && counts {
+            set = vec![reported(&p.first), (p.second.law.id(), place_of(&h.frame, p.second.shape()))];
+            two = true;
+        }
+    }
+    let mut verdict = if gain < CHAIN.quiet {
+        let largest = null.left.largest();
+        let calm = largest < CHAIN.matters || gain < CHAIN.nothing && largest < CHAIN.loud;
+        if calm { nothing(parameters.max(h.evidence) - nominal) } else { JointVerdict::Unknown }
+    } else if share > CHAIN.share || two || h.left.largest() < CHAIN.explained {
+        JointVerdict::Effects
+    } else {
+        JointVerdict::Unknown
+    };
+    if verdict == JointVerdict::Effects && !two {
+        let near = CHAIN.alike.max((CHAIN.alike_share * gain).min(CHAIN.alike_most));
+        let rigid = |j: &usize| h.frame.plant.drives.len() > *j && !h.frame.plant.flexible(*j);
+        if h.id == "motor-friction" && h.joints().iter().all(rigid) {
+            // One body where there is no spring.
+            verdict = JointVerdict::Ambiguous;
+            set.push(("load-friction", "load".to_owned()));
+        }
+        let alike = |o: &&ChainEffect| h.evidence - o.evidence < near && o.id != h.id;
+        let rivals: Vec<ReportedEffect> =
+            found.effects.iter().skip(1).filter(alike).take(2).map(reported).collect();
+        if !rivals.is_empty() {
+            verdict = JointVerdict::Ambiguous;
+            set.extend(rivals);
+        }
+    }
+    if !matches!(verdict, JointVerdict::Effects | JointVerdict::Ambiguous) {
+        set.clear();
+    }
+    ChainJudgement { verdict, set, gain, margin, share, gain_of_second }
+}

@@ -1,0 +1,95 @@
+//! What the search finds in arms, and its verdict, compared with another program of the same method.
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use trueup_estimation::innovations::trajectory::structures::PlantStructures;
+use trueup_hypotheses::innovations::chain_search::search_chain;
+use trueup_hypotheses::innovations::chain_verdict::judge_chain;
+use trueup_signals::Case;
+
+/// Nats below the golden evidence.
+const BELOW: f64 = 1.0;
+
+fn list(v: &Value) -> &[Value] {
+    v.as_array().map_or(&[], Vec::as_slice)
+}
+
+/// What is off.
+fn compared(case: &Path, golden: &Value) -> Result<Vec<String>, Box<dyn Error>> {
+    let (loaded, _) = Case::load(case, |_| Ok(Vec::new()))?;
+    let found = search_chain(&loaded, &PlantStructures::of(&loaded.case)?)?;
+    let judged = judge_chain(&found);
+    let mut off = Vec::new();
+    let lower = |what: &str, own: f64, golden: &Value| {
+        let golden = golden.as_f64().unwrap_or(f64::NAN);
+        (!(own >= golden - BELOW)).then(|| format!("L of {what}: {own}, golden {golden}"))
+    };
+    off.extend(lower("the nominal model", found.null.nominal, &golden["L_nominal"]));
+    off.extend(lower("the refitted model", found.null.fit.evidence, &golden["L_parameters"]));
+    let text = |v: &Value, key: &str| v[key].as_str().unwrap_or("").to_owned();
+    for (k, g) in list(&golden["hypotheses"]).iter().enumerate() {
+        let (effect, place) = (text(g, "effect"), text(g, "place"));
+        match found.effects.iter().find(|h| h.id == effect && h.place() == place) {
+            Some(h) => off.extend(lower(&format!("{effect} at {place}"), h.evidence, &g["L"])),
+            // Below the first ones it depends on the last nat who is fitted at all.
+            None if k == 0 => off.push(format!("no {effect} at {place}")),
+            None => {}
+        }
+    }
+    if let Some(g) = list(&golden["hypotheses"]).first() {
+        let lead = found.effects.first().map(|h| (h.id.to_owned(), h.place()));
+        if lead != Some((text(g, "effect"), text(g, "place"))) {
+            off.push(format!("{lead:?} leads, golden {} at {}", g["effect"], g["place"]));
+        }
+    }
+    let set: Vec<Vec<String>> =
+        judged.set.iter().map(|(id, place)| vec![(*id).to_owned(), place.clone()]).collect();
+    let golden_set: Vec<Vec<String>> = serde_json::from_value(golden["told"].clone())?;
+    if judged.verdict.name() != text(golden, "verdict") || set != golden_set {
+        let (own, verdict) = (judged.verdict.name(), &golden["verdict"]);
+        off.push(format!("{own} {set:?}, golden {verdict} {golden_set:?}"));
+    }
+    Ok(off)
+}
+
+fn complaints(case: &Path, golden: &Path) -> Vec<String> {
+    let golden: Value = serde_json::from_str(&fs::read_to_string(golden).unwrap()).unwrap();
+    let off = compared(case, &golden).unwrap_or_else(|e| vec![e.to_string()]);
+    off.into_iter().map(|c| format!("{}: {c}", case.display())).collect()
+}
+
+/// Cases with their numbers, in `engine/goldens/arm` in the folder that TRUEUP_DATA names, or next to it.
+#[test]
+#[ignore = "searches twelve arms: minutes"]
+fn every_search_of_an_arm_ends_as_high_as_the_golden_one_with_its_verdict() {
+    let data = std::env::var_os("TRUEUP_DATA").map(PathBuf::from);
+    let places = data.iter().flat_map(|d| [d.clone(), d.join("..")]).map(|d| d.join("engine/goldens/arm"));
+    let Some(folder) = places.into_iter().find(|d| d.is_dir()) else {
+        eprintln!("SKIPPED: TRUEUP_DATA does not name the folder with the golden numbers of arms");
+        return;
+    };
+    let mut cases: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    cases.sort();
+    assert!(!cases.is_empty());
+    let off: Vec<String> = cases.iter().flat_map(|c| complaints(c, &c.join("golden/verdict.json"))).collect();
+    assert!(off.is_empty(), "\n{}", off.join("\n"));
+}
+
+/// The recordings are those that every stage of an arm is compared with.
+#[test]
+fn the_search_of_a_short_arm_ends_with_the_golden_leader_shape_and_verdict() {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (case, golden) = (own.join("../../tests/tests/innovations/arm"), own.join("tests/short_arm.json"));
+    let off = complaints(&case, &golden);
+    assert!(off.is_empty(), "\n{}", off.join("\n"));
+    let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
+    let found = search_chain(&loaded, &PlantStructures::of(&loaded.case).unwrap()).unwrap();
+    let lead = &found.effects[0];
+    assert_eq!((lead.joints(), lead.shape.form), (vec![2], "two"));
+    assert!((lead.shape.value("two") - 0.043).abs() < 1e-6, "{:?}", lead.shape);
+    // Everything that the torque does too late is explained: nothing is left for a second.
+    assert!(found.pairs.is_empty() && lead.left.largest() < 2.5, "{:?}", lead.left);
+}

@@ -1,0 +1,131 @@
+//! `trueup init`
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use trueup_identification::draft::draft_model;
+use trueup_models::plants;
+use trueup_signals::draft::{DraftLogs, DraftModel};
+
+use crate::args::Init;
+use crate::error::CliError;
+use crate::near;
+use crate::output::{say, write};
+
+/// Ends of names of logs.
+const LOGS: [&str; 7] = ["csv", "tsv", "txt", "parquet", "mat", "mcap", "zst"];
+
+pub(crate) fn run(args: &Init) -> Result<(), CliError> {
+    let failed = |e: trueup_signals::SignalsError| CliError::Failed(e.to_string());
+    let mut files = Vec::new();
+    for log in &args.logs {
+        files.extend(logs(log)?);
+    }
+    files.sort();
+    files.dedup();
+    let logs = DraftLogs::look(&files, args.time.as_deref(), args.rate).map_err(failed)?;
+    let file = logs.folder().join("case.toml");
+    if file.exists() && !args.print {
+        let why = "it is there already and stays as it is; move it away, or see a draft with --print";
+        return Err(CliError::at(&file, why));
+    }
+    let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+    let model = model(args, &logs, terminal)?;
+    let mut named = BTreeMap::new();
+    if terminal {
+        for variable in logs.missing(&model, &named) {
+            let column = ask(&format!(
+                "Which column is {variable}, which drives the model (of {}; none: Enter)?",
+                logs.columns().join(", ")
+            ))?;
+            if logs.columns().contains(&column.as_str()) {
+                named.insert(column, variable.to_owned());
+            }
+        }
+    }
+    let draft = logs.draft(&model, &named).map_err(failed)?;
+    if args.print {
+        return say(&draft.text);
+    }
+    write(&draft.file, draft.text.as_bytes())?;
+    draft.summary.iter().for_each(|line| eprintln!("{line}"));
+    let guesses = match draft.guesses {
+        0 => "nothing in it is guessed".to_owned(),
+        1 => "one guess in it is marked GUESS".to_owned(),
+        n => format!("{n} guesses in it are marked GUESS"),
+    };
+    say(&format!(
+        "{}: {} recordings of {}; {guesses}. Next: trueup check {}\n",
+        draft.file.display(),
+        files.len(),
+        model.name,
+        logs.folder().display()
+    ))
+}
+
+/// A log, or those of a folder.
+fn logs(path: &Path) -> Result<Vec<PathBuf>, CliError> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    // A LeRobot data set has its readings in data/.
+    let lerobot = path.join("meta").join("info.json").is_file();
+    let inside = if lerobot { path.join("data") } else { path.to_owned() };
+    let mut found = Vec::new();
+    let mut folders = vec![inside.clone()];
+    while let Some(folder) = folders.pop() {
+        let list = match std::fs::read_dir(&folder) {
+            Ok(list) => list,
+            Err(_) if lerobot => break,
+            Err(e) => return Err(CliError::at(&folder, e)),
+        };
+        for entry in list {
+            let file = entry.map_err(|e| CliError::at(&folder, e))?.path();
+            let end = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+            if file.is_dir() && lerobot {
+                folders.push(file);
+            } else if LOGS.contains(&end.as_str()) && (!lerobot || end == "parquet") {
+                found.push(file);
+            }
+        }
+    }
+    if found.is_empty() {
+        let why = match lerobot {
+            true => "this is a LeRobot data set without readings: there is no .parquet file under data/; download it whole".to_owned(),
+            false => format!("there is no log in this folder (.{})", LOGS.join(", .")),
+        };
+        return Err(CliError::at(path, why));
+    }
+    Ok(found)
+}
+
+fn model(args: &Init, logs: &DraftLogs, terminal: bool) -> Result<DraftModel, CliError> {
+    let drives = logs.drives();
+    let guess = if drives > 1 { "PlanarManipulator" } else { "TwoMassJoint" };
+    let mut guessed = args.model.is_none();
+    let mut name = args.model.clone().unwrap_or_else(|| guess.to_owned());
+    if guessed && terminal {
+        let answer = ask(&format!("Model, one of {} [{guess}]:", plants::NAMES.join(", ")))?;
+        if !answer.is_empty() {
+            (name, guessed) = (answer, false);
+        }
+    }
+    if !plants::NAMES.contains(&name.as_str()) {
+        let other = format!("name one of {}", plants::NAMES.join(", "));
+        let mend = near::suggestion(&name, plants::NAMES, &other);
+        return Err(CliError::Usage(format!("there is no model `{name}` for a case; {mend}")));
+    }
+    let joints = (drives > 1).then_some(drives);
+    let model = draft_model(&name, joints).map_err(|e| CliError::Failed(e.to_string()))?;
+    Ok(DraftModel { guessed, ..model })
+}
+
+fn ask(question: &str) -> Result<String, CliError> {
+    let mut answer = String::new();
+    let mut err = std::io::stderr();
+    let asked = write!(err, "{question} ").and_then(|()| err.flush());
+    let heard = asked.and_then(|()| std::io::stdin().lock().read_line(&mut answer));
+    heard.map_err(|e| CliError::Failed(format!("the terminal: {e}")))?;
+    Ok(answer.trim().to_owned())
+}
