@@ -296,8 +296,9 @@ fn arm(flexible: &[bool], fixed: bool, rng: &mut StdRng) -> (Arc<dyn Plant>, Vec
     (plant, theta, lines)
 }
 
-/// Recordings of an arm that waves of torque move, at 100 Hz with held inputs; `truth`: its parameters.
-fn recorded(plant: &TrajectoryPlant, truth: &[f64], lines: &str, rng: &mut StdRng) -> Loaded {
+/// Recordings of an arm that waves of torque move, at 100 Hz with held inputs: its coordinates and `more` outputs; `truth`: its
+/// parameters.
+fn recorded(plant: &TrajectoryPlant, truth: &[f64], lines: &str, more: &[&str], rng: &mut StdRng) -> Loaded {
     let table = plant.plant().table();
     let n = plant.coordinates();
     let hanging = plant.needed(truth, &plant.first(), &vec![0.0; n]).unwrap();
@@ -310,7 +311,8 @@ fn recorded(plant: &TrajectoryPlant, truth: &[f64], lines: &str, rng: &mut StdRn
         let mut x = plant.first();
         let mut columns: Vec<(String, Vec<f64>)> = vec![("time".into(), Vec::new())];
         columns.extend(table.driving.iter().map(|k| (table.inputs[*k].name.clone(), Vec::new())));
-        let angles: Vec<usize> = plant.plant().coordinates().iter().map(|c| c.position_output).collect();
+        let own = plant.plant().coordinates().iter().map(|c| c.position_output);
+        let angles: Vec<usize> = own.chain(more.iter().map(|name| table.output(name).unwrap())).collect();
         columns.extend(angles.iter().map(|k| (table.outputs[*k].name.clone(), Vec::new())));
         for k in 0..150 {
             let t = f64::from(k) * 0.01;
@@ -319,8 +321,11 @@ fn recorded(plant: &TrajectoryPlant, truth: &[f64], lines: &str, rng: &mut StdRn
                 .zip(&plant.joints)
                 .map(|([size, w, phase], joint)| hanging[*joint] + size * (w * t + phase).sin())
                 .collect();
-            let noise = x[..n].iter().map(|q| q + 1e-4 * Distribution::<f64>::sample(&StandardNormal, rng));
-            let row = std::iter::once(t).chain(torque.iter().copied()).chain(noise.collect::<Vec<_>>());
+            let shown =
+                plant.outputs(TrajectoryPoint { theta: truth, state: &x, torque: &torque }, &angles).0;
+            let noise: Vec<f64> =
+                shown.iter().map(|q| q + 1e-4 * Distribution::<f64>::sample(&StandardNormal, rng)).collect();
+            let row = std::iter::once(t).chain(torque.iter().copied()).chain(noise);
             columns.iter_mut().zip(row).for_each(|(c, v)| c.1.push(v));
             for _ in 0..20 {
                 let rates = |x: &[f64]| -> Vec<f64> {
@@ -364,7 +369,7 @@ fn columns_along_the_trajectory_of_an_arm_sum_to_the_torques() {
         let rng = &mut StdRng::seed_from_u64(seed as u64);
         let (plant, theta, lines) = arm(flexible, *fixed, rng);
         let plant = TrajectoryPlant::new(plant, &theta).unwrap();
-        let loaded = recorded(&plant, &theta, &lines, rng);
+        let loaded = recorded(&plant, &theta, &lines, &[], rng);
         let mut frame = TrajectoryFrame::new(&loaded, plant, &theta, &[]).unwrap();
         let n = frame.coordinates();
         for run in &mut frame.runs {
@@ -405,7 +410,7 @@ fn a_fit_of_an_arm_returns_in_what_the_data_know() {
         let (plant, truth, lines) = arm(flexible, *fixed, rng);
         let plant = TrajectoryPlant::new(plant, &truth).unwrap();
         let doubts = "[uncertain]\nlinkMass = 0.1\nlinkInertia = 0.1\nmotorInertia = 0.1\n";
-        let loaded = recorded(&plant, &truth, &format!("{lines}\n{doubts}"), rng);
+        let loaded = recorded(&plant, &truth, &format!("{lines}\n{doubts}"), &[], rng);
         let started = TrajectoryFrame::new(&loaded, plant, &truth, &[]).unwrap();
         let fit_from = |factor: f64| {
             let mut frame = started.clone();
@@ -424,5 +429,20 @@ fn a_fit_of_an_arm_returns_in_what_the_data_know() {
             let off = u.mean_at(&fit.theta) / u.deviation;
             assert!(off.abs() < 1.0, "seed {seed}, parameter {}: off by {off} standard deviations", u.index);
         }
+    }
+}
+
+/// A tip is read whatever the first pose is: straight arms at rest have outputs that no coordinate moves there.
+/// Checks EST-13.
+#[test]
+fn every_output_of_a_tip_is_read() {
+    let more = ["tipPosition[1]", "tipPosition[2]", "tipAttitude", "tipVelocity[1]", "jointVelocity[2]"];
+    for (seed, (flexible, fixed)) in ARMS.iter().enumerate() {
+        let rng = &mut StdRng::seed_from_u64(seed as u64 + 7);
+        let (plant, theta, lines) = arm(flexible, *fixed, rng);
+        let plant = TrajectoryPlant::new(plant, &theta).unwrap();
+        let loaded = recorded(&plant, &theta, &lines, &more, rng);
+        let frame = TrajectoryFrame::new(&loaded, plant, &theta, &[]).unwrap();
+        assert_eq!(frame.channels(), frame.coordinates() + more.len());
     }
 }

@@ -269,7 +269,9 @@ impl TrajectoryIntake {
 
 /// What alone an output shows, among coordinates and rates, or that it shows several; `None`: the motion does not show there.
 fn shown(plant: &TrajectoryPlant, theta: &[f64], output: usize) -> Option<Option<usize>> {
-    let (state, torque) = (plant.first(), vec![0.0; plant.drives.len()]);
+    // Off the first state, at which a tip may not move at all along an axis.
+    let state: Vec<f64> = plant.first().iter().enumerate().map(|(k, x)| x + 0.1 + 0.07 * k as f64).collect();
+    let torque = vec![0.0; plant.drives.len()];
     let gradient = plant.outputs(TrajectoryPoint { theta, state: &state, torque: &torque }, &[output]).1;
     let mut moving = gradient.iter().enumerate().filter(|(_, g)| **g != 0.0);
     let (first, value) = moving.next()?;
