@@ -14,7 +14,7 @@ const VISIBLE_TWIST: f64 = 0.1;
 /// # Errors
 /// An angle is not recorded.
 pub fn joint_scene(gear_ratio: f64, record: &MotionRecord<'_>) -> Result<Scene, MissingColumn> {
-    let (motor, load, tip) = angles(gear_ratio, record)?;
+    let [motor, load, tip] = angles(gear_ratio, record)?;
     let twist = |outer: &[f64], inner: &[f64]| {
         outer.iter().zip(inner).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
@@ -28,14 +28,11 @@ pub fn joint_scene(gear_ratio: f64, record: &MotionRecord<'_>) -> Result<Scene, 
 }
 
 /// Of the motor behind its gear, of the load, of the link's tip (of a rigid link: the load's), rad.
-fn angles(
-    gear_ratio: f64,
-    record: &MotionRecord<'_>,
-) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), MissingColumn> {
+fn angles(gear_ratio: f64, record: &MotionRecord<'_>) -> Result<[Vec<f64>; 3], MissingColumn> {
     let motor: Vec<f64> = record.series("motorAngle")?.iter().map(|q| q / gear_ratio).collect();
     let load = record.series("loadAngle")?;
     let tip = if record.has("tipAngle") { record.series("tipAngle")? } else { load.clone() };
-    Ok((motor, load, tip))
+    Ok([motor, load, tip])
 }
 
 /// The same with the twist times a factor, which no note gives: of one of several motions.
@@ -43,7 +40,7 @@ fn angles(
 /// # Errors
 /// An angle is not recorded.
 pub fn joint_as_is(gear_ratio: f64, record: &MotionRecord<'_>, factor: f64) -> Result<Scene, MissingColumn> {
-    let (motor, load, tip) = angles(gear_ratio, record)?;
+    let [motor, load, tip] = angles(gear_ratio, record)?;
     let mut scene = Scene { planar: true, symbolic: true, time: record.times().to_vec(), ..Scene::default() };
     let drawn = |k: usize, angle: f64| motor[k] + factor * (angle - motor[k]);
     let turned = |angle: &dyn Fn(usize) -> f64| {

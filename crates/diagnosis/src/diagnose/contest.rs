@@ -51,14 +51,14 @@ impl ComparisonBasis<'_> {
         let mut polished = self.search.polish(set, POLISH);
         // Worse than without its effects: from where these were left out.
         if polished.misfit > self.misfit
-            && let Some(from_tuned) = self.from_tuned(set).filter(|p| p.misfit < polished.misfit)
+            && let Some(again) = self.polished_from_tuned(set).filter(|p| p.misfit < polished.misfit)
         {
-            polished = from_tuned;
+            polished = again;
         }
         self.shown(at, polished)
     }
     /// A set fitted free-running from where the model without effects ended.
-    fn from_tuned(&self, set: &FittedSet) -> Option<FreeRunFit> {
+    fn polished_from_tuned(&self, set: &FittedSet) -> Option<FreeRunFit> {
         let (stated, start) = self.search.in_addition(self.fitted.as_ref()?, set)?;
         self.search.polished(stated, &start, POLISH)
     }
