@@ -11,8 +11,6 @@ use trueup_models::space::control::SpaceController;
 /// smooth solution. Each model has the tightest that all of its sampled runs pass (table in docs/benchmarks.md).
 /// Co-Simulation has a tolerance of its own where the importer requests none.
 pub(crate) const TOLERANCE: f64 = 1e-5;
-/// Of a robot in space.
-pub(crate) const SPACE_TOLERANCE: f64 = 1e-6;
 /// Of a body that floats, and of a capture by one.
 pub(crate) const CAPTURE_TOLERANCE: f64 = 1e-7;
 

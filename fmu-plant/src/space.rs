@@ -1,7 +1,6 @@
 //! The variable table of `SpatialFreeFlyer`, and robots as configurations.
 
 use crate::builder::PlantTableBuilder;
-use crate::experiment::SPACE_TOLERANCE;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{BoundaryType, Enumeration, ModelTable, Storage, TableExperiment};
 use trueup_models::flexible_arm::layout::{AXIAL, AXIAL_CHOICE, LINK_MODES};
@@ -12,6 +11,9 @@ use trueup_models::space::layout::{COUPLING, Inputs, Outputs, Parameters, States
 use trueup_models::space::tree::{JointType, Tree};
 use trueup_models::space::{RobotStructure, SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::Hybrid;
+
+/// Relative tolerance of the default experiment: see [`crate::experiment::TOLERANCE`].
+const SPACE_TOLERANCE: f64 = 1e-6;
 
 /// What the configuration fixes, by these names.
 const PARENT: &str = "parent";

@@ -4,7 +4,7 @@ mod timing;
 
 use serde::Serialize;
 use trueup_identification::identify::{ForeseenParameters, foreseen};
-use trueup_models::effect::PlantKind;
+use trueup_plant::{CoordinateKind, Plant};
 use trueup_signals::{Channel, ChannelFigures, Finding, Interpolation, Loaded, Recording};
 
 use crate::diagnose::input_scale;
@@ -131,7 +131,7 @@ pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
     own.proposals = sensors(&own.recordings);
     if let Ok(subject) = &subject {
         own.sensors = (&isolability(loaded, subject)).into();
-        own.proposals.extend(interpolation(loaded, subject.plant));
+        own.proposals.extend(interpolation(loaded, subject));
     }
     findings.extend(reversals(&own.recordings, &loaded.case.file));
     // Errors come first: figures of wrong readings would be wrong.
@@ -219,19 +219,30 @@ fn sensors(recordings: &[CheckedRecording]) -> Vec<String> {
     lines
 }
 
+/// Inputs that drive motors, each with the outputs that show the motor's position, and the position of what follows it.
+fn driven_angles(plant: &dyn Plant) -> Vec<(String, Vec<String>)> {
+    let (table, coordinates) = (plant.table(), plant.coordinates());
+    let motors = (0..coordinates.len()).filter(|k| coordinates[*k].kind == CoordinateKind::Motor);
+    let output = |k: usize| table.outputs[coordinates[k].position_output].name.clone();
+    let behind = |motor: usize| {
+        let follows = move |k: &usize| coordinates[*k].follows.is_some_and(|f| f.coordinate == motor);
+        (0..coordinates.len()).filter(follows)
+    };
+    let of = |(input, motor): (&usize, usize)| {
+        let angles = std::iter::once(motor).chain(behind(motor)).map(output).collect();
+        (table.inputs[*input].name.clone(), angles)
+    };
+    table.driving.iter().zip(motors).map(of).collect()
+}
+
 /// The likelier of hold and linear, where a recording contradicts what is declared.
-fn interpolation(loaded: &Loaded, plant: PlantKind) -> Vec<String> {
+fn interpolation(loaded: &Loaded, subject: &DiagnosisSubject) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
+    let Ok(model) = subject.model::<&str>(&[]) else { return lines };
+    let driven = driven_angles(model.plant());
     for run in loaded.train() {
         for input in &run.channels {
-            let angles = match plant {
-                PlantKind::Joint if input.name == "motorCurrent" => vec!["motorAngle".to_owned()],
-                PlantKind::Arm => match input.name.strip_prefix("jointTorque") {
-                    Some(element) => vec![format!("motorAngle{element}"), format!("jointAngle{element}")],
-                    None => continue,
-                },
-                PlantKind::Joint => continue,
-            };
+            let Some((_, angles)) = driven.iter().find(|d| d.0 == input.name) else { continue };
             let Some(centre) = angles.iter().find_map(|angle| InputCentre::of(run, &input.name, angle))
             else {
                 continue;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use trueup_signals::Case;
+use trueup_signals::{Case, recording_file};
 
 use crate::outcome::DiagnosisInputs;
 
@@ -27,7 +27,7 @@ pub fn read(case: &Case) -> Result<DiagnosisInputs, UnreadRecording> {
     let file = case.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut files = BTreeMap::from([(file, hash(&case.file)?)]);
     for name in case.recordings() {
-        files.insert(name.to_owned(), hash(&file_of(case.folder.join(name)))?);
+        files.insert(name.to_owned(), hash(&recording_file(&case.folder.join(name)))?);
         let path = PathBuf::from(name);
         // As the reader of recordings looks for them.
         let short = path.with_extension("toml");
@@ -45,12 +45,6 @@ pub fn read(case: &Case) -> Result<DiagnosisInputs, UnreadRecording> {
         let _ = writeln!(list, "{hash}  {name}");
     }
     Ok(DiagnosisInputs { sha256: hex(&Sha256::digest(list.as_bytes())), files })
-}
-
-/// The file of a recording: of the episode `file.parquet#3` the whole file.
-fn file_of(recording: PathBuf) -> PathBuf {
-    let whole = recording.to_str().and_then(|name| Some(PathBuf::from(name.rsplit_once('#')?.0)));
-    whole.filter(|_| !recording.exists()).unwrap_or(recording)
 }
 
 fn hash(file: &Path) -> Result<String, UnreadRecording> {

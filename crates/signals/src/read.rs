@@ -82,7 +82,7 @@ pub(crate) fn plain_table(file: &Path, findings: &mut Vec<Finding>) -> Option<Re
 
 /// The columns of a file, by the end of its name.
 fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> Option<ReadTable> {
-    if let (Some((whole, episode)), false) = (episode(file), file.exists()) {
+    if let Some((whole, episode)) = episode(file) {
         let table = table_of(&whole, wanted, findings)?;
         return table
             .episode(episode)
@@ -139,10 +139,15 @@ fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> 
     }
 }
 
-/// `file.parquet` and 3 of `file.parquet#3`.
-fn episode(file: &Path) -> Option<(PathBuf, u32)> {
-    let (whole, number) = file.to_str()?.rsplit_once('#')?;
-    Some((whole.into(), number.parse().ok()?))
+/// `file.parquet` and 3 of `file.parquet#3`, unless a file has that name.
+fn episode(recording: &Path) -> Option<(PathBuf, u32)> {
+    let (whole, number) = recording.to_str()?.rsplit_once('#')?;
+    Some((whole.into(), number.parse().ok()?)).filter(|_| !recording.exists())
+}
+
+/// The file that a recording is read from: of an episode `file.parquet#3` the whole file.
+pub fn recording_file(recording: &Path) -> PathBuf {
+    episode(recording).map_or_else(|| recording.to_owned(), |(whole, _)| whole)
 }
 
 /// What is unpacked of a file at most: more is no recording.

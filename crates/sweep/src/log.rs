@@ -4,6 +4,7 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +44,19 @@ pub struct SweepLog {
     torn: bool,
 }
 
+/// How often, and how long, a lock is awaited: what a killed process began may hold its files for a moment longer.
+const ATTEMPTS: (u32, Duration) = (20, Duration::from_millis(50));
+
+/// Takes the lock of a log; whether another process keeps it.
+fn is_locked(file: &File) -> bool {
+    (0..ATTEMPTS.0).all(|attempt| {
+        if attempt > 0 {
+            std::thread::sleep(ATTEMPTS.1);
+        }
+        matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+    })
+}
+
 impl SweepLog {
     /// Opens a log, makes it if there is none, and keeps others from writing it. `print` is the sweep's
     /// [fingerprint](crate::fingerprint).
@@ -53,7 +67,7 @@ impl SweepLog {
         let fail = |e: std::io::Error| SweepError::at(path, e);
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(fail)?;
         // Where there are no locks no process is kept away.
-        if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        if is_locked(&file) {
             return Err(SweepError::at(
                 path,
                 "another process runs this share; wait for it, or end it first",

@@ -132,7 +132,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("trial score", &["trueup trial score trials -o card.md"]),
     ("trial compare", &["trueup trial compare trials/results trials/other"]),
     ("trial decide", &["trueup trial decide trials --results trials/again"]),
-    ("schema", &["trueup schema case > case.schema.json"]),
+    ("schema", &["trueup schema case"]),
     ("completions", &["trueup completions bash", "trueup completions zsh", "trueup completions fish"]),
     ("man", &["trueup man -o /usr/local/share/man/man1"]),
     ("trial corpus", &["trueup trial corpus corpus.csv --from trials"]),

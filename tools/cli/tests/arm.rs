@@ -107,7 +107,10 @@ fn a_map_is_a_table_and_a_page() {
         assert!(page.contains(&format!(">{heading}</h2>")), "{heading}");
     }
     // Both of the whole, five shares, the rises of all but joint 5; each with the ring of the paper's posture.
-    assert_eq!((page.matches("<figure>").count(), page.matches("<circle").count()), (2 + 5 + 4, 2 + 5 + 4));
+    assert_eq!(
+        (page.matches("<figure>").count(), page.matches("r=\"6\" fill=\"none\"").count()),
+        (2 + 5 + 4, 2 + 5 + 4)
+    );
     assert!(!page.contains("NaN") && page.contains("Nowhere above"));
     // The others' angles, and as JSON.
     let found = json(&[&order[..], &[to.to_str().unwrap(), "--pose", "0.5,0,0,0,0.3,0", "--json"]].concat());

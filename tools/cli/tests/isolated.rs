@@ -146,7 +146,7 @@ fn fmus(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn our_fmus_give_the_same_bits() {
     let Some((folder, files)) = packed() else { return };
-    assert_eq!(files.len(), 18);
+    assert_eq!(files.len(), 20);
     for file in &files {
         for interface in ["cs", "me"] {
             let file = file.to_str().unwrap();

@@ -119,7 +119,10 @@ impl ChainScreening {
         bank: &[Vec<f64>],
     ) -> Result<f64, SizeError> {
         let mut alone = f64::NEG_INFINITY;
-        candidates.iter_mut().for_each(|c| (c.evidence, c.wide) = (f64::NEG_INFINITY, false));
+        candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
+        // What needs the tail once keeps it.
+        let tails: Vec<&[bool]> =
+            candidates.iter().map(|c| if c.wide { &[true][..] } else { &[false, true] }).collect();
         for q in bank {
             let known = self.passed.iter().position(|p| p.0 == *q);
             let k = match known {
@@ -134,13 +137,15 @@ impl ChainScreening {
             let groups: Vec<&[FilterColumn]> =
                 candidates.iter().map(|c| &c.terms.applied.columns[..]).collect();
             let groups = frame.pass_groups(&self.packed, base, &groups, q)?;
-            for (c, group) in candidates.iter_mut().zip(&groups) {
+            for ((c, group), tails) in candidates.iter_mut().zip(&groups).zip(&tails) {
                 let gram = base.gram.with(group);
-                for wide in [false, true] {
+                for wide in tails.iter().copied() {
                     let with = self.priors.with(&c.terms.applied.mean, &c.deviations(wide));
                     let found = log_evidence(&gram, &with);
                     let own = &found.amplitudes[self.priors.mean.len()..];
-                    let (cost, more) = if wide { (COST, BETTER) } else { (0.0, 0.0) };
+                    let cost = if wide { COST } else { 0.0 };
+                    // A tail that was not needed before has to be better.
+                    let more = if wide && tails.len() > 1 { BETTER } else { 0.0 };
                     if found.log - cost > c.evidence + more && c.can_be(own) {
                         (c.evidence, c.amplitudes, c.wide) = (found.log - cost, own.to_vec(), wide);
                         c.intensities.clone_from(q);

@@ -89,4 +89,26 @@ mod tests {
         let turns = u.windows(2).skip(5).filter(|w| w[0] < 0.0 && w[1] >= 0.0).count();
         assert!((19..=20).contains(&turns), "{turns}");
     }
+
+    /// The step response of a damped oscillator in closed form, over steps of two lengths. Checks COL-16.
+    #[test]
+    fn a_resonance_has_its_step_response() {
+        let (w, zeta): (f64, f64) = (2.0 * std::f64::consts::PI, 0.1);
+        let steps: Vec<f64> = (0..600).map(|k| if k % 2 == 0 { 2e-3 } else { 5e-3 }).collect();
+        let (accelerations, places) = resonance(&vec![1.0; 600], &steps, w, zeta);
+        let damped = w * (1.0 - zeta * zeta).sqrt();
+        let mut t = 0.0;
+        for (k, dt) in steps.iter().enumerate() {
+            let (decay, ratio) = ((-zeta * w * t).exp(), zeta * w / damped);
+            let place = -(1.0 - decay * ((damped * t).cos() + ratio * (damped * t).sin())) / (w * w);
+            let acceleration = -decay * ((damped * t).cos() - ratio * (damped * t).sin());
+            assert!((places[k] - place).abs() < 5e-3 / (w * w), "{k}: {}, {place}", places[k]);
+            assert!(
+                (accelerations[k] - acceleration).abs() < 1e-2,
+                "{k}: {}, {acceleration}",
+                accelerations[k]
+            );
+            t += dt;
+        }
+    }
 }
