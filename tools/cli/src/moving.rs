@@ -87,7 +87,7 @@ impl PlantInRun {
 }
 
 /// The scenes of a run by their titles, and reasons where one cannot be drawn.
-fn scenes(plants: &[PlantInRun], results: &SeriesMemory) -> (Vec<(String, Scene)>, Vec<String>) {
+pub(crate) fn scenes(plants: &[PlantInRun], results: &SeriesMemory) -> (Vec<(String, Scene)>, Vec<String>) {
     let mut together = Scene::default();
     let (mut names, mut apart, mut reasons) = (Vec::new(), Vec::new(), Vec::new());
     for plant in plants {

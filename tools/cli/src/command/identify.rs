@@ -8,7 +8,7 @@ mod table;
 use trueup_fmi_import::{Folder, UnpackedFmu, UsedInterface};
 use trueup_identification::fmu::FmuSubject;
 use trueup_identification::identify::{
-    IdentifyError, IdentifyMethod, IdentifySettings, identify, identify_fmu, json,
+    Identified, IdentifyError, IdentifyMethod, IdentifySettings, identify, identify_fmu, json,
 };
 use trueup_identification::intake::Purpose;
 
@@ -21,6 +21,19 @@ use crate::output::say;
 use crate::stages::Stages;
 
 pub(crate) fn run(args: &Identify) -> Result<(), CliError> {
+    let found = fitted(args)?;
+    if !args.json {
+        return say(&table::text(&found));
+    }
+    let mut all = json(&found);
+    if let Some(d) = &found.design {
+        all["design"] = design::json(d);
+    }
+    say(&format!("{all:#}\n"))
+}
+
+/// Fits, and writes the page if one is requested; prints nothing.
+pub(crate) fn fitted(args: &Identify) -> Result<Identified, CliError> {
     let model =
         args.fmu.as_ref().map(FmuSubject::open).transpose().map_err(|e| CliError::Failed(e.to_string()))?;
     if let Some(model) = &model {
@@ -69,14 +82,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), CliError> {
     if let Some(file) = &args.plot {
         crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
     }
-    if !args.json {
-        return say(&table::text(&found));
-    }
-    let mut all = json(&found);
-    if let Some(d) = &found.design {
-        all["design"] = design::json(d);
-    }
-    say(&format!("{all:#}\n"))
+    Ok(found)
 }
 
 /// An FMU that is not ours gets processes of its own, where there are any.

@@ -6,6 +6,14 @@ use trueup_cosim::system::{CosimSystem, SourceSpan};
 use trueup_cosim::{Master, SeriesMemory, check};
 
 use crate::error::CliError;
+use crate::moving::{self, PlantInRun};
+
+/// What a system of the demo did.
+pub(super) struct DemoRun {
+    pub(super) results: SeriesMemory,
+    /// Its components that have a picture.
+    pub(super) plants: Vec<PlantInRun>,
+}
 
 /// Writes `<name>.toml` and, if there are inputs, `<name>.csv` into the folder, and runs the system with these start
 /// values (`component.variable`) on top.
@@ -15,7 +23,7 @@ pub(super) fn run(
     toml: &str,
     inputs: Option<&str>,
     set: &[(&str, String)],
-) -> Result<SeriesMemory, CliError> {
+) -> Result<DemoRun, CliError> {
     let write = |ending: &str, text: &str| {
         let file = folder.join(format!("{name}.{ending}"));
         let written = trueup_fmi_description::pack::write_file(&file, text.as_bytes());
@@ -29,10 +37,11 @@ pub(super) fn run(
         let done = system.set(variable, value, &SourceSpan::default());
         done.map_err(|mistake| CliError::Failed(mistake.to_string()))?;
     }
-    let mut memory = SeriesMemory::default();
-    let mut master = Master::new(check(&system).map_err(failed)?).map_err(failed)?;
-    master.run(&mut memory).map_err(failed)?;
-    Ok(memory)
+    let plan = check(&system).map_err(failed)?;
+    let (mut results, plants) = (SeriesMemory::default(), moving::plants(&plan));
+    let mut master = Master::new(plan).map_err(failed)?;
+    master.run(&mut results).map_err(failed)?;
+    Ok(DemoRun { results, plants })
 }
 
 /// The samples of a column; none if there is no such column.

@@ -20,7 +20,7 @@ fn failed(e: impl std::fmt::Display) -> CliError {
 }
 
 pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), CliError> {
-    eprintln!("[2/8] recordings of a joint that does something its model does not know; the cause is sealed");
+    eprintln!("[2/6] recordings of a joint that does something its model does not know; the cause is sealed");
     let trial = folder.join("trial");
     let (shard, count) = ((INDEX + 1, INDEX + 1), INDEX + 1);
     let order = TrialOrder { plant: TrialPlant::Joint, split: TrialSplit::Single, count, seed: SEED, shard };
@@ -29,13 +29,13 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), CliError> {
         .map_err(failed)?;
     let case = trial.join("cases").join(&name);
 
-    eprintln!("[3/8] trueup identify: the parameters that the model has, fitted to the recordings");
+    eprintln!("[3/6] trueup identify: the parameters that the model has, fitted to the recordings");
     let plot = Some(folder.join("identified.html"));
     let method = IdentifyMethod::OutputError;
     let settings = Identify { case: case.clone(), method, plot, fast: true, ..Identify::default() };
-    identify::run(&settings)?;
+    identify::fitted(&settings)?;
 
-    eprintln!("[4/8] trueup diagnose: where the gap is, what causes it, how far it shrinks");
+    eprintln!("[4/6] trueup diagnose: where the gap is, what causes it, how far it shrinks");
     let output = folder.join("diagnosis");
     let told = diagnose::write(&Diagnose {
         case,

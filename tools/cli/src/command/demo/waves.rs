@@ -19,7 +19,7 @@ connections = [
     "plant.loadAngle -> controller.loadAngle",
     "plant.loadVelocity -> controller.loadVelocity",
 ]
-record = ["plant.tipAngle", "plant.loadAngle", "plant.motorAngle", "controller.motorCurrent"]
+record = ["plant.tipAngle", "plant.loadAngle", "plant.motorAngle"]
 
 [run]
 start = 0
@@ -71,7 +71,7 @@ fn runs(folder: &Path, name: &str, toml: &str, set: &[(&str, f64)]) -> Result<Ve
     let one = |(_, item): &(&str, &str)| {
         let values = set.iter().map(|(name, value)| (*name, value.to_string()));
         let all: Vec<_> = values.chain([("controller.strategy", (*item).to_owned())]).collect();
-        run(folder, name, toml, None, &all)
+        Ok(run(folder, name, toml, None, &all)?.results)
     };
     STRATEGIES.iter().map(one).collect()
 }
@@ -83,18 +83,6 @@ fn chart(page: &mut Page, runs: &[SeriesMemory], title: &str, unit: &str, name: 
     page.chart(
         &all.fold(Chart::over_time(title, unit), |c, (((label, _), r), y)| c.line(label, r.time(), y)),
     );
-}
-
-/// Of the joint: motor angle over the gear ratio less load angle.
-fn twist(page: &mut Page, runs: &[SeriesMemory]) {
-    let of = |r: &SeriesMemory| -> Vec<f64> {
-        let both = column(r, "plant.motorAngle").iter().zip(column(r, "plant.loadAngle"));
-        both.map(|(motor, load)| motor / RATIO - load).collect()
-    };
-    let twists: Vec<Vec<f64>> = runs.iter().map(of).collect();
-    let all = STRATEGIES.iter().zip(runs).zip(&twists);
-    let chart = Chart::over_time("Twist of the joint (motor angle / n - load angle)", "rad");
-    page.chart(&all.fold(chart, |c, (((label, _), r), y)| c.line(label, r.time(), y)));
 }
 
 pub(super) fn draw(folder: &Path, page: &mut Page) -> Result<(), CliError> {
@@ -122,8 +110,6 @@ fn vibration(folder: &Path, page: &mut Page) -> Result<(), CliError> {
         }));
         if wave < 100.0 {
             chart(page, &all, "Tip angle", "rad", "plant.tipAngle", 1.0);
-            twist(page, &all);
-            chart(page, &all, "Motor current", "A", "controller.motorCurrent", 1.0);
         }
     }
     page.table(&["K_p in 1/s", "omega_n in rad/s", "control", "vibration", "less than P/PI by"], &rows);
