@@ -178,7 +178,7 @@ fn loop_is_what_the_controller_does() {
         let inputs = |x: &DVector<f64>| {
             let y = &sampled.c * x;
             let mut u = vec![0.0; own.inputs];
-            u[2 * n..].copy_from_slice(&y.as_slice()[..4 * n]);
+            u[2 * n..6 * n].copy_from_slice(&y.as_slice()[..4 * n]);
             u
         };
         // States from the inputs; the first sample is due one period later.

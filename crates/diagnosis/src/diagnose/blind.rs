@@ -28,6 +28,6 @@ mod tests {
         assert!(
             text(&["a.csv", "c.csv"], 3).starts_with("for a.csv, c.csv accelerations give no information")
         );
-        assert!(text(&["a.csv"], 1).starts_with("of all recordings for fitting accelerations"));
+        assert!(text(&["a.csv"], 1).starts_with("for all recordings for fitting accelerations"));
     }
 }
