@@ -11,8 +11,8 @@ from test_tutorials import Walk
 
 EXAMPLES = ROOT / "examples"
 FOLDERS = sorted(path.name for path in EXAMPLES.iterdir() if path.is_dir() and path.name != "__pycache__")
-# Only with --full; by default test_readme.py, test_contact.py and test_diagnose.py run the systems and the case of these.
-LONG = {"03-sweep", "05-coupled-capture", "06-backlash"}
+# Only with --full; by default test_readme.py, test_contact.py, test_diagnose.py and test_delian_arm.py run the systems and the case of these.
+LONG = {"03-sweep", "05-coupled-capture", "06-backlash", "08-delian"}
 # By default until this command, of half a minute.
 UNTIL = {"04-capture": "capture-map.toml"}
 # Figures of a picture may move by as many pixels with the program.
