@@ -93,7 +93,7 @@ impl Drawn {
             channels: CHANNELS,
             errors: 0,
         };
-        FilterGains::new(input, true).unwrap()
+        FilterGains::new(input, true)
     }
 }
 
@@ -184,7 +184,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let packed = PackedColumns::new(vec![d.data.clone()], &[], CHANNELS);
         let mut grams = vec![packed.nothing()];
         let mut e = Vec::new();
-        packed.pass_base(0, std::slice::from_ref(&gains), &mut grams, |_, x| e = x.to_vec()).unwrap();
+        packed.pass_base(0, std::slice::from_ref(&gains), &mut grams, |_, x| e = x.to_vec());
         let gram = grams.remove(0);
         let want = error.dot(&weighted) + factor.determinant().ln();
         assert!(close(gram.product(0, 0) + gram.log_variance, want, want.abs(), 1e-9), "seed {seed}");
@@ -230,7 +230,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };
         let with = PackedColumns::new(vec![d.data.clone()], &group, CHANNELS);
         let mut gram = [with.nothing()];
-        with.pass_base(0, std::slice::from_ref(&gains), &mut gram, |_, _| ()).unwrap();
+        with.pass_base(0, std::slice::from_ref(&gains), &mut gram, |_, _| ());
         let [gram] = gram;
         let found = log_evidence(&gram.mirrored(), &priors).log;
         let more = &w.rows * &w.covariance * w.rows.transpose()
@@ -240,7 +240,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let want = -0.5 * (off.dot(&factor_of_more.solve(&off)) + factor_of_more.determinant().ln());
         assert!(close(found, want, want.abs() + own, 1e-5), "seed {seed}: evidence {found} {want}");
         let mut sums = GroupSums::new(&packed, &[&group[..]]);
-        sums.pass(0, &gains, &e).unwrap();
+        sums.pass(0, &gains, &e);
         let got = sums.done().remove(0);
         assert!(close(got.own[0], own, own, 1e-5), "seed {seed}: {} {own}", got.own[0]);
         let with = shown.dot(&weighted);
@@ -266,11 +266,11 @@ fn gains_of_several_intensities_are_those_of_each() {
             })
             .collect();
         let packed = PackedColumns::new(vec![d.data.clone()], &[], CHANNELS);
-        let bank = gains_of_bank(inputs.clone()).unwrap();
+        let bank = gains_of_bank(inputs.clone());
         let mut together = vec![packed.nothing(); bank.len()];
-        packed.pass_base(0, &bank, &mut together, |_, _| ()).unwrap();
+        packed.pass_base(0, &bank, &mut together, |_, _| ());
         for (k, (input, (got, gram))) in inputs.into_iter().zip(bank.iter().zip(together)).enumerate() {
-            let want = FilterGains::new(input, false).unwrap();
+            let want = FilterGains::new(input, false);
             let size = want.gain.iter().fold(0.0f64, |m, g| m.max(g.abs()));
             for (a, b) in got.gain.iter().zip(want.gain.iter()) {
                 assert!(close(*a, *b, size, 1e-11), "seed {seed}, intensity {k}: gain {a}, alone {b}");
@@ -279,7 +279,7 @@ fn gains_of_several_intensities_are_those_of_each() {
                 assert!(close(*a, *b, *b, 1e-11), "seed {seed}, intensity {k}: variance {a}, alone {b}");
             }
             let mut alone = vec![packed.nothing()];
-            packed.pass_base(0, &[want], &mut alone, |_, _| ()).unwrap();
+            packed.pass_base(0, &[want], &mut alone, |_, _| ());
             let (a, b) = (gram.product(0, 0), alone[0].product(0, 0));
             assert!(close(a, b, b, 1e-10), "seed {seed}, intensity {k}: squares {a}, alone {b}");
         }
@@ -344,8 +344,8 @@ fn columns_of_the_parameters_sum_to_zero_along_a_trajectory() {
     let loaded = recorded(1, &TRUTH, 120.0);
     let plant = TwoMassPlant::of(&loaded.case, root_mean_square(&loaded, "motorCurrent"));
     let intake = Rc::new(NodeIntake::new(&loaded, &plant).unwrap());
-    let mut frame = InnovationsFrame::new(&intake, Rc::new(plant), None).unwrap();
-    frame.smooth(&[0.02, 0.02], None).unwrap();
+    let mut frame = InnovationsFrame::new(&intake, Rc::new(plant), None);
+    frame.smooth(&[0.02, 0.02], None);
     let (columns, priors) = frame.nuisances();
     for (k, run) in frame.runs.iter().enumerate() {
         for on in 0..2 {
@@ -373,19 +373,19 @@ fn a_fit_from_seven_tenths_of_all_values_returns_in_what_the_data_know() {
         let loaded = recorded(seed, &TRUTH, 120.0);
         let plant = TwoMassPlant::of(&loaded.case, root_mean_square(&loaded, "motorCurrent"));
         let intake = Rc::new(NodeIntake::new(&loaded, &plant).unwrap());
-        let mut settled = InnovationsFrame::new(&intake, Rc::new(plant.clone()), None).unwrap();
-        settled.settle(false).unwrap();
+        let mut settled = InnovationsFrame::new(&intake, Rc::new(plant.clone()), None);
+        settled.settle(false);
         let plant = plant.believed(&TRUTH, &[0.1; parameter::COUNT]);
         let mut frame = InnovationsFrame { plant: Rc::new(plant), ..settled };
         // All of them together, or each by itself.
         let rng = &mut StdRng::seed_from_u64(seed + 1000);
         let mut factor = || if seed % 2 == 0 { 0.7 } else { rng.random_range(0.7..1.3) };
         frame.start = TRUTH.iter().map(|v| factor() * v).collect();
-        let fit = frame.fit(&|_| Vec::new(), &frame.q.clone(), 10, true).unwrap();
+        let fit = frame.fit(&|_| Vec::new(), &frame.q.clone(), 10, true);
         frame.theta.clone_from(&fit.theta);
-        frame.smooth(&fit.q, None).unwrap();
+        frame.smooth(&fit.q, None);
         let (packed, priors) = frame.packed(&[]);
-        let gram = frame.pass_base(&packed, &fit.q).unwrap().gram;
+        let gram = frame.pass_base(&packed, &fit.q).gram;
         let m = priors.mean.len();
         let weight = |i: usize, j: usize| if i == j { priors.deviation[i].powi(-2) } else { 0.0 };
         let precision = DMatrix::from_fn(m, m, |i, j| gram.product(i + 1, j + 1) + weight(i, j));

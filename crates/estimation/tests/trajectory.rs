@@ -100,7 +100,7 @@ impl OwnSteps {
             channels: CHANNELS,
             errors: CHANNELS,
         };
-        FilterGains::new(input, true).unwrap()
+        FilterGains::new(input, true)
     }
 
     /// Mean of all states from a first one, with forces and defects.
@@ -161,7 +161,7 @@ fn any_sizes_are_those_of_the_whole_normal_distribution() {
         let weighted = factor.solve(&off);
         let gains = s.gains();
         // Squares and determinant.
-        let e = data_innovations(&gains, &s.data).unwrap();
+        let e = data_innovations(&gains, &s.data);
         let squares: f64 = e.iter().map(|e| e * e).sum();
         assert!(close(squares, off.dot(&weighted), squares, 1e-9), "seed {seed}: {squares}");
         let log: f64 = there.iter().map(|k| gains.variance[*k].ln()).sum();
@@ -194,7 +194,7 @@ fn any_sizes_are_those_of_the_whole_normal_distribution() {
 
 /// A latent's score at a node is that of a step of it there: the innovations that such a step causes, against those of the data.
 fn powers(s: &OwnSteps, gains: &FilterGains<'_>, got: &[[f64; 2]], seed: u64) {
-    let data = data_innovations(gains, &s.data).unwrap();
+    let data = data_innovations(gains, &s.data);
     for (k, got) in (PLAIN..SIZE).zip(got) {
         let mut want = [0.0; 2];
         for from in 1..NODES {
@@ -250,7 +250,7 @@ fn columns(
     );
     let packed = PackedColumns::new(vec![s.data.clone()], &[force, error], CHANNELS);
     let mut gram = packed.nothing();
-    packed.pass_base(0, std::slice::from_ref(gains), std::slice::from_mut(&mut gram), |_, _| ()).unwrap();
+    packed.pass_base(0, std::slice::from_ref(gains), std::slice::from_mut(&mut gram), |_, _| ());
     let gram = gram.mirrored();
     let dense = DMatrix::from_columns(&[by_force, by_error]);
     let solved = factor.solve(&dense);

@@ -35,18 +35,18 @@ fn stages(folder: &str) -> Said {
     let (mut frame, plant) = frame_of(&loaded)?;
     let mut ticks = vec![begun.elapsed().as_secs_f64()];
     let mut tick = || ticks.push(begun.elapsed().as_secs_f64());
-    let fitted = fit_null(&mut frame)?;
+    let fitted = fit_null(&mut frame);
     tick();
-    let frozen = frozen(&mut frame, &fitted)?;
+    let frozen = frozen(&mut frame, &fitted);
     tick();
     let mut candidates = all_shapes(&frame, &fitted.sizes);
     tick();
-    let alone = sift(&mut frame, &mut candidates, &fitted.begin, &[])?;
+    let alone = sift(&mut frame, &mut candidates, &fitted.begin, &[]);
     tick();
     let screened = screened(&candidates, alone);
     let names: Vec<&str> = named(&plant);
     let shared = Rc::new(RefCell::new(frame));
-    let found = search_from(&shared, &plant, fitted.clone(), candidates, alone)?;
+    let found = search_from(&shared, &plant, fitted.clone(), candidates, alone);
     tick();
     let judged = judge(&found).map(|j| {
         json!({ "verdict": j.verdict.name(), "set": j.set, "p": j.probability, "p_second": j.second, "G": j.gain,
@@ -87,20 +87,20 @@ fn pair(p: &FittedPair, names: &[&str]) -> Value {
 }
 
 /// The trajectory along which the screen is made, and the evidence of the model alone along it.
-fn frozen(frame: &mut InnovationsFrame, fitted: &FittedNull) -> Said {
+fn frozen(frame: &mut InnovationsFrame, fitted: &FittedNull) -> Value {
     let (packed, priors) = frame.packed(&[]);
-    let passed = frame.pass_base(&packed, &fitted.begin)?;
+    let passed = frame.pass_base(&packed, &fitted.begin);
     let run = &frame.runs[0];
     let nodes = [0, 1, 2, run.nodes / 2];
     let size = run.states.len() / run.nodes;
     let width = run.scores.len() / run.nodes;
     let some = |all: &[f64], w: usize| nodes.map(|t| all[w * t..w * (t + 1)].to_vec());
-    Ok(json!({
+    json!({
         "rest": frame.rest, "white": frame.white, "scale": frame.scale, "release": frame.release,
         "q": fitted.begin, "parameters": frame.theta, "x": some(&run.states, size), "score": some(&run.scores, width),
         "base": { "count": passed.gram.count, "log_S_sum": passed.gram.log_variance, "G00": passed.gram.product(0, 0),
             "L": log_evidence(&passed.gram, &priors).log },
-    }))
+    })
 }
 
 fn screened(candidates: &[EffectCandidate], alone: f64) -> Vec<Value> {

@@ -220,7 +220,7 @@ fn columns(
     let q = numbers(&golden["intensities"]);
     let (nuisances, _) = frame.nuisances()?;
     let packed = frame.packed(&nuisances);
-    let base = frame.pass_base(&packed, &q)?;
+    let base = frame.pass_base(&packed, &q);
     let with_hinge = |theta: &[f64], link: usize, at: f64| hinged(frame, theta, link, at);
     let mechanics = FrameMechanics::new(frame, &with_hinge);
     let along = along_chain(frame, &usual, &mechanics);
@@ -253,7 +253,7 @@ fn columns(
                 part(&columns[order[k]][r], golden, frame.runs[r].nodes.len(), &what, said);
             }
         }
-        let group = frame.pass_groups(&packed, &base, &[columns], &q)?.remove(0);
+        let group = frame.pass_groups(&packed, &base, &[columns], &q).remove(0);
         // The data come first.
         let product = |i: usize, j: usize| match (i, j) {
             (0, 0) => base.gram.product(0, 0),
@@ -273,7 +273,7 @@ fn columns(
         }
     }
     // One group of more columns than pass side by side has the same products.
-    let whole = frame.pass_groups(&packed, &base, &[&together], &q)?.remove(0);
+    let whole = frame.pass_groups(&packed, &base, &[&together], &q).remove(0);
     for (k, (within, own, with_first)) in alone.into_iter().enumerate() {
         let at = |i: usize, j: usize| whole.own[whole.size * i + j];
         let first = k - within;
@@ -292,8 +292,8 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     let (nuisances, priors) = frame.nuisances()?;
     let packed = frame.packed(&nuisances);
     let scores: Vec<Vec<f64>> = {
-        let gains = frame.all_gains(&q, true)?;
-        let found = frame.evidence_with(&packed, &priors, &gains)?.1;
+        let gains = frame.all_gains(&q, true);
+        let found = frame.evidence_with(&packed, &priors, &gains).1;
         let extra = frame.own_forces(&nuisances, &found.amplitudes);
         frame.smoothed(&gains, Some(&extra)).into_iter().map(|s| s.scores).collect()
     };
@@ -318,7 +318,7 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     };
     count("shapes", all.len(), said);
     count("columns", all.iter().map(|c| c.terms.applied.columns.len()).sum(), said);
-    let base = survey(frame, &mut ChainScreening::of(packed, priors), &mut all, &q, LOOKS)?;
+    let base = survey(frame, &mut ChainScreening::of(packed, priors), &mut all, &q, LOOKS);
     let golden_base = golden["base"].as_f64().unwrap_or(f64::NAN);
     if !((base - golden_base).abs() <= NATS) {
         said.0.push(format!("screen: base {base}, golden {golden_base}"));

@@ -69,19 +69,19 @@ pub(super) fn stages(loaded: &Loaded, golden: &Value) -> Result<Vec<String>, Box
     intake(&frame, golden, &mut said);
     step(&frame, golden, &mut said);
     let mut settled = frame.clone();
-    settled.settle(false)?;
+    settled.settle(false);
     modes(&settled, golden, &mut said);
-    gains(&settled, golden, &mut said)?;
-    let null = fit_null(&mut frame)?;
+    gains(&settled, golden, &mut said);
+    let null = fit_null(&mut frame);
     said.within("nominal L", null.nominal.0, &golden["nominal_L"]["L"], 1.0);
     parameters(&null, golden, &mut said);
-    frozen(&mut frame, &null, golden, &mut said)?;
-    columns(&mut frame, &null, golden, &mut said)?;
+    frozen(&mut frame, &null, golden, &mut said);
+    columns(&mut frame, &null, golden, &mut said);
     let mut candidates = all_shapes(&frame, &null.sizes);
-    let alone = sift(&mut frame, &mut candidates, &null.begin, &[])?;
+    let alone = sift(&mut frame, &mut candidates, &null.begin, &[]);
     screen(&candidates, alone, golden, &mut said);
     let shared = Rc::new(RefCell::new(frame));
-    let found = search_from(&shared, &plant, null, candidates, alone)?;
+    let found = search_from(&shared, &plant, null, candidates, alone);
     effects(&found, golden, &mut said);
     verdict(&found, golden, &mut said);
     Ok(said.0)
@@ -146,9 +146,9 @@ fn modes(frame: &InnovationsFrame, golden: &Value, said: &mut Complaints) {
     }
 }
 
-fn gains(frame: &InnovationsFrame, golden: &Value, said: &mut Complaints) -> Result<(), Box<dyn Error>> {
+fn gains(frame: &InnovationsFrame, golden: &Value, said: &mut Complaints) {
     let g = &golden["gains"];
-    let own = frame.gains(0, &frame.q, false)?;
+    let own = frame.gains(0, &frame.q, false);
     let (channels, size) = (frame.channels(), own.input.size());
     let nodes: Vec<usize> = flat(&g["nodes"]).iter().map(|n| *n as usize).collect();
     let some = |all: &[f64], width: usize| -> Vec<f64> {
@@ -160,7 +160,6 @@ fn gains(frame: &InnovationsFrame, golden: &Value, said: &mut Complaints) -> Res
     said.close("gains R", &some(&own.input.variance, channels), &g["R"], 1e-9);
     let log: f64 = own.input.counted_rows().iter().map(|k| own.variance[*k].ln()).sum();
     said.close("gains sum of log S", &[log], &g["log_S_sum"], 1e-9);
-    Ok(())
 }
 
 fn theta_off(own: &[f64], golden: &Value) -> f64 {
@@ -181,12 +180,7 @@ fn parameters(null: &FittedNull, golden: &Value, said: &mut Complaints) {
     said.close("what latents are worth", &[null.latents], &g["latents_worth"], 1e-3);
 }
 
-fn frozen(
-    frame: &mut InnovationsFrame,
-    null: &FittedNull,
-    golden: &Value,
-    said: &mut Complaints,
-) -> Result<(), Box<dyn Error>> {
+fn frozen(frame: &mut InnovationsFrame, null: &FittedNull, golden: &Value, said: &mut Complaints) {
     let g = &golden["frozen"];
     said.close("frozen q", &null.begin, &g["q"], 1e-9);
     said.say(!(theta_off(&frame.start, &g["parameters"]) < 1e-6), || "frozen parameters".into());
@@ -195,7 +189,7 @@ fn frozen(
     let golden_parameters =
         PARAMETERS.iter().zip(&own).map(|(n, own)| g["parameters"][*n].as_f64().unwrap_or(*own));
     frame.start = golden_parameters.collect();
-    frame.reset(&null.begin)?;
+    frame.reset(&null.begin);
     let r = &frame.runs[0];
     let (size, width) = (r.states.len() / r.nodes, r.scores.len() / r.nodes);
     let nodes: Vec<usize> = flat(&g["nodes"]).iter().map(|t| *t as usize).collect();
@@ -231,13 +225,12 @@ fn frozen(
         .iter()
         .for_each(|(name, own)| said.close(&format!("size {name}"), &[*own], &g["scales"][*name], 1e-7));
     let (packed, priors) = frame.packed(&[]);
-    let base = frame.pass_base(&packed, &null.begin)?.gram;
+    let base = frame.pass_base(&packed, &null.begin).gram;
     said.close("base G00", &[base.product(0, 0)], &golden["base"]["G00"], 1e-7);
     said.close("base sum of log S", &[base.log_variance], &golden["base"]["log_S_sum"], 1e-9);
     said.within("base L", log_evidence(&base, &priors).log, &golden["base"]["L"], 0.1);
     frame.start = own;
-    frame.reset(&null.begin)?;
-    Ok(())
+    frame.reset(&null.begin);
 }
 
 /// Our shape of a golden one.
@@ -284,14 +277,9 @@ fn shape_of(effect: &str, place: &str, golden: &Value) -> LawShape {
 }
 
 /// Nuisances and named candidates: sums of their forces and readings, and their products.
-fn columns(
-    frame: &mut InnovationsFrame,
-    null: &FittedNull,
-    golden: &Value,
-    said: &mut Complaints,
-) -> Result<(), Box<dyn Error>> {
+fn columns(frame: &mut InnovationsFrame, null: &FittedNull, golden: &Value, said: &mut Complaints) {
     let (packed, priors) = frame.packed(&[]);
-    let base = frame.pass_base(&packed, &null.begin)?;
+    let base = frame.pass_base(&packed, &null.begin);
     let nuisances = frame.nuisances().0;
     let mut all: Vec<FilterColumn> = nuisances.clone();
     let golden = list(&golden["columns"]);
@@ -305,7 +293,7 @@ fn columns(
     let count = golden.len();
     said.say(all.len() != count, || format!("columns: {}, golden {count}", all.len()));
     let groups: Vec<&[FilterColumn]> = all.chunks(1).collect();
-    let grams = frame.pass_groups(&packed, &base, &groups, &null.begin)?;
+    let grams = frame.pass_groups(&packed, &base, &groups, &null.begin);
     for ((column, gram), g) in all.iter().zip(&grams).zip(golden) {
         let name = format!("column {} {}", text(g, "name"), g["amplitude"]);
         let sum = |on: usize| -> Vec<f64> {
@@ -338,7 +326,6 @@ fn columns(
         said.within(&format!("{name} G0"), gram.base[0], &g["G0"], 1e-4 * both);
     }
     said.say(priors.parameters + 1 < nuisances.len(), || "columns: more than one zero".into());
-    Ok(())
 }
 
 fn same_shape(own: &LawShape, golden: &LawShape, tolerance: f64) -> bool {

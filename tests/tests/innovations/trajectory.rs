@@ -192,9 +192,9 @@ fn linear(
     let size = 3 * n + channels;
     let (columns, priors) = frame.nuisances()?;
     let q = frame.intensities.clone();
-    let gains = frame.all_gains(&q, true)?;
+    let gains = frame.all_gains(&q, true);
     let packed = frame.packed(&columns);
-    let (gram, found) = frame.evidence_with(&packed, &priors, &gains)?;
+    let (gram, found) = frame.evidence_with(&packed, &priors, &gains);
     let extra = frame.own_forces(&columns, &found.amplitudes);
     let smoothed = frame.smoothed(&gains, Some(&extra));
     for g in list(&golden["nodes"]) {

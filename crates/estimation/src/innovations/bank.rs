@@ -7,7 +7,7 @@ use pulp::Simd;
 use super::any_size;
 use super::filter::{Square, arrays, row};
 use super::filter_data::{FilterGains, FilterInput, Riccati};
-use super::kernel::{SizeError, SizedKernel, run};
+use super::kernel::{SizedKernel, run};
 
 /// Intensities that are filtered side by side.
 pub const BANK: usize = 8;
@@ -16,16 +16,13 @@ type WideSquare<S, const N: usize> = [[<S as Simd>::f64s; N]; N];
 
 /// Gains for inputs of one recording that differ in noise, variances of readings and first covariance only; without the
 /// covariances that a smoother needs. The same numbers as [`FilterGains::new`] has, but for rounding.
-///
-/// # Errors
-/// Where no kernel has these sizes.
-pub fn gains_of_bank(inputs: Vec<FilterInput<'_>>) -> Result<Vec<FilterGains<'_>>, SizeError> {
+pub fn gains_of_bank(inputs: Vec<FilterInput<'_>>) -> Vec<FilterGains<'_>> {
     let mut out = Vec::with_capacity(inputs.len());
     let mut left = inputs.into_iter().peekable();
     while left.peek().is_some() {
         let mut some: Vec<FilterInput<'_>> = left.by_ref().take(BANK).collect();
         if some.len() == 1 {
-            out.extend(some.pop().map(|one| FilterGains::new(one, false)).transpose()?);
+            out.extend(some.pop().map(|one| FilterGains::new(one, false)));
             continue;
         }
         let (size, sizes) = (some[0].size(), some[0].sizes());
@@ -41,7 +38,7 @@ pub fn gains_of_bank(inputs: Vec<FilterInput<'_>>) -> Result<Vec<FilterGains<'_>
             predicted: Vec::new(),
         }));
     }
-    Ok(out)
+    out
 }
 
 struct BankRecursion<'a, 'b> {

@@ -7,7 +7,7 @@ use pulp::Simd;
 
 use super::any_size;
 use super::filter_data::{DataColumn, FilterGains, FilterInput, Riccati};
-use super::kernel::{SizeError, SizedKernel, run};
+use super::kernel::{SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
 pub(super) type Square<const N: usize> = [[f64; N]; N];
@@ -74,10 +74,7 @@ pub(super) fn error_of<const N: usize, const F: usize>(
 
 impl<'a> FilterGains<'a> {
     /// By the Riccati recursion; `keep`: with the covariances that a smoother needs.
-    ///
-    /// # Errors
-    /// Where no kernel has these sizes.
-    pub fn new(input: FilterInput<'a>, keep: bool) -> Result<Self, SizeError> {
+    pub fn new(input: FilterInput<'a>, keep: bool) -> Self {
         let size = input.size();
         let rows = input.order.nodes() * input.channels;
         let (mut gain, mut variance, mut predicted) = (vec![0.0; rows * size], vec![1.0; rows], Vec::new());
@@ -88,7 +85,7 @@ impl<'a> FilterGains<'a> {
             predicted: keep.then_some(&mut predicted),
         };
         run(input.sizes(), recursion);
-        Ok(Self { input, gain: gain.into(), variance: variance.into(), predicted })
+        Self { input, gain: gain.into(), variance: variance.into(), predicted }
     }
 }
 
@@ -197,13 +194,10 @@ impl DataColumn {
 }
 
 /// Whitened innovations of the data, by node and channel; 0 where nothing counts.
-///
-/// # Errors
-/// Where no kernel has these sizes.
-pub fn data_innovations(gains: &FilterGains<'_>, data: &DataColumn) -> Result<Vec<f64>, SizeError> {
+pub fn data_innovations(gains: &FilterGains<'_>, data: &DataColumn) -> Vec<f64> {
     let mut out = vec![0.0; gains.variance.len()];
     run(gains.input.sizes(), DataPass { gains, data, out: &mut out });
-    Ok(out)
+    out
 }
 
 struct DataPass<'a> {

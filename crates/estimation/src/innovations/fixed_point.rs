@@ -8,7 +8,6 @@ use super::column::{AppliedLaw, FilterColumn, OwnForces};
 use super::evidence::TRUST;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::intensity::alike;
-use super::kernel::SizeError;
 use super::linear::Feedback;
 use super::numeric::over_steps;
 
@@ -52,18 +51,9 @@ pub type LawMaker<'a> = &'a dyn Fn(&InnovationsFrame) -> Vec<AppliedLaw>;
 impl InnovationsFrame {
     /// Fits a hypothesis in at most `rounds` rounds from intensities `q`; `from_start`: from the parameters and the trajectory with
     /// which hypotheses begin, else from those in hand.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn fit(
-        &mut self,
-        make: LawMaker<'_>,
-        q: &[f64],
-        rounds: usize,
-        from_start: bool,
-    ) -> Result<FixedPoint, SizeError> {
+    pub fn fit(&mut self, make: LawMaker<'_>, q: &[f64], rounds: usize, from_start: bool) -> FixedPoint {
         if from_start {
-            self.reset(q)?;
+            self.reset(q);
         }
         let (mut q, mut along) = (q.to_vec(), q.to_vec());
         let mut best: Option<FixedPoint> = None;
@@ -82,8 +72,8 @@ impl InnovationsFrame {
                 let starts = [0.02, 0.002, INTENSITY[0]].map(|x| self.intensities(x, x));
                 all.extend(starts.into_iter().filter(|x| !strictly_alike(x, &q)));
             }
-            let from = self.best_of(&base, &all)?;
-            let best_here = self.search_intensities(&base, from, 1)?;
+            let from = self.best_of(&base, &all);
+            let best_here = self.search_intensities(&base, from, 1);
             q = best_here.q;
             let found = best_here.found;
             let nuisances = found.amplitudes.len() - own;
@@ -118,9 +108,9 @@ impl InnovationsFrame {
             }
             let (nuisance, amplitudes) = (nuisance.to_vec(), amplitudes.to_vec());
             self.move_parameters(&nuisance, !laws.is_empty());
-            self.put_in_force(&laws, &amplitudes, &zeros, &q)?;
+            self.put_in_force(&laws, &amplitudes, &zeros, &q);
         }
-        Ok(best.unwrap_or_default())
+        best.unwrap_or_default()
     }
 
     /// Relative changes of the parameters, at most a trusted step each.
@@ -134,16 +124,7 @@ impl InnovationsFrame {
     }
 
     /// The trajectory with laws in force at these amplitudes, and the encoders' zeros put right.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn put_in_force(
-        &mut self,
-        laws: &[AppliedLaw],
-        amplitudes: &[f64],
-        zeros: &[f64],
-        q: &[f64],
-    ) -> Result<(), SizeError> {
+    pub fn put_in_force(&mut self, laws: &[AppliedLaw], amplitudes: &[f64], zeros: &[f64], q: &[f64]) {
         self.take_tangent(laws, amplitudes);
         let nuisances = self.nuisances().0;
         let zero_columns = &nuisances[self.unknown.len()..];

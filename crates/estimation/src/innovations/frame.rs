@@ -6,9 +6,8 @@ use super::bank::gains_of_bank;
 use super::column::{AppliedLaw, FilterColumn, OwnForces};
 use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use super::filter_data::{DataColumn, FilterGains, FilterInput};
-use super::gram::{BaseGram, GroupGram, GroupSums, PackedColumns, PassedBase};
+use super::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
 use super::intake::{NodeIntake, input_force};
-use super::kernel::SizeError;
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows, StepOrder};
 use super::numeric::{over_steps, quantile};
 use super::plant::ForcedPlant;
@@ -56,14 +55,7 @@ pub struct InnovationsFrame {
 
 impl InnovationsFrame {
     /// Of a plant and recordings, one channel put back by its delay.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn new(
-        intake: &Rc<NodeIntake>,
-        plant: Rc<dyn ForcedPlant>,
-        late: LateChannel,
-    ) -> Result<Self, SizeError> {
+    pub fn new(intake: &Rc<NodeIntake>, plant: Rc<dyn ForcedPlant>, late: LateChannel) -> Self {
         let values: Vec<f64> = plant.parameters().iter().map(|p| p.value).collect();
         let unknown = (0..values.len()).filter(|k| values[*k] > 0.0).collect();
         let runs = intake.recordings.iter().map(|r| NodeRecording::new(intake, &*plant, r, late));
@@ -92,9 +84,7 @@ impl InnovationsFrame {
         frame.rest = frame.least_rest.max(0.003 * frame.usual_speed);
         frame.signs_from_readings();
         frame.linearise();
-        // The size is looked at once, here.
-        frame.gains(0, &frame.q, false)?;
-        Ok(frame)
+        frame
     }
 
     /// Number of coordinates.
@@ -176,7 +166,7 @@ impl InnovationsFrame {
         let modes = [vec![false; self.coordinates()], held];
         let states: Vec<usize> = self.intake.channels.iter().map(|c| c.state).collect();
         for r in &mut self.runs {
-            let old = r.linear.as_ref().filter(|l| l.point == point);
+            let old = Some(&r.linear).filter(|l| l.point == point);
             if old.is_some_and(|l| Rc::ptr_eq(&l.signs, &r.signs)) {
                 continue;
             }
@@ -186,20 +176,17 @@ impl InnovationsFrame {
             );
             let rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
             let signs = r.signs.clone();
-            r.linear = Some(Rc::new(Linearisation { point: point.clone(), signs, steps, rows }));
+            r.linear = Rc::new(Linearisation { point: point.clone(), signs, steps, rows });
         }
     }
 
     /// Gains of a recording at these intensities.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> Result<FilterGains<'_>, SizeError> {
-        FilterGains::new(self.filter_input(recording, q)?, keep)
+    pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> FilterGains<'_> {
+        FilterGains::new(self.filter_input(recording, q), keep)
     }
 
     /// What the filter of a recording takes at these intensities.
-    fn filter_input(&self, recording: usize, q: &[f64]) -> Result<FilterInput<'_>, SizeError> {
+    fn filter_input(&self, recording: usize, q: &[f64]) -> FilterInput<'_> {
         let r = &self.runs[recording];
         let raw = &self.intake.recordings[recording];
         let unit = self.plant.usual_force();
@@ -233,23 +220,22 @@ impl InnovationsFrame {
                 }
             }
         }
-        let Some(linear) = &r.linear else { return Err(SizeError { states: size, forces }) };
         let plant = &*self.plant;
-        let noise = linear.steps.iter().map(|s| s.noise(plant, r.dt, &white, &latent, self.rest)).collect();
-        Ok(FilterInput {
-            steps: &linear.steps,
+        let noise = r.linear.steps.iter().map(|s| s.noise(plant, r.dt, &white, &latent, self.rest)).collect();
+        FilterInput {
+            steps: &r.linear.steps,
             noise,
             order: StepOrder::ByMode(&r.signs.mode),
             unknown: &r.signs.unknown,
             unknown_on: (self.driven(), self.driven_state()),
-            rows: &linear.rows,
+            rows: &r.linear.rows,
             variance,
             counted: &r.counted,
             first,
             forces,
             channels,
             errors: 0,
-        })
+        }
     }
 
     /// The forces on a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
@@ -288,10 +274,7 @@ impl InnovationsFrame {
     }
 
     /// Smooths all recordings at these intensities, with the forces of a hypothesis, one entry a recording, or none.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn smooth(&mut self, q: &[f64], own: Option<Vec<OwnForces>>) -> Result<(), SizeError> {
+    pub fn smooth(&mut self, q: &[f64], own: Option<Vec<OwnForces>>) {
         self.linearise();
         let nothing = |r: &NodeRecording| OwnForces::none(self.coordinates(), self.channels(), r.nodes);
         let own: Vec<OwnForces> = own.unwrap_or_else(|| self.runs.iter().map(nothing).collect());
@@ -303,11 +286,10 @@ impl InnovationsFrame {
             }
             let data =
                 DataColumn { forces: self.known(k, Some(&own)), readings, first: self.first_with_latents(k) };
-            let smoothed = smooth_recording(&self.gains(k, q, true)?, &data);
+            let smoothed = smooth_recording(&self.gains(k, q, true), &data);
             let r = &mut self.runs[k];
             (r.states, r.scores, r.own) = (smoothed.states, smoothed.scores, own);
         }
-        Ok(())
     }
 
     /// The data column of each recording.
@@ -331,21 +313,14 @@ impl InnovationsFrame {
     }
 
     /// Passes a base at each of these intensities.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn pass_bank(
-        &mut self,
-        packed: &PackedColumns,
-        all: &[Vec<f64>],
-    ) -> Result<Vec<PassedBase>, SizeError> {
+    pub fn pass_bank(&mut self, packed: &PackedColumns, all: &[Vec<f64>]) -> Vec<PassedBase> {
         let mut passed: Vec<PassedBase> = all.iter().map(|_| PassedBase::default()).collect();
         let grams = self.pass_each(packed, all, |k, gains, e| {
             passed[k].gains.push((gains.gain.clone(), gains.variance.clone()));
             passed[k].innovations.push(e.to_vec());
-        })?;
+        });
         passed.iter_mut().zip(grams).for_each(|(p, gram)| p.gram = gram);
-        Ok(passed)
+        passed
     }
 
     /// Matrices of a base at each of these intensities; `take` gets gains and innovations of each, recording by recording.
@@ -354,57 +329,41 @@ impl InnovationsFrame {
         packed: &PackedColumns,
         all: &[Vec<f64>],
         mut take: impl FnMut(usize, &FilterGains<'_>, &[f64]),
-    ) -> Result<Vec<BaseGram>, SizeError> {
+    ) -> Vec<BaseGram> {
         self.linearise();
         let mut grams: Vec<BaseGram> = all.iter().map(|_| packed.nothing()).collect();
         for k in 0..self.runs.len() {
-            let inputs = all.iter().map(|q| self.filter_input(k, q)).collect::<Result<_, _>>()?;
-            let gains = gains_of_bank(inputs)?;
-            packed.pass_base(k, &gains, &mut grams, |i, e| take(i, &gains[i], e))?;
+            let inputs = all.iter().map(|q| self.filter_input(k, q)).collect();
+            let gains = gains_of_bank(inputs);
+            packed.pass_base(k, &gains, &mut grams, |i, e| take(i, &gains[i], e));
         }
-        Ok(grams.into_iter().map(BaseGram::mirrored).collect())
+        grams.into_iter().map(BaseGram::mirrored).collect()
     }
 
     /// Passes a base at these intensities.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn pass_base(&mut self, packed: &PackedColumns, q: &[f64]) -> Result<PassedBase, SizeError> {
-        Ok(self.pass_bank(packed, &[q.to_vec()])?.pop().unwrap_or_default())
+    pub fn pass_base(&mut self, packed: &PackedColumns, q: &[f64]) -> PassedBase {
+        self.pass_bank(packed, &[q.to_vec()]).pop().unwrap_or_default()
     }
 
     /// Gram matrices of groups in addition to a base that was passed at the same intensities.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
     pub fn pass_groups(
         &self,
         packed: &PackedColumns,
         base: &PassedBase,
         groups: &[&[FilterColumn]],
         q: &[f64],
-    ) -> Result<Vec<GroupGram>, SizeError> {
-        let mut sums = GroupSums::new(packed, groups);
-        for (k, (gain, variance)) in base.gains.iter().enumerate() {
-            let (gain, variance) = (gain.clone(), variance.clone());
-            let input = self.filter_input(k, q)?;
-            let gains = FilterGains { input, gain, variance, predicted: Vec::new() };
-            sums.pass(k, &gains, &base.innovations[k])?;
-        }
-        Ok(sums.done())
+    ) -> Vec<GroupGram> {
+        base.groups(packed, groups, |k| self.filter_input(k, q))
     }
 
     /// Evidence of a base at each of these intensities.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
     pub fn evidences_of(
         &mut self,
         (packed, priors): &(PackedColumns, AmplitudePriors),
         all: &[Vec<f64>],
-    ) -> Result<Vec<SetEvidence>, SizeError> {
-        let grams = self.pass_each(packed, all, |_, _, _| ())?;
-        Ok(grams.iter().map(|gram| log_evidence(gram, priors)).collect())
+    ) -> Vec<SetEvidence> {
+        let grams = self.pass_each(packed, all, |_, _, _| ());
+        grams.iter().map(|gram| log_evidence(gram, priors)).collect()
     }
 
     /// Takes the unknown ones of these parameters; the others are those with which hypotheses begin.
@@ -416,10 +375,7 @@ impl InnovationsFrame {
     }
 
     /// Parameters and trajectory with which hypotheses begin.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn reset(&mut self, q: &[f64]) -> Result<(), SizeError> {
+    pub fn reset(&mut self, q: &[f64]) {
         self.theta.clone_from(&self.start);
         self.feedback = Feedback::default();
         self.smooth(q, None)

@@ -11,8 +11,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::column::{self, FilterColumn};
 use super::filter::data_innovations;
-use super::filter_data::{DataColumn, FilterGains, FilterLane, LANES, LaneBlock, LaneStream};
-use super::kernel::SizeError;
+use super::filter_data::{DataColumn, FilterGains, FilterInput, FilterLane, LANES, LaneBlock, LaneStream};
 use super::lanes::pass_streams;
 
 /// Numbers that are summed side by side.
@@ -98,6 +97,24 @@ pub struct PassedBase {
     pub innovations: Vec<Vec<f64>>,
 }
 
+impl PassedBase {
+    /// Gram matrices of groups in addition to the base; `input`: what the filter of each recording takes at the intensities of the
+    /// pass.
+    pub fn groups<'i>(
+        &self,
+        packed: &PackedColumns,
+        groups: &[&[FilterColumn]],
+        input: impl Fn(usize) -> FilterInput<'i>,
+    ) -> Vec<GroupGram> {
+        let mut sums = GroupSums::new(packed, groups);
+        for (k, ((gain, variance), e)) in self.gains.iter().zip(&self.innovations).enumerate() {
+            let (gain, variance) = (gain.clone(), variance.clone());
+            sums.pass(k, &FilterGains { input: input(k), gain, variance, predicted: Vec::new() }, e);
+        }
+        sums.done()
+    }
+}
+
 /// Columns as the filter takes them: the base packed once for every intensity.
 #[derive(Clone, Debug)]
 pub struct PackedColumns {
@@ -136,24 +153,21 @@ impl PackedColumns {
 
     /// Adds a recording to the matrices of the base (their lower half), one for each of `gains`; `take` gets the innovations of
     /// data and base for each, [`BaseGram::stride`] numbers a reading.
-    ///
-    /// # Errors
-    /// Where no kernel has these sizes.
     pub fn pass_base(
         &self,
         recording: usize,
         gains: &[FilterGains<'_>],
         sums: &mut [BaseGram],
         mut take: impl FnMut(usize, &[f64]),
-    ) -> Result<(), SizeError> {
-        let Some(one) = gains.first() else { return Ok(()) };
+    ) {
+        let Some(one) = gains.first() else { return };
         let rows = one.input.counted_rows();
         let size = self.width + 1;
         let stride = stride(size);
         let PassBuffers { lanes, innovations: e } = &mut *self.buffers.borrow_mut();
         for (pair, (gains, sums)) in gains.chunks(2).zip(sums.chunks_mut(2)).enumerate() {
             for (gains, e) in gains.iter().zip(&mut *e) {
-                let data = data_innovations(gains, &self.data[recording])?;
+                let data = data_innovations(gains, &self.data[recording]);
                 e.clear();
                 e.resize(stride * data.len(), 0.0);
                 rows.iter().for_each(|k| e[stride * k] = data[*k]);
@@ -162,7 +176,7 @@ impl PackedColumns {
                 let streams = gains.iter().zip(&mut *lanes);
                 let mut streams: Vec<_> =
                     streams.map(|(gains, out)| LaneStream { gains, block, out }).collect();
-                pass_streams(&mut streams)?;
+                pass_streams(&mut streams);
                 let width = (self.width - LANES * b).min(LANES);
                 for (e, stream) in e.iter_mut().zip(&streams) {
                     for k in &rows {
@@ -178,7 +192,6 @@ impl PackedColumns {
                 take(2 * pair + k, e);
             }
         }
-        Ok(())
     }
 }
 
@@ -242,10 +255,7 @@ impl<'a> GroupSums<'a> {
     }
 
     /// Adds a recording; `e` has the innovations of data and base.
-    ///
-    /// # Errors
-    /// Where no kernel has these sizes.
-    pub fn pass(&mut self, recording: usize, gains: &FilterGains<'_>, e: &[f64]) -> Result<(), SizeError> {
+    pub fn pass(&mut self, recording: usize, gains: &FilterGains<'_>, e: &[f64]) {
         let rows = gains.input.counted_rows();
         let packed = self.packed;
         let beside = |columns: &[&FilterColumn]| {
@@ -259,7 +269,7 @@ impl<'a> GroupSums<'a> {
             let blocks: Vec<LaneBlock> = pair.iter().map(columns).collect();
             let streams = blocks.iter().zip(&mut lanes);
             let mut streams: Vec<_> = streams.map(|(block, out)| LaneStream { gains, block, out }).collect();
-            pass_streams(&mut streams)?;
+            pass_streams(&mut streams);
             for (stream, b) in streams.iter().zip(2 * b..) {
                 let (with_base, with_own) = (&mut self.with_base[b][..], &mut self.with_own[b][..]);
                 vectorised(BlockSums { rows: &rows, e, lanes: &*stream.out, with_base, with_own });
@@ -269,12 +279,11 @@ impl<'a> GroupSums<'a> {
             let mut pieces = Vec::new();
             for columns in group.columns.chunks(LANES) {
                 let (block, mut out) = (beside(&columns.iter().collect::<Vec<_>>()), Vec::new());
-                pass_streams(&mut [LaneStream { gains, block: &block, out: &mut out }])?;
+                pass_streams(&mut [LaneStream { gains, block: &block, out: &mut out }]);
                 pieces.push(out);
             }
             group.add(&rows, e, &pieces);
         }
-        Ok(())
     }
 
     /// The matrices of all groups, in order.

@@ -3,7 +3,6 @@
 use super::evidence::{AmplitudePriors, SetEvidence};
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::gram::PackedColumns;
-use super::kernel::SizeError;
 
 /// Logarithm of the factor up to which two intensities are about the same (4.5).
 pub const ALIKE: f64 = 1.5;
@@ -39,15 +38,12 @@ pub type BaseWithPriors = (PackedColumns, AmplitudePriors);
 
 impl InnovationsFrame {
     /// Coordinate search by a factor 4 and, with each round, its root.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
     pub fn search_intensities(
         &mut self,
         base: &BaseWithPriors,
         from: BestIntensities,
         rounds: usize,
-    ) -> Result<BestIntensities, SizeError> {
+    ) -> BestIntensities {
         let (mut best, mut factor) = (from, 4.0f64);
         for _ in 0..rounds {
             // Mostly no neighbour is better; they are filtered side by side.
@@ -55,7 +51,7 @@ impl InnovationsFrame {
                 .flat_map(|k| [1.0 / factor, factor].map(|by| moved(&best.q, k, by)))
                 .collect();
             around.retain(|q| *q != best.q);
-            let found = self.evidences_of(base, &around)?;
+            let found = self.evidences_of(base, &around);
             let known: Vec<(Vec<f64>, SetEvidence)> = around.into_iter().zip(found).collect();
             for k in 0..best.q.len() {
                 let mut improved = false;
@@ -67,7 +63,7 @@ impl InnovationsFrame {
                         }
                         let found = match known.iter().find(|n| n.0 == q) {
                             Some((_, found)) => found.clone(),
-                            None => self.evidences_of(base, std::slice::from_ref(&q))?.swap_remove(0),
+                            None => self.evidences_of(base, std::slice::from_ref(&q)).swap_remove(0),
                         };
                         if found.log <= best.found.log + 0.1 {
                             break;
@@ -81,29 +77,23 @@ impl InnovationsFrame {
             }
             factor = factor.sqrt();
         }
-        Ok(best)
+        best
     }
 
     /// That of these intensities at which a base has its best evidence.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn best_of(&mut self, base: &BaseWithPriors, all: &[Vec<f64>]) -> Result<BestIntensities, SizeError> {
+    pub fn best_of(&mut self, base: &BaseWithPriors, all: &[Vec<f64>]) -> BestIntensities {
         let mut best: Option<BestIntensities> = None;
-        for (q, found) in all.iter().zip(self.evidences_of(base, all)?) {
+        for (q, found) in all.iter().zip(self.evidences_of(base, all)) {
             if best.as_ref().is_none_or(|b| found.log > b.found.log) {
                 best = Some(BestIntensities { q: q.clone(), found });
             }
         }
-        Ok(best.unwrap_or_default())
+        best.unwrap_or_default()
     }
 
     /// Intensities and evidence of the model alone, parameters free, about the present trajectory; `wide`: from the best of
     /// several starts.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn null(&mut self, q: &[f64], rounds: usize, wide: bool) -> Result<(Vec<f64>, f64), SizeError> {
+    pub fn null(&mut self, q: &[f64], rounds: usize, wide: bool) -> (Vec<f64>, f64) {
         let base = self.packed(&[]);
         let mut all = vec![q.to_vec()];
         if wide {
@@ -111,8 +101,8 @@ impl InnovationsFrame {
                 [(0.3, 0.3), (0.02, 0.02), (0.002, 0.02), (0.02, 0.002), (0.002, 0.002), (0.002, 0.1)];
             all.extend(starts.map(|(driven, others)| self.intensities(driven, others)));
         }
-        let from = self.best_of(&base, &all)?;
-        let best = self.search_intensities(&base, from, rounds)?;
-        Ok((best.q, best.found.log))
+        let from = self.best_of(&base, &all);
+        let best = self.search_intensities(&base, from, rounds);
+        (best.q, best.found.log)
     }
 }

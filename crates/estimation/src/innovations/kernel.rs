@@ -4,18 +4,6 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// No filter for a recording: nothing is linearised there yet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "no steps are there for {states} states with latents and {forces} coordinates; linearise the recording first"
-)]
-pub struct SizeError {
-    /// States with latents.
-    pub states: usize,
-    /// Coordinates.
-    pub forces: usize,
-}
-
 /// A loop over nodes, for N states with latents and F coordinates.
 pub(super) trait SizedKernel {
     type Output;

@@ -5,15 +5,12 @@ use pulp::Simd;
 use super::any_size;
 use super::filter::{arrays, row};
 use super::filter_data::{FilterGains, FilterLane, LANES, LaneBlock, LaneStream};
-use super::kernel::{SizeError, SizedKernel, run};
+use super::kernel::{SizedKernel, run};
 use super::linear::PlantStep;
 
 /// Passes streams of one recording, two side by side: one alone would wait for its own results. They differ in their
 /// gains or in their columns.
-///
-/// # Errors
-/// Where no kernel has these sizes.
-pub fn pass_streams(streams: &mut [LaneStream<'_>]) -> Result<(), SizeError> {
+pub fn pass_streams(streams: &mut [LaneStream<'_>]) {
     for some in streams.chunks_mut(2) {
         some.iter_mut().for_each(|s| s.out.resize(s.gains.variance.len(), [0.0; LANES]));
         let sizes = some[0].gains.input.sizes();
@@ -23,7 +20,6 @@ pub fn pass_streams(streams: &mut [LaneStream<'_>]) -> Result<(), SizeError> {
             _ => {}
         }
     }
-    Ok(())
 }
 
 struct LanePass<'a, 'b, const K: usize>([&'a mut LaneStream<'b>; K]);

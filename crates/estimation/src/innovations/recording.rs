@@ -55,11 +55,11 @@ pub struct NodeRecording {
     pub scores: Vec<f64>,
     /// What the hypothesis in hand added to this trajectory.
     pub own: OwnForces,
-    pub(super) linear: Option<Rc<Linearisation>>,
+    pub(super) linear: Rc<Linearisation>,
 }
 
-/// Steps and rows about a point.
-#[derive(Debug)]
+/// Steps and rows about a point; the default is about none.
+#[derive(Debug, Default)]
 pub(super) struct Linearisation {
     pub(super) point: Vec<f64>,
     pub(super) signs: Rc<DrySigns>,
@@ -139,7 +139,7 @@ impl NodeRecording {
             states: Vec::new(),
             scores: Vec::new(),
             own: OwnForces::none(plant.coordinates().len(), channels, raw.nodes),
-            linear: None,
+            linear: Rc::default(),
         }
     }
 

@@ -6,7 +6,6 @@ use std::rc::Rc;
 use super::evidence::log_evidence;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::intensity::alike;
-use super::kernel::SizeError;
 use super::numeric::quantile;
 use super::signs::DrySigns;
 
@@ -34,10 +33,7 @@ struct Settling {
 impl InnovationsFrame {
     /// Signs and rest from the readings' speed, then from the smoothed one, again: the best by evidence at a few intensities,
     /// about which the trajectory is smoothed. Returns these.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn settle_signs(&mut self, q: &[f64], rounds: usize) -> Result<Vec<f64>, SizeError> {
+    pub fn settle_signs(&mut self, q: &[f64], rounds: usize) -> Vec<f64> {
         let mut best: Option<Settling> = None;
         for k in 0..rounds {
             if k == 0 {
@@ -45,29 +41,29 @@ impl InnovationsFrame {
             } else {
                 self.signs_from_states();
             }
-            self.smooth(q, None)?;
+            self.smooth(q, None);
             let base = self.packed(&[]);
             let tried = [q.to_vec(), self.intensities(0.02, 0.02), self.intensities(0.002, 0.02)];
-            let found = self.best_of(&base, &tried)?;
+            let found = self.best_of(&base, &tried);
             let (at, evidence) = (found.q, found.found.log);
             if best.as_ref().is_none_or(|b| evidence > b.evidence) {
                 best = Some(Settling { evidence, rest: self.rest, q: at, signs: self.signs() });
             }
         }
-        let Some(best) = best else { return Ok(q.to_vec()) };
+        let Some(best) = best else { return q.to_vec() };
         self.evidence = best.evidence;
         self.restore_signs(&best.signs);
-        self.smooth(&best.q, None)?;
-        Ok(best.q)
+        self.smooth(&best.q, None);
+        best.q
     }
 
     /// Trajectory and intensities until they belong together: an evidence along a trajectory of other intensities can be false
     /// by thousands.
-    fn agree(&mut self, rounds: usize) -> Result<(), SizeError> {
+    fn agree(&mut self, rounds: usize) {
         let mut rounds = rounds;
         for _ in 0..5 {
-            self.smooth(&self.q.clone(), None)?;
-            let (q, evidence) = self.null(&self.q.clone(), rounds, true)?;
+            self.smooth(&self.q.clone(), None);
+            let (q, evidence) = self.null(&self.q.clone(), rounds, true);
             let same = alike(&q, &self.q);
             (self.q, self.evidence) = (q, evidence);
             rounds = 1;
@@ -79,10 +75,7 @@ impl InnovationsFrame {
     }
 
     /// All of it; `quick`: rest speed, white force and scale stay.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
-    pub fn settle(&mut self, quick: bool) -> Result<(), SizeError> {
+    pub fn settle(&mut self, quick: bool) {
         let speeds = if self.dry_level() > 0.0 && !quick {
             REST.map(|x| x * self.usual_speed).to_vec()
         } else {
@@ -94,7 +87,7 @@ impl InnovationsFrame {
         let mut found = Vec::new();
         for rest in speeds {
             self.rest = rest;
-            let q = self.settle_signs(&self.q.clone(), 3)?;
+            let q = self.settle_signs(&self.q.clone(), 3);
             found.push(Settling { evidence: self.evidence, rest, q, signs: self.signs() });
         }
         found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -102,8 +95,8 @@ impl InnovationsFrame {
         for s in found.into_iter().take(2) {
             self.rest = s.rest;
             self.restore_signs(&s.signs);
-            self.smooth(&s.q, None)?;
-            let (q, evidence) = self.null(&s.q, 1, true)?;
+            self.smooth(&s.q, None);
+            let (q, evidence) = self.null(&s.q, 1, true);
             if best.as_ref().is_none_or(|b| evidence > b.evidence) {
                 best = Some(Settling { evidence, q, ..s });
             }
@@ -114,17 +107,17 @@ impl InnovationsFrame {
             self.q = best.q;
         }
         if !quick {
-            self.smooth(&self.q.clone(), None)?;
-            self.settle_noise()?;
+            self.smooth(&self.q.clone(), None);
+            self.settle_noise();
         }
-        self.agree(2)?;
-        self.settle_events()?;
-        self.smooth(&self.q.clone(), None)?;
+        self.agree(2);
+        self.settle_events();
+        self.smooth(&self.q.clone(), None);
         self.settle_release()
     }
 
     /// White force, then the scale of the readings' variance.
-    fn settle_noise(&mut self) -> Result<(), SizeError> {
+    fn settle_noise(&mut self) {
         let base = self.packed(&[]);
         type Field = fn(&mut InnovationsFrame) -> &mut f64;
         let fields: [(Field, [f64; 4]); 2] = [(|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
@@ -134,7 +127,7 @@ impl InnovationsFrame {
             let mut best: Option<(f64, f64, Vec<f64>)> = None;
             for x in grid {
                 *value(self) = x;
-                let found = self.best_of(&base, &tried)?;
+                let found = self.best_of(&base, &tried);
                 let (q, evidence) = (found.q, found.found.log);
                 if best.as_ref().is_none_or(|b| evidence > b.0) {
                     best = Some((evidence, x, q));
@@ -145,17 +138,16 @@ impl InnovationsFrame {
                 self.q = q;
             }
         }
-        Ok(())
     }
 
     /// Events that are misplaced: the force there is not known, where evidence likes that.
-    fn settle_events(&mut self) -> Result<(), SizeError> {
+    fn settle_events(&mut self) {
         for _ in 0..2 {
             if self.dry_level() <= 0.0 {
-                return Ok(());
+                return;
             }
             let (packed, priors) = self.packed(&[]);
-            let passed = self.pass_base(&packed, &self.q.clone())?;
+            let passed = self.pass_base(&packed, &self.q.clone());
             let amplitudes = log_evidence(&passed.gram, &priors).amplitudes;
             let kept = (self.signs(), self.q.clone(), self.evidence);
             let mut hits = 0;
@@ -172,7 +164,7 @@ impl InnovationsFrame {
             }
             if hits > 0 {
                 self.signs_from_states();
-                self.agree(1)?;
+                self.agree(1);
                 if self.evidence > kept.2 + GAIN[0] {
                     continue;
                 }
@@ -181,15 +173,14 @@ impl InnovationsFrame {
             (self.q, self.evidence) = (kept.1, kept.2);
             break;
         }
-        Ok(())
     }
 
     /// The largest torque held at rest; where evidence likes it, it is also the impulse of a release.
-    fn settle_release(&mut self) -> Result<(), SizeError> {
+    fn settle_release(&mut self) {
         self.release = 1.0;
         let level = self.dry_level();
         if level <= 0.0 || self.plant.elements().is_empty() {
-            return Ok(());
+            return;
         }
         let mut held = Vec::new();
         for k in 0..self.runs.len() {
@@ -202,7 +193,7 @@ impl InnovationsFrame {
         let many = held.len() > 25;
         let release = if many { quantile(held, 0.99) / level } else { 1.0 };
         if release < RELEASE[0] {
-            return Ok(());
+            return;
         }
         let kept = self.signs();
         for r in &mut self.runs {
@@ -219,14 +210,13 @@ impl InnovationsFrame {
         }
         let base = self.packed(&[]);
         let q = self.q.clone();
-        if self.best_of(&base, &[q])?.found.log > self.evidence + GAIN[1] {
+        if self.best_of(&base, &[q]).found.log > self.evidence + GAIN[1] {
             self.release = release;
-            (self.q, self.evidence) = self.null(&self.q.clone(), 1, false)?;
-            self.smooth(&self.q.clone(), None)?;
+            (self.q, self.evidence) = self.null(&self.q.clone(), 1, false);
+            self.smooth(&self.q.clone(), None);
         } else {
             self.restore_signs(&kept);
         }
-        Ok(())
     }
 
     /// Size of the torque on the driven coordinate by input and elastic elements, by node, N.m.

@@ -1,7 +1,7 @@
 //! Hypotheses about a chain, each from a shape of the screen to the end of its fit.
 
 use trueup_estimation::innovations::column::AppliedLaw;
-use trueup_estimation::innovations::trajectory::fit::{FitError, TrajectoryFit};
+use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
@@ -74,14 +74,14 @@ impl ChainFits<'_> {
     /// Fits hypotheses together from where a frame is.
     ///
     /// # Errors
-    /// See [`FitError`].
+    /// See [`TrajectoryError`].
     pub fn fit(
         &self,
         frame: &mut TrajectoryFrame,
         forms: &[EffectForm],
         q: &[f64],
         rounds: usize,
-    ) -> Result<TrajectoryFit, FitError> {
+    ) -> Result<TrajectoryFit, TrajectoryError> {
         let make = |f: &TrajectoryFrame| self.applied(f, forms);
         let tangents = |f: &TrajectoryFrame, laws: &[AppliedLaw], amplitudes: &[f64]| {
             let nodes: Vec<usize> = f.runs.iter().map(|r| r.nodes.len()).collect();
@@ -107,7 +107,7 @@ impl ChainFits<'_> {
         form: EffectForm,
         q: &[f64],
         rounds: usize,
-    ) -> Result<(EffectForm, TrajectoryFit), FitError> {
+    ) -> Result<(EffectForm, TrajectoryFit), TrajectoryError> {
         let of_first: usize = self.applied(frame, first).iter().map(|l| l.columns.len()).sum();
         let all = |form: &EffectForm| first.iter().chain([form]).cloned().collect::<Vec<_>>();
         let fit = self.fit(frame, &all(&form), q, rounds)?;
@@ -121,14 +121,14 @@ impl ChainFits<'_> {
     /// The shape by pattern search at intensities, all neighbours in one pass, in addition to the laws that are fitted.
     ///
     /// # Errors
-    /// See [`TrajectoryError`] and [`FitError`].
+    /// See [`TrajectoryError`].
     pub fn refined(
         &self,
         frame: &mut TrajectoryFrame,
         mut form: EffectForm,
         q: &[f64],
         standing: &[AppliedLaw],
-    ) -> Result<EffectForm, FitError> {
+    ) -> Result<EffectForm, TrajectoryError> {
         if form.is_pushes() {
             return Ok(form);
         }
@@ -147,13 +147,13 @@ impl ChainFits<'_> {
     /// Refines a shape along a trajectory and fits it from there.
     ///
     /// # Errors
-    /// See [`FitError`].
+    /// See [`TrajectoryError`].
     pub fn attempt(
         &self,
         from: &TrajectoryFrame,
         form: EffectForm,
         q: &[f64],
-    ) -> Result<ChainEffect, FitError> {
+    ) -> Result<ChainEffect, TrajectoryError> {
         let mut frame = from.clone();
         let form = self.refined(&mut frame, form, q, &[])?;
         let (form, fit) = self.fit_trimmed(&mut frame, &[], form, q, ROUNDS[0])?;
@@ -162,8 +162,8 @@ impl ChainFits<'_> {
     /// The shape once more along the hypothesis' own trajectory.
     ///
     /// # Errors
-    /// See [`FitError`].
-    pub fn polished(&self, h: ChainEffect) -> Result<ChainEffect, FitError> {
+    /// See [`TrajectoryError`].
+    pub fn polished(&self, h: ChainEffect) -> Result<ChainEffect, TrajectoryError> {
         let Some(form) = h
             .form
             .clone()
@@ -180,8 +180,8 @@ impl ChainFits<'_> {
     /// The same cause at further joints, as long as the evidence requires it.
     ///
     /// # Errors
-    /// See [`FitError`].
-    pub fn extended(&self, mut h: ChainEffect) -> Result<ChainEffect, FitError> {
+    /// See [`TrajectoryError`].
+    pub fn extended(&self, mut h: ChainEffect) -> Result<ChainEffect, TrajectoryError> {
         let mut more = false;
         while let Some(form) = h.form.clone().filter(|_| SEVERAL.contains(&h.id) && !h.apart) {
             if h.left.largest_of_all() <= LEFT {
@@ -215,7 +215,7 @@ impl ChainFits<'_> {
         form: &EffectForm,
         q: &[f64],
         standing: &[AppliedLaw],
-    ) -> Result<Option<(FormPart, Vec<f64>, f64)>, FitError> {
+    ) -> Result<Option<(FormPart, Vec<f64>, f64)>, TrajectoryError> {
         if form.parts.iter().any(|p| p.shape.joints.len() != 1) {
             return Ok(None);
         }
@@ -228,7 +228,7 @@ impl ChainFits<'_> {
             return Ok(None);
         }
         let bank = chain_bank(frame, q, &[1.0, 0.2]);
-        let alone = ChainScreening::new(frame, standing)?.look(frame, &mut all, &bank)?;
+        let alone = ChainScreening::new(frame, standing)?.look(frame, &mut all, &bank);
         let best = all.into_iter().filter(ScreenedShape::is_possible);
         let best = best.reduce(|a, b| if b.evidence > a.evidence { b } else { a });
         Ok(best.map(|b| {
@@ -253,7 +253,7 @@ fn refined_by(
     Refinement { name, mut step, order }: Refinement,
     q: &[f64],
     screening: &mut ChainScreening,
-) -> Result<EffectForm, FitError> {
+) -> Result<EffectForm, TrajectoryError> {
     let rounds = SEARCH.0 + if SEARCH.2.contains(&name) { SEARCH.1 } else { 0 };
     for _ in 0..rounds {
         let shape = form.parts[part].shape.clone();
@@ -272,7 +272,7 @@ fn refined_by(
                 forms.push(other);
             }
         }
-        screening.look(frame, &mut candidates, &[q.to_vec()])?;
+        screening.look(frame, &mut candidates, &[q.to_vec()]);
         step *= 0.5;
         let best = (0..candidates.len()).filter(|k| candidates[*k].is_possible());
         let best = best.reduce(|a, b| if candidates[b].evidence > candidates[a].evidence { b } else { a });
@@ -289,12 +289,16 @@ fn refined_by(
 /// Scores along the trajectory of a frame with fitted laws at their amplitudes, the trajectory staying as it is.
 ///
 /// # Errors
-/// See [`FitError`].
-pub fn scored(frame: &mut TrajectoryFrame, q: &[f64], standing: &[AppliedLaw]) -> Result<(), FitError> {
+/// See [`TrajectoryError`].
+pub fn scored(
+    frame: &mut TrajectoryFrame,
+    q: &[f64],
+    standing: &[AppliedLaw],
+) -> Result<(), TrajectoryError> {
     let (columns, priors) = with_laws(frame, standing)?;
     let packed = frame.packed(&columns);
-    let gains = frame.all_gains(q, true)?;
-    let (_, found) = frame.evidence_with(&packed, &priors, &gains)?;
+    let gains = frame.all_gains(q, true);
+    let (_, found) = frame.evidence_with(&packed, &priors, &gains);
     let own = frame.own_forces(&columns, &found.amplitudes);
     let scores: Vec<Vec<f64>> = frame.smoothed(&gains, Some(&own)).into_iter().map(|s| s.scores).collect();
     drop(gains);

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use trueup_estimation::innovations::trajectory::fit::FitError;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::nodes::START;
+use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
 use super::chain_effect::ChainEffect;
 use super::chain_fits::{ChainFits, frame_with};
@@ -32,14 +32,14 @@ impl ChainFits<'_> {
     /// Channels late by about `delay` s, their readings put back; what is left of the delay is a column.
     ///
     /// # Errors
-    /// See [`FitError`].
+    /// See [`TrajectoryError`].
     pub fn retimed(
         &self,
         from: &TrajectoryFrame,
         channels: &[usize],
         mut delay: f64,
         q: &[f64],
-    ) -> Result<Option<ChainEffect>, FitError> {
+    ) -> Result<Option<ChainEffect>, TrajectoryError> {
         let Some(law) = arm_law_of("sensor-delay", "sensor") else { return Ok(None) };
         let mut best: Option<ChainEffect> = None;
         for _ in 0..RETIMED.0 {
@@ -74,8 +74,12 @@ impl ChainFits<'_> {
     /// read; `None`: no delay explains that.
     ///
     /// # Errors
-    /// See [`FitError`].
-    pub fn long_delay(&self, from: &TrajectoryFrame, channels: &[usize]) -> Result<Option<f64>, FitError> {
+    /// See [`TrajectoryError`].
+    pub fn long_delay(
+        &self,
+        from: &TrajectoryFrame,
+        channels: &[usize],
+    ) -> Result<Option<f64>, TrajectoryError> {
         let plant = self.structures.plant.clone();
         let mut z = frame_with(self.loaded, plant, &self.structures.nominal, &from.theta, &[])?;
         let width = z.channels();
@@ -123,8 +127,12 @@ impl ChainFits<'_> {
     /// A rigid joint on a spring: stiffness and damping among the unknowns, from several frequencies.
     ///
     /// # Errors
-    /// See [`FitError`].
-    pub fn with_spring(&self, from: &TrajectoryFrame, joint: usize) -> Result<Option<ChainEffect>, FitError> {
+    /// See [`TrajectoryError`].
+    pub fn with_spring(
+        &self,
+        from: &TrajectoryFrame,
+        joint: usize,
+    ) -> Result<Option<ChainEffect>, TrajectoryError> {
         let table = from.plant.plant().table();
         let index = |name: &str| table.parameter(&format!("{name}[{}]", joint + 1));
         let (Some(inertia), Some(stiffness), Some(damping)) =

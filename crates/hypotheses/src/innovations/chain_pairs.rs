@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use trueup_estimation::innovations::column::AppliedLaw;
-use trueup_estimation::innovations::trajectory::fit::{FitError, TrajectoryFit};
+use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
+use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
 use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, rank_friction};
 use super::chain_fits::{ChainFits, LEFT, MORE_JOINTS, SEVERAL, scored};
@@ -58,8 +59,8 @@ impl ChainFits<'_> {
     /// Everything else in addition to an effect; `null`: the evidence without any.
     ///
     /// # Errors
-    /// See [`FitError`].
-    pub fn seconds(&self, h: &ChainEffect) -> Result<ChainSeconds, FitError> {
+    /// See [`TrajectoryError`].
+    pub fn seconds(&self, h: &ChainEffect) -> Result<ChainSeconds, TrajectoryError> {
         let mut here = h.frame.clone();
         let q = &h.fit.intensities;
         let own: Vec<EffectForm> = h.form.iter().cloned().collect();
@@ -72,7 +73,7 @@ impl ChainFits<'_> {
             c.law.id() != h.id && c.law.id() != "flexible-link" && !alike
         });
         let mut screening = ChainScreening::new(&mut here, &standing)?;
-        let base = survey(&here, &mut screening, &mut all, q, LOOKS)?;
+        let base = survey(&here, &mut screening, &mut all, q, LOOKS);
         let families: Vec<ScreenedShape> = best_of_families(&all).into_iter().take(GAIN.1).cloned().collect();
         let mut out = ChainSeconds::default();
         self.beside(h, &here, &own, &standing, &families, base, &mut out)?;
@@ -83,7 +84,7 @@ impl ChainFits<'_> {
                 let Some(form) = self.pushes(&here, q, place, &standing)? else { continue };
                 let found = self.along(&here, |along| form.candidate(along));
                 let mut found: Vec<ScreenedShape> = found.into_iter().collect();
-                screening.look(&here, &mut found, &chain_bank(&here, q, &[1.0, 0.2]))?;
+                screening.look(&here, &mut found, &chain_bank(&here, q, &[1.0, 0.2]));
                 found.iter_mut().for_each(|f| f.evidence -= EACH_PUSH * form.pulses() as f64);
                 more.extend(found);
             }
@@ -105,7 +106,7 @@ impl ChainFits<'_> {
         h: &ChainEffect,
         own: &[EffectForm],
         out: &mut ChainSeconds,
-    ) -> Result<(), FitError> {
+    ) -> Result<(), TrajectoryError> {
         let plain = |p: &ChainPair| p.second.law.id() == "motor-friction";
         let Some(first) = out.pairs.first().filter(|p| p.second.law.id() == "stribeck-friction") else {
             return Ok(());
@@ -127,7 +128,7 @@ impl ChainFits<'_> {
         found: &[ScreenedShape],
         base: f64,
         out: &mut ChainSeconds,
-    ) -> Result<(), FitError> {
+    ) -> Result<(), TrajectoryError> {
         let q = &h.fit.intensities;
         let mut found: Vec<&ScreenedShape> = found.iter().filter(|c| c.evidence > base + GAIN.0).collect();
         found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -163,7 +164,7 @@ impl ChainFits<'_> {
         own: &[EffectForm],
         form: EffectForm,
         q: &[f64],
-    ) -> Result<ChainPair, FitError> {
+    ) -> Result<ChainPair, TrajectoryError> {
         let (second, fit) = self.fit_trimmed(&mut z, own, form, q, ROUNDS)?;
         let evidence = fit.evidence - (h.of_fit - h.evidence) - EACH_PUSH * second.pulses() as f64;
         let (of_first, left) = (h.fit.amplitudes.len(), LatentLevels::of(&z, &fit.intensities));
@@ -176,7 +177,7 @@ impl ChainFits<'_> {
         h: &ChainEffect,
         own: &[EffectForm],
         mut pair: ChainPair,
-    ) -> Result<ChainPair, FitError> {
+    ) -> Result<ChainPair, TrajectoryError> {
         while SEVERAL.contains(&pair.second.law.id()) && pair.left.largest_of_all() > LEFT {
             let mut z = pair.frame.clone();
             let both: Vec<EffectForm> = own.iter().chain([&pair.second]).cloned().collect();
@@ -208,15 +209,15 @@ fn spanned(
     by: &[AppliedLaw],
     law: &AppliedLaw,
     amplitudes: &[f64],
-) -> Result<f64, FitError> {
+) -> Result<f64, TrajectoryError> {
     let (mut columns, mut priors) = with_laws(frame, by)?;
     let (others, parameters) =
         (columns.len(), columns.len() - by.iter().map(|l| l.columns.len()).sum::<usize>());
     columns.extend(law.columns.iter().cloned());
     priors = priors.with(&law.mean, &law.deviation);
     let packed = frame.packed(&columns);
-    let gains = frame.all_gains(q, false)?;
-    let (gram, _) = frame.evidence_with(&packed, &priors, &gains)?;
+    let gains = frame.all_gains(q, false);
+    let (gram, _) = frame.evidence_with(&packed, &priors, &gains);
     let weights: Vec<(usize, f64)> =
         amplitudes.iter().enumerate().map(|(k, a)| (others + k + 1, *a)).collect();
     let product = |i: usize| weights.iter().map(|(k, a)| a * gram.product(i, *k)).sum::<f64>();

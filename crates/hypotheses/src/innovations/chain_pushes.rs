@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::numeric::median;
-use trueup_estimation::innovations::trajectory::fit::FitError;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::nodes::START;
+use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
 use super::chain_effect::{EACH_PUSH, LatentLevels};
 use super::chain_fits::{ChainFits, LEFT, scored};
@@ -59,14 +59,14 @@ impl ChainFits<'_> {
     /// The impulses on a place that explain most in addition to the laws that are fitted.
     ///
     /// # Errors
-    /// See [`FitError`].
+    /// See [`TrajectoryError`].
     pub fn pushes(
         &self,
         frame: &TrajectoryFrame,
         q: &[f64],
         place: PushedPlace,
         standing: &[AppliedLaw],
-    ) -> Result<Option<EffectForm>, FitError> {
+    ) -> Result<Option<EffectForm>, TrajectoryError> {
         let all: Vec<usize> = (0..frame.runs.len()).collect();
         let together = self.pursue(frame, q, place, standing, &all, MOST[0])?;
         let alone: Vec<FoundPulses> = all
@@ -89,7 +89,7 @@ impl ChainFits<'_> {
         standing: &[AppliedLaw],
         recordings: &[usize],
         most: usize,
-    ) -> Result<FoundPulses, FitError> {
+    ) -> Result<FoundPulses, TrajectoryError> {
         let mut z = frame.of_recordings(recordings);
         let some = |law: &AppliedLaw| {
             let of = |c: &Vec<_>| recordings.iter().map(|k| Clone::clone(&c[*k])).collect();
@@ -97,7 +97,7 @@ impl ChainFits<'_> {
         };
         let standing: Vec<AppliedLaw> = standing.iter().map(some).collect();
         let mut screening = ChainScreening::new(&mut z, &standing)?;
-        let first = screening.look(&z, &mut [], &chain_bank(&z, q, &[1.0, 0.3, 0.1]))?;
+        let first = screening.look(&z, &mut [], &chain_bank(&z, q, &[1.0, 0.3, 0.1]));
         let (mut last, mut best): (f64, Option<ScreenedShape>) = (first, None);
         let made = |z: &TrajectoryFrame, sets: Vec<Vec<[f64; 2]>>| -> Vec<ScreenedShape> {
             self.along(z, |along| {
@@ -114,7 +114,7 @@ impl ChainFits<'_> {
             scored(&mut z, &own, &laws)?;
             let with = |p: [f64; 2]| [&mine[..], &[p]].concat();
             let mut all = made(&z, self.matched(&z, place).into_iter().map(with).collect());
-            screening.look(&z, &mut all, &chain_bank(&z, &own, &[1.0, 0.2]))?;
+            screening.look(&z, &mut all, &chain_bank(&z, &own, &[1.0, 0.2]));
             let found = all.into_iter().filter(ScreenedShape::is_possible).reduce(better);
             let Some(mut found) = found.filter(|b| b.evidence >= last + GAIN.1 * GAIN.0) else { break };
             for [by, factor] in STEPS {
@@ -126,7 +126,7 @@ impl ChainFits<'_> {
                     }
                 }
                 let mut all = made(&z, sets);
-                screening.look(&z, &mut all, &[found.intensities.clone()])?;
+                screening.look(&z, &mut all, &[found.intensities.clone()]);
                 found = all.into_iter().fold(found, better);
             }
             if found.evidence < last + GAIN.0 {

@@ -3,7 +3,6 @@
 use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::gram::{PackedColumns, PassedBase};
-use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
@@ -109,15 +108,12 @@ impl ChainScreening {
     }
 
     /// Looks at candidates at these intensities; returns the best evidence without any.
-    ///
-    /// # Errors
-    /// See [`SizeError`].
     pub fn look(
         &mut self,
         frame: &TrajectoryFrame,
         candidates: &mut [ScreenedShape],
         bank: &[Vec<f64>],
-    ) -> Result<f64, SizeError> {
+    ) -> f64 {
         let mut alone = f64::NEG_INFINITY;
         candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
         // What needs the tail once keeps it.
@@ -128,7 +124,7 @@ impl ChainScreening {
             let k = match known {
                 Some(k) => k,
                 None => {
-                    self.passed.push((q.clone(), frame.pass_base(&self.packed, q)?));
+                    self.passed.push((q.clone(), frame.pass_base(&self.packed, q)));
                     self.passed.len() - 1
                 }
             };
@@ -136,7 +132,7 @@ impl ChainScreening {
             alone = alone.max(log_evidence(&base.gram, &self.priors).log);
             let groups: Vec<&[FilterColumn]> =
                 candidates.iter().map(|c| &c.terms.applied.columns[..]).collect();
-            let groups = frame.pass_groups(&self.packed, base, &groups, q)?;
+            let groups = frame.pass_groups(&self.packed, base, &groups, q);
             for ((c, group), tails) in candidates.iter_mut().zip(&groups).zip(&tails) {
                 let gram = base.gram.with(group);
                 for wide in tails.iter().copied() {
@@ -156,7 +152,7 @@ impl ChainScreening {
                 }
             }
         }
-        Ok(alone)
+        alone
     }
 }
 
@@ -180,17 +176,14 @@ pub fn with_laws(
 pub const LOOKS: (f64, &[f64]) = (0.3, &[1.0, 0.1]);
 
 /// Looks at all candidates at the first intensities, then at the best of each family at the others; returns the evidence of the base.
-///
-/// # Errors
-/// See [`SizeError`].
 pub fn survey(
     frame: &TrajectoryFrame,
     screening: &mut ChainScreening,
     candidates: &mut [ScreenedShape],
     q: &[f64],
     looks: (f64, &[f64]),
-) -> Result<f64, SizeError> {
-    let mut alone = screening.look(frame, candidates, &chain_bank(frame, q, &[looks.0]))?;
+) -> f64 {
+    let mut alone = screening.look(frame, candidates, &chain_bank(frame, q, &[looks.0]));
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     order.retain(|k| candidates[*k].evidence > f64::NEG_INFINITY);
     order.sort_by(|a, b| candidates[*b].evidence.total_cmp(&candidates[*a].evidence));
@@ -214,13 +207,13 @@ pub fn survey(
         }
     }
     let mut again: Vec<ScreenedShape> = kept.iter().map(|k| candidates[*k].clone()).collect();
-    alone = alone.max(screening.look(frame, &mut again, &chain_bank(frame, q, looks.1))?);
+    alone = alone.max(screening.look(frame, &mut again, &chain_bank(frame, q, looks.1)));
     for (k, c) in kept.into_iter().zip(again) {
         if c.evidence > candidates[k].evidence {
             candidates[k] = c;
         }
     }
-    Ok(alone)
+    alone
 }
 
 /// The best of each family, best first.

@@ -1,8 +1,7 @@
 //! What explains the gap of a chain: the model alone, a screen of all shapes at once, leaders refined and fitted, late channels and other
 //! structures in frames of their own, impulses, and a second for what the first leaves. All evidences are of the same readings.
 
-use trueup_estimation::innovations::kernel::SizeError;
-use trueup_estimation::innovations::trajectory::fit::{FitError, TrajectoryFit};
+use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 use trueup_estimation::innovations::trajectory::structures::{CasePlantError, PlantStructures};
@@ -47,7 +46,7 @@ pub enum ChainSearchError {
     Plant(#[from] CasePlantError),
     /// Its fits.
     #[error(transparent)]
-    Fit(#[from] FitError),
+    Fit(#[from] TrajectoryError),
     /// What the engine does not know.
     #[error(
         "{file}: the innovations engine does not know {what} of an arm; leave {what} out, or use --engine balances"
@@ -58,17 +57,6 @@ pub enum ChainSearchError {
         /// What.
         what: &'static str,
     },
-}
-
-impl From<TrajectoryError> for ChainSearchError {
-    fn from(e: TrajectoryError) -> Self {
-        Self::Fit(e.into())
-    }
-}
-impl From<SizeError> for ChainSearchError {
-    fn from(e: SizeError) -> Self {
-        Self::Fit(e.into())
-    }
 }
 
 /// The model alone.
@@ -131,7 +119,7 @@ pub fn search_chain(
     let fits = ChainFits { loaded, structures, sizes: ChainSizes::of(&frame) };
     let mut shapes = fits.shapes(&frame);
     let mut screening = ChainScreening::new(&mut frame, &[])?;
-    let base = survey(&frame, &mut screening, &mut shapes, &null.fit.intensities, LOOKS)?;
+    let base = survey(&frame, &mut screening, &mut shapes, &null.fit.intensities, LOOKS);
     drop(screening);
     let first: Vec<ScreenedShape> = best_of_families(&shapes).into_iter().cloned().collect();
     let mut search = ChainSearch { fits, frame, null, base, first, effects: Vec::new() };
@@ -196,7 +184,7 @@ impl ChainSearch<'_> {
         let null = self.null.fit.evidence;
         let mut all = best_of_each(std::mem::take(&mut self.effects));
         let top = all.first().map_or(0.0, |h| h.evidence - null);
-        let better = |fits: &ChainFits<'_>, h: ChainEffect| -> Result<ChainEffect, FitError> {
+        let better = |fits: &ChainFits<'_>, h: ChainEffect| -> Result<ChainEffect, TrajectoryError> {
             let chosen = top > AGAIN.0 && h.evidence - null > AGAIN.1 * top && h.id != "external-force";
             if chosen { fits.extended(fits.polished(h)?) } else { Ok(h) }
         };
@@ -251,7 +239,7 @@ impl ChainSearch<'_> {
         let mut all: Vec<ScreenedShape> =
             self.fits.along(&frame, |along| forms.iter().filter_map(|f| f.candidate(along)).collect());
         let bank = chain_bank(&frame, q, &[1.0, 0.3]);
-        ChainScreening::new(&mut frame, &[])?.look(&frame, &mut all, &bank)?;
+        ChainScreening::new(&mut frame, &[])?.look(&frame, &mut all, &bank);
         let best = (0..all.len()).reduce(|a, b| if all[b].evidence > all[a].evidence { b } else { a });
         let Some(k) = best else { return Ok(None) };
         let mut form = forms[k].clone();
@@ -302,7 +290,7 @@ impl ChainSearch<'_> {
             let mut found: Vec<ScreenedShape> =
                 self.fits.along(&self.frame, |along| form.candidate(along)).into_iter().collect();
             let bank = chain_bank(&self.frame, &q, &[1.0, 0.3, 0.1]);
-            ChainScreening::new(&mut self.frame, &[])?.look(&self.frame, &mut found, &bank)?;
+            ChainScreening::new(&mut self.frame, &[])?.look(&self.frame, &mut found, &bank);
             found.iter_mut().for_each(|f| f.evidence -= EACH_PUSH * form.pulses() as f64);
             all.extend(found);
         }

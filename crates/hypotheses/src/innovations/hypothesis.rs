@@ -7,7 +7,6 @@ use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intensity::power;
-use trueup_estimation::innovations::kernel::SizeError;
 
 use super::candidate::{EffectCandidate, applied};
 use super::joint_along::UsualSizes;
@@ -96,19 +95,16 @@ pub fn best_each(all: Vec<FittedEffect>) -> Vec<FittedEffect> {
 }
 
 /// Fits a candidate from the start of its frame.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn fit_candidate(
     frame: &SharedFrame,
     candidate: &EffectCandidate,
     sizes: &UsualSizes,
     rounds: usize,
-) -> Result<FittedEffect, SizeError> {
+) -> FittedEffect {
     let parts = [(candidate.law, candidate.shape.clone())];
     let make = |f: &InnovationsFrame| applied(&parts, f, sizes);
-    let fit = frame.borrow_mut().fit(&make, &candidate.q, rounds, true)?;
-    Ok(FittedEffect::of_law(frame, candidate.law, candidate.shape.clone(), fit))
+    let fit = frame.borrow_mut().fit(&make, &candidate.q, rounds, true);
+    FittedEffect::of_law(frame, candidate.law, candidate.shape.clone(), fit)
 }
 
 /// The effect whose structure a frame has.

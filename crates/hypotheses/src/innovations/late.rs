@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
-use trueup_estimation::innovations::kernel::SizeError;
 
 use super::candidate::applied;
 use super::hypothesis::{FittedEffect, SharedFrame};
@@ -31,81 +30,77 @@ struct DelaySearch<'a> {
 }
 
 impl DelaySearch<'_> {
-    fn frame(&self, delay: f64) -> Result<InnovationsFrame, SizeError> {
+    fn frame(&self, delay: f64) -> InnovationsFrame {
         let f = self.of;
-        let mut z = InnovationsFrame::new(&f.intake, f.plant.clone(), Some((self.channel, delay)))?;
+        let mut z = InnovationsFrame::new(&f.intake, f.plant.clone(), Some((self.channel, delay)));
         z.start.clone_from(&f.start);
         z.theta.clone_from(&f.start);
         (z.rest, z.white, z.scale) = (f.rest, f.white, f.scale);
         z.q = self.q.to_vec();
-        z.q = z.settle_signs(self.q, 2)?;
-        Ok(z)
+        z.q = z.settle_signs(self.q, 2);
+        z
     }
-    fn look(&mut self, delay: f64) -> Result<(), SizeError> {
+    fn look(&mut self, delay: f64) {
         let delay = (delay.clamp(BOUNDS[0], BOUNDS[1]) * 1e5).round_ties_even() / 1e5;
         if self.tried.iter().any(|t| t.0 == delay) {
-            return Ok(());
+            return;
         }
-        let z = self.frame(delay)?;
+        let z = self.frame(delay);
         self.tried.push((delay, z.evidence));
         if self.best.as_ref().is_none_or(|b| z.evidence > b.1.evidence) {
             self.best = Some((delay, z));
         }
-        Ok(())
     }
 }
 
 /// The hypothesis that a channel is late; `screened`: by how much a screen has it, s.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn late_channel(
     frame: &SharedFrame,
     place: &'static str,
     sizes: &UsualSizes,
     q: &[f64],
     screened: f64,
-) -> Result<Option<FittedEffect>, SizeError> {
+) -> Option<FittedEffect> {
     let f = frame.borrow().clone();
     let channel = place.strip_prefix("sensor:").and_then(|name| f.intake.channel(name));
-    let (Some(channel), Some(law)) = (channel, law_of("sensor-delay")) else { return Ok(None) };
+    let (Some(channel), Some(law)) = (channel, law_of("sensor-delay")) else { return None };
     let mut search = DelaySearch { of: &f, channel, q, tried: Vec::new(), best: None };
     // What a frame gains without a delay is none.
-    let mut undelayed = search.frame(0.0)?;
-    undelayed.settle(true)?;
+    let mut undelayed = search.frame(0.0);
+    undelayed.settle(true);
     let mut first: Vec<f64> = DELAYS.iter().copied().chain([screened]).collect();
     first.sort_unstable_by(f64::total_cmp);
     for delay in first {
-        search.look(delay)?;
+        search.look(delay);
     }
     let mut step = SEARCH.0;
     for _ in 0..SEARCH.2 {
         let best = search.best.as_ref().map_or(screened, |b| b.0);
-        search.look(best * (1.0 - step))?;
-        search.look(best * (1.0 + step))?;
+        search.look(best * (1.0 - step));
+        search.look(best * (1.0 + step));
         step *= SEARCH.1;
     }
     let parts = vec![(law, LawShape::new(place, "rest", &[]))];
     let make = |f: &InnovationsFrame| applied(&parts, f, sizes);
-    let Some((delay, z)) = search.best.take() else { return Ok(None) };
+    let Some((delay, z)) = search.best.take() else { return None };
     let half = |z: &InnovationsFrame| 0.5 * z.runs.first().map_or(0.0, |r| r.dt);
-    let fitted = |mut z: InnovationsFrame| -> Result<_, SizeError> {
-        z.settle(true)?;
-        let fit = z.fit(&make, &z.q.clone(), 4, true)?;
+    let fitted = |mut z: InnovationsFrame| {
+        z.settle(true);
+        let fit = z.fit(&make, &z.q.clone(), 4, true);
         z.start.clone_from(&fit.theta);
-        Ok((z, fit))
+        (z, fit)
     };
-    let (z, fit) = fitted(z)?;
+    let (z, fit) = fitted(z);
     let rest = |fit: &trueup_estimation::innovations::fixed_point::FixedPoint| {
         fit.amplitudes.first().copied().unwrap_or(0.0)
     };
     let moved = ((delay + half(&z) * rest(&fit)) * 1e7).round_ties_even() / 1e7;
     // Where nothing moved the frame goes on as it is.
-    let next = if moved == delay { z } else { search.frame(moved)? };
-    let (z, fit) = fitted(next)?;
+    let next = if moved == delay { z } else { search.frame(moved) };
+    let (z, fit) = fitted(next);
     let delay = moved + half(&z) * rest(&fit);
     let evidence = fit.evidence - PRIOR - (undelayed.evidence - f.evidence).max(0.0);
-    Ok(Some(FittedEffect {
+    Some(FittedEffect {
         id: "sensor-delay",
         place,
         shape: LawShape::new(place, "delay", &[("d", delay)]),
@@ -114,5 +109,5 @@ pub fn late_channel(
         of_fit: fit.evidence,
         fit,
         frame: Rc::new(RefCell::new(z)),
-    }))
+    })
 }

@@ -1,7 +1,6 @@
 //! The model without any effect: determined with nominal values, and with its parameters refitted.
 
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
-use trueup_estimation::innovations::kernel::SizeError;
 
 use super::joint_along::UsualSizes;
 
@@ -44,19 +43,16 @@ pub struct FittedNull {
 }
 
 /// Settles a frame and fits its parameters; leaves it where hypotheses begin.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
-pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
-    f.settle(false)?;
+pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
+    f.settle(false);
     let (packed, mut priors) = f.packed(&[]);
     priors.deviation[..f.unknown.len()].fill(HELD);
     let held = (packed, priors);
     let q = f.q.clone();
-    let from = f.best_of(&held, &[q])?;
-    let best = f.search_intensities(&held, from, 2)?;
+    let from = f.best_of(&held, &[q]);
+    let best = f.search_intensities(&held, from, 2);
     let nominal = (best.found.log, best.q);
-    let mut best = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true)?;
+    let mut best = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true);
     if best.evidence < f.evidence {
         (best.evidence, best.q) = (f.evidence, f.q.clone());
     } else if best.evidence > f.evidence + AGAIN {
@@ -64,8 +60,8 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
         f.start.clone_from(&best.theta);
         f.theta.clone_from(&best.theta);
         f.q.clone_from(&best.q);
-        f.settle(false)?;
-        let again = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true)?;
+        f.settle(false);
+        let again = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true);
         if again.evidence > best.evidence {
             best = again;
         } else {
@@ -80,12 +76,12 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
         (best.theta[*k] / p.value - 1.0).abs() / unit
     };
     let farthest = f.unknown.iter().map(far).fold(0.0, f64::max);
-    f.reset(&best.q)?;
+    f.reset(&best.q);
     f.theta.clone_from(&best.theta);
-    f.put_in_force(&[], &[], &best.zeros, &best.q)?;
+    f.put_in_force(&[], &[], &best.zeros, &best.q);
     let base = f.packed(&[]);
     let none = vec![INTENSITY[0]; best.q.len()];
-    let worth: Vec<f64> = f.evidences_of(&base, &[best.q.clone(), none])?.iter().map(|e| e.log).collect();
+    let worth: Vec<f64> = f.evidences_of(&base, &[best.q.clone(), none]).iter().map(|e| e.log).collect();
     let latents = worth[0] - worth[1];
     if best.evidence > f.evidence + BEGIN || f.start != values {
         f.start.clone_from(&best.theta);
@@ -97,9 +93,9 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
         f.q.clone_from(&best.q);
     }
     let begin = f.q.clone();
-    f.reset(&begin)?;
+    f.reset(&begin);
     let sizes = UsualSizes::of(f);
-    Ok(FittedNull {
+    FittedNull {
         nominal,
         evidence: best.evidence,
         q: best.q,
@@ -111,5 +107,5 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
         latents,
         begin,
         sizes,
-    })
+    }
 }

@@ -3,7 +3,6 @@
 use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
-use trueup_estimation::innovations::kernel::SizeError;
 
 use super::candidate::{EffectCandidate, applied};
 use super::hypothesis::FittedEffect;
@@ -50,13 +49,12 @@ pub(super) fn held(laws: Vec<AppliedLaw>, amplitudes: &[f64]) -> Vec<AppliedLaw>
 }
 
 /// The trajectory of a fitted effect, its laws in force.
-fn along_own(z: &mut InnovationsFrame, h: &FittedEffect, sizes: &UsualSizes) -> Result<(), SizeError> {
-    z.reset(&h.fit.q)?;
+fn along_own(z: &mut InnovationsFrame, h: &FittedEffect, sizes: &UsualSizes) {
+    z.reset(&h.fit.q);
     for _ in 0..2 {
         let laws = applied(&h.parts, z, sizes);
-        z.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q)?;
+        z.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q);
     }
-    Ok(())
 }
 
 /// What a search for second effects found.
@@ -70,10 +68,7 @@ pub struct SecondEffects {
 
 /// Everything else in addition to an effect. The effect itself is fitted once more from where the two came to, as it may have ended early.
 /// `null` is the evidence without any effect.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
-pub fn beside(h: &mut FittedEffect, null: f64, sizes: &UsualSizes) -> Result<SecondEffects, SizeError> {
+pub fn beside(h: &mut FittedEffect, null: f64, sizes: &UsualSizes) -> SecondEffects {
     let shared = h.frame.clone();
     let z = &mut *shared.borrow_mut();
     let kept = std::mem::replace(&mut z.start, h.fit.theta.clone());
@@ -82,22 +77,17 @@ pub fn beside(h: &mut FittedEffect, null: f64, sizes: &UsualSizes) -> Result<Sec
     out
 }
 
-fn seconds(
-    z: &mut InnovationsFrame,
-    h: &mut FittedEffect,
-    null: f64,
-    sizes: &UsualSizes,
-) -> Result<SecondEffects, SizeError> {
+fn seconds(z: &mut InnovationsFrame, h: &mut FittedEffect, null: f64, sizes: &UsualSizes) -> SecondEffects {
     let gained = h.evidence - null;
-    along_own(z, h, sizes)?;
+    along_own(z, h, sizes);
     let standing = held(applied(&h.parts, z, sizes), &h.fit.amplitudes);
     let mut all = all_shapes(z, sizes);
     all.retain(|c| c.law.id() != h.id);
-    let alone = sift(z, &mut all, &h.fit.q, &standing)?;
+    let alone = sift(z, &mut all, &h.fit.q, &standing);
     let (mut found, _) = families(&all);
     for place in ["load", "actuator"] {
         if h.id != PUSHES.id() && place != h.place {
-            found.extend(pursue(z, sizes, &h.fit.q, place, &standing)?);
+            found.extend(pursue(z, sizes, &h.fit.q, place, &standing));
         }
     }
     found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -111,19 +101,19 @@ fn seconds(
         if c.evidence < alone + GAIN {
             continue;
         }
-        along_own(z, h, sizes)?;
+        along_own(z, h, sizes);
         let Some(mut second) = c.again(z, sizes) else { continue };
         if second.law.id() != PUSHES.id() {
-            second = refine(z, second, sizes, &standing, 2)?;
+            second = refine(z, second, sizes, &standing, 2);
         }
         let before = h.of_fit;
-        let pair = together(z, h, &second, sizes)?;
+        let pair = together(z, h, &second, sizes);
         if h.is_plain() && pair.fit.evidence - before > gained.max(GAIN) {
-            out.alone.push(without_first(z, h, &pair, second.law, sizes)?);
+            out.alone.push(without_first(z, h, &pair, second.law, sizes));
         }
         out.pairs.push(pair);
     }
-    Ok(out)
+    out
 }
 
 fn together(
@@ -131,20 +121,20 @@ fn together(
     h: &mut FittedEffect,
     second: &EffectCandidate,
     sizes: &UsualSizes,
-) -> Result<FittedPair, SizeError> {
+) -> FittedPair {
     let of_first = h.fit.amplitudes.len();
     let mut parts = h.parts.clone();
     parts.push((second.law, second.shape.clone()));
-    let mut fit = z.fit(&|f| applied(&parts, f, sizes), &second.q, 8, false)?;
+    let mut fit = z.fit(&|f| applied(&parts, f, sizes), &second.q, 8, false);
     if fit.evidence - h.of_fit > GAIN && h.is_plain() {
-        let refined = both_again(z, &parts, &fit, sizes)?;
-        let more = z.fit(&|f| applied(&refined, f, sizes), &fit.q, 3, false)?;
+        let refined = both_again(z, &parts, &fit, sizes);
+        let more = z.fit(&|f| applied(&refined, f, sizes), &fit.q, 3, false);
         if more.evidence > fit.evidence {
             (fit, parts) = (more, refined);
         }
     }
     if fit.evidence - h.of_fit > GAIN {
-        let alone = from_both(z, &h.parts, &fit, &fit.amplitudes[..of_first], sizes)?;
+        let alone = from_both(z, &h.parts, &fit, &fit.amplitudes[..of_first], sizes);
         if alone.evidence > h.of_fit + 1.0 {
             h.evidence += alone.evidence - h.of_fit;
             h.of_fit = alone.evidence;
@@ -153,7 +143,7 @@ fn together(
     }
     let shape = parts.pop().map_or_else(|| second.shape.clone(), |part| part.1);
     let evidence = fit.evidence - (h.of_fit - h.evidence) - EACH * shape.pulses.len() as f64;
-    Ok(FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first })
+    FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first }
 }
 
 /// One of two effects alone, fitted from where both came to.
@@ -163,10 +153,10 @@ fn from_both(
     both: &FixedPoint,
     amplitudes: &[f64],
     sizes: &UsualSizes,
-) -> Result<FixedPoint, SizeError> {
+) -> FixedPoint {
     z.take_unknowns(&both.theta);
     let laws = applied(parts, z, sizes);
-    z.put_in_force(&laws, amplitudes, &both.zeros, &both.q)?;
+    z.put_in_force(&laws, amplitudes, &both.zeros, &both.q);
     z.fit(&|f| applied(parts, f, sizes), &both.q, 5, false)
 }
 
@@ -177,11 +167,11 @@ fn without_first(
     pair: &FittedPair,
     law: LawRef,
     sizes: &UsualSizes,
-) -> Result<FittedEffect, SizeError> {
+) -> FittedEffect {
     let parts = [(law, pair.shape.clone())];
-    let fit = from_both(z, &parts, &pair.fit, &pair.fit.amplitudes[pair.of_first..], sizes)?;
+    let fit = from_both(z, &parts, &pair.fit, &pair.fit.amplitudes[pair.of_first..], sizes);
     let [(law, shape)] = parts;
-    Ok(FittedEffect::of_law(&h.frame, law, shape, fit))
+    FittedEffect::of_law(&h.frame, law, shape, fit)
 }
 
 /// Both shapes once more, each next to the other.
@@ -190,7 +180,7 @@ fn both_again(
     parts: &[(LawRef, LawShape)],
     fit: &FixedPoint,
     sizes: &UsualSizes,
-) -> Result<Vec<(LawRef, LawShape)>, SizeError> {
+) -> Vec<(LawRef, LawShape)> {
     let mut parts = parts.to_vec();
     let first = fit.laws.first().map_or(0, |l| l.columns.len());
     let (a, b) = fit.amplitudes.split_at(first);
@@ -203,8 +193,8 @@ fn both_again(
         let made = EffectCandidate::new(law, &along_joint(z, sizes), shape);
         if let Some(mut c) = made {
             c.q.clone_from(&fit.q);
-            parts[own].1 = refine(z, c, sizes, &standing, 2)?.shape;
+            parts[own].1 = refine(z, c, sizes, &standing, 2).shape;
         }
     }
-    Ok(parts)
+    parts
 }

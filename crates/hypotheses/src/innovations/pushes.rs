@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::frame::InnovationsFrame;
-use trueup_estimation::innovations::kernel::SizeError;
 
 use super::candidate::EffectCandidate;
 use super::joint_along::{UsualSizes, along_joint};
@@ -27,16 +26,13 @@ const START: f64 = 0.12;
 const STEPS: [[f64; 2]; 3] = [[0.3, 1.3], [0.15, 1.15], [0.07, 1.07]];
 
 /// The impulses on a place that explain most in addition to accepted laws (columns, with amplitudes as their priors have them).
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn pursue(
     frame: &mut InnovationsFrame,
     sizes: &UsualSizes,
     q: &[f64],
     place: &'static str,
     standing: &[AppliedLaw],
-) -> Result<Option<EffectCandidate>, SizeError> {
+) -> Option<EffectCandidate> {
     let score = usize::from(place != "actuator");
     let standing_columns: Vec<FilterColumn> = standing.iter().flat_map(|l| l.columns.clone()).collect();
     let standing_amplitudes: Vec<f64> = standing.iter().flat_map(|l| l.mean.clone()).collect();
@@ -53,13 +49,13 @@ pub fn pursue(
             let columns: Vec<&FilterColumn> = b.applied.columns.iter().chain(&standing_columns).collect();
             let amplitudes: Vec<f64> = b.amplitudes.iter().chain(&standing_amplitudes).copied().collect();
             let own = frame.own_forces(&columns, &amplitudes);
-            frame.smooth(&current, Some(own))?;
+            frame.smooth(&current, Some(own));
         }
         let sets: Vec<Vec<[f64; 2]>> =
             places(frame, score).into_iter().map(|p| [&got[..], &[p]].concat()).collect();
         let mut all = make(frame, &sets);
         let mut screening = Screening::new(frame, standing);
-        screening.look(frame, &mut all, &bank(&current, &[1.0]))?;
+        screening.look(frame, &mut all, &bank(&current, &[1.0]));
         let better = |a: EffectCandidate, b: EffectCandidate| if b.evidence > a.evidence { b } else { a };
         let Some(mut found) = all.into_iter().reduce(better) else { break };
         for [by, factor] in STEPS {
@@ -74,7 +70,7 @@ pub fn pursue(
                 }
             }
             let mut all = make(frame, &sets);
-            screening.look(frame, &mut all, &[found.q.clone()])?;
+            screening.look(frame, &mut all, &[found.q.clone()]);
             found = all.into_iter().fold(found, |a, b| if b.evidence >= a.evidence { b } else { a });
         }
         if best.as_ref().is_some_and(|b| found.evidence - b.evidence < GAIN) {
@@ -84,11 +80,11 @@ pub fn pursue(
     }
     let columns: Vec<&FilterColumn> = standing_columns.iter().collect();
     let own = (!columns.is_empty()).then(|| frame.own_forces(&columns, &standing_amplitudes));
-    frame.smooth(q, own)?;
+    frame.smooth(q, own);
     if let Some(b) = &mut best {
         b.evidence -= EACH * b.shape.pulses.len() as f64;
     }
-    Ok(best)
+    best
 }
 
 /// Begin and width of raised cosines that match the score of a force best.

@@ -4,7 +4,6 @@ use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::gram::{PackedColumns, PassedBase};
-use trueup_estimation::innovations::kernel::SizeError;
 
 use super::candidate::EffectCandidate;
 use super::joint_along::{UsualSizes, along_joint};
@@ -60,25 +59,22 @@ impl Screening {
     }
 
     /// Looks at candidates at these intensities; returns the evidence of the base alone.
-    ///
-    /// # Errors
-    /// Where no filter was made for the plant's size.
     pub fn look(
         &mut self,
         frame: &mut InnovationsFrame,
         candidates: &mut [EffectCandidate],
         bank: &[Vec<f64>],
-    ) -> Result<f64, SizeError> {
+    ) -> f64 {
         let mut alone = f64::NEG_INFINITY;
         candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
         let new = bank.iter().filter(|q| !self.passed.iter().any(|p| p.0 == **q));
         let new: Vec<Vec<f64>> = new.cloned().collect();
-        let passed = frame.pass_bank(&self.packed, &new)?;
+        let passed = frame.pass_bank(&self.packed, &new);
         self.passed.extend(new.into_iter().zip(passed));
         for q in bank {
             let Some((_, base)) = self.passed.iter().find(|p| p.0 == *q) else { continue };
             let groups: Vec<&[FilterColumn]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
-            let groups = frame.pass_groups(&self.packed, base, &groups, q)?;
+            let groups = frame.pass_groups(&self.packed, base, &groups, q);
             alone = alone.max(log_evidence(&base.gram, &self.priors).log);
             for (c, group) in candidates.iter_mut().zip(&groups) {
                 let with = self.priors.with(&c.applied.mean, &c.applied.deviation);
@@ -90,24 +86,21 @@ impl Screening {
                 }
             }
         }
-        Ok(alone)
+        alone
     }
 }
 
 /// Looks at all candidates at two intensities, then at the best of each form at the others too.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn sift(
     frame: &mut InnovationsFrame,
     candidates: &mut [EffectCandidate],
     q: &[f64],
     standing: &[AppliedLaw],
-) -> Result<f64, SizeError> {
+) -> f64 {
     let first = bank(q, &[1.0]);
     let rest: Vec<Vec<f64>> = bank(q, &[1.0, 0.1]).into_iter().filter(|b| !first.contains(b)).collect();
     let mut screening = Screening::new(frame, standing);
-    let mut alone = screening.look(frame, candidates, &first)?;
+    let mut alone = screening.look(frame, candidates, &first);
     let mut order: Vec<usize> = (0..candidates.len()).filter(|k| candidates[*k].is_possible()).collect();
     order.sort_by(|a, b| candidates[*b].evidence.total_cmp(&candidates[*a].evidence));
     let mut kept: Vec<usize> = Vec::new();
@@ -121,16 +114,16 @@ pub fn sift(
         }
     }
     if rest.is_empty() || kept.is_empty() {
-        return Ok(alone);
+        return alone;
     }
     let mut again: Vec<EffectCandidate> = kept.iter().map(|k| candidates[*k].clone()).collect();
-    alone = alone.max(screening.look(frame, &mut again, &rest)?);
+    alone = alone.max(screening.look(frame, &mut again, &rest));
     for (k, c) in kept.into_iter().zip(again) {
         if c.evidence >= candidates[k].evidence {
             candidates[k] = c;
         }
     }
-    Ok(alone)
+    alone
 }
 
 /// The best of each effect and place, best first; and the best of their other forms.
@@ -155,16 +148,13 @@ const AROUND: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
 const AROUND_ORDER: [f64; 6] = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0];
 
 /// Shape by pattern search at the candidate's intensities, all neighbours in one pass.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn refine(
     frame: &mut InnovationsFrame,
     candidate: EffectCandidate,
     sizes: &UsualSizes,
     standing: &[AppliedLaw],
     rounds: usize,
-) -> Result<EffectCandidate, SizeError> {
+) -> EffectCandidate {
     let mut best = candidate;
     let mut screening = Screening::new(frame, standing);
     for Refinement { name, step, order } in best.law.refined(&best.shape) {
@@ -182,7 +172,7 @@ pub fn refine(
             let made = shapes.filter_map(|s| EffectCandidate::new(best.law, &along, s));
             let mut all: Vec<EffectCandidate> = made.collect();
             let q = [best.q.clone()];
-            screening.look(frame, &mut all, &q)?;
+            screening.look(frame, &mut all, &q);
             step *= 0.5;
             let found = all.into_iter().filter(EffectCandidate::is_possible);
             if let Some(found) = found.reduce(|a, b| if b.evidence > a.evidence { b } else { a }) {
@@ -190,5 +180,5 @@ pub fn refine(
             }
         }
     }
-    Ok(best)
+    best
 }

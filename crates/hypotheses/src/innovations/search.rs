@@ -7,7 +7,6 @@ use std::rc::Rc;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intake::{NodeIntake, NodesError, root_mean_square};
 use trueup_estimation::innovations::intensity::power;
-use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
 use trueup_signals::{Loaded, Recording};
@@ -64,9 +63,6 @@ pub enum JointSearchError {
         /// What it does not know.
         what: &'static str,
     },
-    /// No filter for the plant.
-    #[error(transparent)]
-    Size(#[from] SizeError),
 }
 
 /// All that a verdict is made from.
@@ -109,7 +105,7 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
         return Err(JointSearchError::Parameter { file: file(), name });
     }
     let intake = Rc::new(NodeIntake::new(loaded, &plant)?);
-    Ok((InnovationsFrame::new(&intake, Rc::new(plant.clone()), None)?, plant))
+    Ok((InnovationsFrame::new(&intake, Rc::new(plant.clone()), None), plant))
 }
 
 /// Searches a case.
@@ -118,51 +114,48 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
 /// See [`JointSearchError`].
 pub fn search_joint(loaded: &Loaded) -> Result<JointFindings, JointSearchError> {
     let (mut frame, plant) = frame_of(loaded)?;
-    let null = fit_null(&mut frame)?;
+    let null = fit_null(&mut frame);
     let mut candidates = all_shapes(&frame, &null.sizes);
-    let alone = sift(&mut frame, &mut candidates, &null.begin, &[])?;
+    let alone = sift(&mut frame, &mut candidates, &null.begin, &[]);
     let frame = Rc::new(RefCell::new(frame));
-    Ok(search_from(&frame, &plant, null, candidates, alone)?)
+    Ok(search_from(&frame, &plant, null, candidates, alone))
 }
 
 /// Goes on where a screen ended: `alone` is the evidence without any candidate.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn search_from(
     frame: &SharedFrame,
     plant: &TwoMassPlant,
     null: FittedNull,
     mut candidates: Vec<EffectCandidate>,
     alone: f64,
-) -> Result<JointFindings, SizeError> {
+) -> JointFindings {
     let (q, sizes) = (&null.begin, &null.sizes);
     let places: &[&str] = if plant.rigid { &["load"] } else { &["load", "actuator"] };
     for place in places {
-        candidates.extend(pursue(&mut frame.borrow_mut(), sizes, q, place, &[])?);
+        candidates.extend(pursue(&mut frame.borrow_mut(), sizes, q, place, &[]));
     }
     let (first, forms) = families(&candidates);
-    let mut effects = best_each(leaders(frame, &null, &first, &forms, alone)?);
+    let mut effects = best_each(leaders(frame, &null, &first, &forms, alone));
     let best = effects.first().map_or(f64::NEG_INFINITY, |h| h.evidence);
     // Shapes once more, along the trajectory that the hypothesis made.
     for h in effects.clone().iter().take(3) {
         if h.evidence > null.evidence + (0.4 * (best - null.evidence)).max(30.0) && is_shaped(h) {
-            effects.push(polish(frame, h, sizes)?);
+            effects.push(polish(frame, h, sizes));
         }
     }
     let mut effects = best_each(effects.into_iter().map(play).collect());
-    effects.extend(late_channels(frame, &null, &first, alone, effects.first())?);
+    effects.extend(late_channels(frame, &null, &first, alone, effects.first()));
     let top = first.first().map_or(alone, |c| c.evidence);
     for c in first.iter().take(4).filter(|c| c.law.id() == "flexible-link" && !plant.rigid) {
         if c.evidence > alone + (0.3 * (top - alone)).max(5.0) {
-            effects.extend(with_tip(&frame.borrow(), plant, c)?);
+            effects.extend(with_tip(&frame.borrow(), plant, c));
         }
     }
     if frame.borrow().plant.coordinates().iter().all(|c| c.dry.is_none()) {
-        effects.extend(with_friction(&mut frame.borrow_mut(), plant, sizes)?);
+        effects.extend(with_friction(&mut frame.borrow_mut(), plant, sizes));
     }
     if plant.rigid {
-        effects.extend(with_spring(&frame.borrow(), plant)?);
+        effects.extend(with_spring(&frame.borrow(), plant));
     }
     let mut effects = best_each(effects);
     let (mut pairs, mut alone_after) = (Vec::new(), Vec::new());
@@ -174,14 +167,14 @@ pub fn search_from(
     for k in lead {
         let best = effects[0].evidence;
         if effects[k].evidence - null.evidence > (0.5 * (best - null.evidence)).max(30.0) {
-            let seconds = beside(&mut effects[k], null.evidence, sizes)?;
+            let seconds = beside(&mut effects[k], null.evidence, sizes);
             pairs.extend(seconds.pairs);
             alone_after.extend(seconds.alone);
         }
     }
     effects.extend(alone_after);
     pairs.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    Ok(JointFindings { effects: best_each(effects), null, pairs })
+    JointFindings { effects: best_each(effects), null, pairs }
 }
 
 /// The first of the screen, refined and fitted.
@@ -191,7 +184,7 @@ fn leaders(
     first: &[EffectCandidate],
     forms: &[EffectCandidate],
     alone: f64,
-) -> Result<Vec<FittedEffect>, SizeError> {
+) -> Vec<FittedEffect> {
     let (q, sizes) = (&null.begin, &null.sizes);
     let mut chosen: Vec<(EffectCandidate, usize, bool)> = Vec::new();
     for (k, c) in first.iter().take(LEADERS[0]).enumerate() {
@@ -213,16 +206,16 @@ fn leaders(
         if c.evidence < alone + LEAST && !out.is_empty() && !as_it_is {
             continue;
         }
-        frame.borrow_mut().reset(q)?;
+        frame.borrow_mut().reset(q);
         let c = if as_it_is || c.law.id() == PUSHES.id() {
             c
         } else {
             let Some(c) = c.again(&frame.borrow(), sizes) else { continue };
-            refine(&mut frame.borrow_mut(), c, sizes, &[], 3)?
+            refine(&mut frame.borrow_mut(), c, sizes, &[], 3)
         };
-        out.push(fit_candidate(frame, &c, sizes, rounds)?);
+        out.push(fit_candidate(frame, &c, sizes, rounds));
     }
-    Ok(out)
+    out
 }
 
 fn is_shaped(h: &FittedEffect) -> bool {
@@ -230,25 +223,25 @@ fn is_shaped(h: &FittedEffect) -> bool {
 }
 
 /// An effect with its shape once more, along its own trajectory.
-fn polish(frame: &SharedFrame, h: &FittedEffect, sizes: &UsualSizes) -> Result<FittedEffect, SizeError> {
+fn polish(frame: &SharedFrame, h: &FittedEffect, sizes: &UsualSizes) -> FittedEffect {
     let (law, shape) = h.parts[0].clone();
     let f = &mut *frame.borrow_mut();
     f.take_unknowns(&h.fit.theta);
     f.feedback = Feedback::default();
-    f.smooth(&h.fit.q, None)?;
+    f.smooth(&h.fit.q, None);
     for _ in 0..2 {
         let laws = applied(&h.parts, f, sizes);
-        f.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q)?;
+        f.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q);
     }
     let mut refined = (law, shape.clone());
     if let Some(mut c) = EffectCandidate::new(law, &along_joint(f, sizes), shape) {
         c.q.clone_from(&h.fit.q);
-        refined.1 = refine(f, c, sizes, &[], 2)?.shape;
+        refined.1 = refine(f, c, sizes, &[], 2).shape;
     }
     let parts = [refined];
-    let fit = f.fit(&|f| applied(&parts, f, sizes), &h.fit.q, ROUNDS[0], false)?;
+    let fit = f.fit(&|f| applied(&parts, f, sizes), &h.fit.q, ROUNDS[0], false);
     let [(law, shape)] = parts;
-    Ok(FittedEffect::of_law(frame, law, shape, fit))
+    FittedEffect::of_law(frame, law, shape, fit)
 }
 
 /// Channels that the screen has late, each in a frame of its own.
@@ -258,7 +251,7 @@ fn late_channels(
     first: &[EffectCandidate],
     alone: f64,
     leader: Option<&FittedEffect>,
-) -> Result<Vec<FittedEffect>, SizeError> {
+) -> Vec<FittedEffect> {
     let late = |c: &&EffectCandidate| c.law.id() == "sensor-delay";
     let far = first.iter().filter(late).map(|c| c.evidence).fold(0.0, f64::max);
     let fall = leader.map_or(0.0, |h| 1.0 - h.power() / power(&null.q));
@@ -269,8 +262,8 @@ fn late_channels(
         let Some((rank, c)) = found else { continue };
         let seen = c.evidence > alone + 5.0 && rank < 8;
         if c.evidence >= alone + 0.5 * (far - alone) && (seen || loud) {
-            out.extend(late_channel(frame, place, &null.sizes, &null.q, c.shape.value("d"))?);
+            out.extend(late_channel(frame, place, &null.sizes, &null.q, c.shape.value("d")));
         }
     }
-    Ok(out)
+    out
 }

@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 use std::rc::Rc;
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
-use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::two_mass::{LoadTip, TwoMassPlant, parameter};
 
 use super::candidate::EffectCandidate;
@@ -34,89 +33,82 @@ impl TipSearch<'_> {
     fn evidence(&self) -> f64 {
         self.best.as_ref().map_or(f64::NEG_INFINITY, |b| b.1.evidence)
     }
-    fn look(&mut self, tip: LoadTip) -> Result<(), SizeError> {
+    fn look(&mut self, tip: LoadTip) {
         let tip =
             LoadTip { share: tip.share.clamp(0.003, 0.9), damping: tip.damping.clamp(0.002, 0.5), ..tip };
         let key = [tip.share, tip.frequency, tip.damping].map(|x| (x.ln() * 1e4).round_ties_even() as i64);
         if self.tried.contains(&key) {
-            return Ok(());
+            return;
         }
         self.tried.push(key);
         let f = self.of;
-        let mut z = InnovationsFrame::new(&f.intake, Rc::new(self.plant.with_tip(tip)), None)?;
+        let mut z = InnovationsFrame::new(&f.intake, Rc::new(self.plant.with_tip(tip)), None);
         z.start.clone_from(&f.start);
         z.theta.clone_from(&f.start);
         (z.rest, z.white, z.scale) = (f.rest, f.white, f.scale);
         z.q = self.best.as_ref().map_or_else(|| self.q.to_vec(), |b| b.1.q.clone());
         z.signs_along(f);
-        z.smooth(&z.q.clone(), None)?;
-        (z.q, z.evidence) = z.null(&z.q.clone(), 1, false)?;
+        z.smooth(&z.q.clone(), None);
+        (z.q, z.evidence) = z.null(&z.q.clone(), 1, false);
         if z.evidence > self.evidence() {
             self.best = Some((tip, z));
         }
-        Ok(())
     }
 }
 
 /// The load with a tip on a spring: share, frequency and damping by pattern search from the screen's resonance.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn with_tip(
     f: &InnovationsFrame,
     plant: &TwoMassPlant,
     screened: &EffectCandidate,
-) -> Result<Option<FittedEffect>, SizeError> {
+) -> Option<FittedEffect> {
     let amplitude = screened.amplitudes.first().copied().unwrap_or(0.0).clamp(0.005, 4.0);
     let share = amplitude / (1.0 + amplitude);
     let mut search = TipSearch { of: f, plant, q: &screened.q, tried: Vec::new(), best: None };
     for k in [1.0, 0.3] {
         let frequency = screened.shape.value("f") * (1.0 - share * k).sqrt();
-        search.look(LoadTip { share: share * k, frequency, damping: screened.shape.value("z").min(0.03) })?;
+        search.look(LoadTip { share: share * k, frequency, damping: screened.shape.value("z").min(0.03) });
     }
     for factor in FACTORS {
         for number in [1, 0, 2] {
-            let Some(from) = search.best.as_ref().map(|b| b.0) else { return Ok(None) };
+            let Some(from) = search.best.as_ref().map(|b| b.0) else { return None };
             let step = [factor.powi(2), factor, factor.powi(3)][number];
             for by in [1.0 / step, step] {
                 let mut tip = from;
                 *[&mut tip.share, &mut tip.frequency, &mut tip.damping][number] *= by;
                 let before = search.evidence();
-                search.look(tip)?;
+                search.look(tip);
                 if search.evidence() > before + 0.1 {
                     break;
                 }
             }
         }
     }
-    let Some((tip, mut z)) = search.best else { return Ok(None) };
-    z.smooth(&z.q.clone(), None)?;
+    let Some((tip, mut z)) = search.best else { return None };
+    z.smooth(&z.q.clone(), None);
     z.signs_from_states();
-    z.smooth(&z.q.clone(), None)?;
-    let fit = z.fit(&|_| Vec::new(), &z.q.clone(), 4, false)?;
+    z.smooth(&z.q.clone(), None);
+    let fit = z.fit(&|_| Vec::new(), &z.q.clone(), 4, false);
     z.start.clone_from(&fit.theta);
     let values = [("m", tip.share), ("f", tip.frequency), ("z", tip.damping)];
     let evidence = fit.evidence.max(z.evidence) - PRIOR[0];
-    Ok(Some(of_structure(z, "flexible-link", LawShape::new("load", "states", &values), fit, evidence)))
+    Some(of_structure(z, "flexible-link", LawShape::new("load", "states", &values), fit, evidence))
 }
 
 /// A motor with dry friction where the nominal model has none: its level is among the unknowns.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
 pub fn with_friction(
     f: &mut InnovationsFrame,
     plant: &TwoMassPlant,
     sizes: &UsualSizes,
-) -> Result<Vec<FittedEffect>, SizeError> {
-    f.reset(&f.q.clone())?;
+) -> Vec<FittedEffect> {
+    f.reset(&f.q.clone());
     let shape = LawShape::new("motor-friction", "level", &[]);
     let law = law_of("motor-friction");
     let made = law.and_then(|l| EffectCandidate::new(l, &along_joint(f, sizes), shape.clone()));
     let mut all: Vec<EffectCandidate> = made.into_iter().collect();
     let q = f.q.clone();
-    Screening::new(f, &[]).look(f, &mut all, &bank(&q, &[1.0, 0.1]))?;
-    let Some(found) = all.into_iter().find(EffectCandidate::is_possible) else { return Ok(Vec::new()) };
+    Screening::new(f, &[]).look(f, &mut all, &bank(&q, &[1.0, 0.1]));
+    let Some(found) = all.into_iter().find(EffectCandidate::is_possible) else { return Vec::new() };
     let mut out = Vec::new();
     for k in [1.0, 0.5] {
         let unit = f.plant.usual_force();
@@ -127,21 +119,18 @@ pub fn with_friction(
         deviations[parameter::COULOMB_FRICTION] = 1.0;
         deviations[parameter::VISCOUS_FRICTION] = 1.0;
         let plant = plant.believed(&values, &deviations);
-        let mut z = InnovationsFrame::new(&f.intake, Rc::new(plant), None)?;
-        z.settle(false)?;
-        let fit = z.fit(&|_| Vec::new(), &z.q.clone(), 5, true)?;
+        let mut z = InnovationsFrame::new(&f.intake, Rc::new(plant), None);
+        z.settle(false);
+        let fit = z.fit(&|_| Vec::new(), &z.q.clone(), 5, true);
         z.start.clone_from(&fit.theta);
         let evidence = fit.evidence - PRIOR[1];
         out.push(of_structure(z, "motor-friction", shape.clone(), fit, evidence));
     }
-    Ok(out)
+    out
 }
 
 /// A joint that is not rigid: stiffness and damping are among the unknowns, from several frequencies.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
-pub fn with_spring(f: &InnovationsFrame, plant: &TwoMassPlant) -> Result<Option<FittedEffect>, SizeError> {
+pub fn with_spring(f: &InnovationsFrame, plant: &TwoMassPlant) -> Option<FittedEffect> {
     let nominal = |k: usize| f.plant.parameters()[k].value;
     let load = nominal(parameter::LOAD_INERTIA) / plant.gear_ratio.powi(2);
     let motor = nominal(parameter::MOTOR_INERTIA);
@@ -155,20 +144,20 @@ pub fn with_spring(f: &InnovationsFrame, plant: &TwoMassPlant) -> Result<Option<
         deviations[parameter::STIFFNESS] = 1.0;
         deviations[parameter::DAMPING] = 1.0;
         let plant = plant.believed(&values, &deviations);
-        let mut z = InnovationsFrame::new(&f.intake, Rc::new(plant), None)?;
+        let mut z = InnovationsFrame::new(&f.intake, Rc::new(plant), None);
         (z.rest, z.white, z.scale) = (f.rest, f.white, f.scale);
-        z.settle(true)?;
+        z.settle(true);
         if best.as_ref().is_none_or(|b| z.evidence > b.evidence) {
             best = Some(z);
         }
     }
-    let Some(mut z) = best else { return Ok(None) };
-    z.settle(false)?;
-    let fit = z.fit(&|_| Vec::new(), &z.q.clone(), 6, true)?;
+    let Some(mut z) = best else { return None };
+    z.settle(false);
+    let fit = z.fit(&|_| Vec::new(), &z.q.clone(), 6, true);
     z.start.clone_from(&fit.theta);
     let evidence = fit.evidence - PRIOR[2];
     let shape = LawShape::new("transmission", "spring", &[]);
-    Ok(Some(of_structure(z, "joint-flexibility", shape, fit, evidence)))
+    Some(of_structure(z, "joint-flexibility", shape, fit, evidence))
 }
 
 /// Values with which hypotheses begin, and the prior standard deviations.

@@ -12,7 +12,6 @@ use super::plant::TrajectoryError;
 use super::run::LawTangent;
 use crate::innovations::column::AppliedLaw;
 use crate::innovations::filter_data::SmoothedRecording;
-use crate::innovations::kernel::SizeError;
 
 /// Prior standard deviation of the amplitude of a law of fixed size (mean 1) in a fit, over that in a screen.
 const FIXED_SIZE: f64 = 0.4;
@@ -26,17 +25,6 @@ const SMOOTHINGS: usize = 3;
 const INNER: (usize, f64) = (2, 0.05);
 /// Standard deviations of what is held, over the prior ones.
 const HELD: f64 = 1e-3;
-
-/// A fit that cannot go on.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FitError {
-    /// The trajectory.
-    #[error(transparent)]
-    Trajectory(#[from] TrajectoryError),
-    /// The filter.
-    #[error(transparent)]
-    Size(#[from] SizeError),
-}
 
 /// Where a fit had its best evidence.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,10 +67,10 @@ impl TrajectoryFrame {
     /// From the readings to a trajectory of the model, intensities on the way.
     ///
     /// # Errors
-    /// See [`FitError`].
-    pub fn start(&mut self) -> Result<(), FitError> {
+    /// See [`TrajectoryError`].
+    pub fn start(&mut self) -> Result<(), TrajectoryError> {
         for _ in 0..SMOOTHINGS {
-            let smoothed = self.smoothed_with_powers(&self.all_gains(&self.intensities, true)?, None);
+            let smoothed = self.smoothed_with_powers(&self.all_gains(&self.intensities, true), None);
             self.intensities = self.moved_intensities(&self.intensities, &smoothed, EXPONENT[0]);
             self.follow(smoothed, None, &[])?;
         }
@@ -93,7 +81,7 @@ impl TrajectoryFrame {
     /// nominal values.
     ///
     /// # Errors
-    /// See [`FitError`].
+    /// See [`TrajectoryError`].
     pub fn fit(
         &mut self,
         make: TrajectoryLaws<'_>,
@@ -101,7 +89,7 @@ impl TrajectoryFrame {
         q: &[f64],
         rounds: usize,
         held: bool,
-    ) -> Result<TrajectoryFit, FitError> {
+    ) -> Result<TrajectoryFit, TrajectoryError> {
         let mut q = q.to_vec();
         let mut best: Option<TrajectoryFit> = None;
         let mut before = f64::NEG_INFINITY;
@@ -123,8 +111,8 @@ impl TrajectoryFrame {
             let (mut evidence, mut amplitudes) = (f64::NEG_INFINITY, Vec::new());
             for inner in 0..INNER.0 {
                 let last = round + 1 == rounds && inner + 1 == INNER.0;
-                let gains = self.all_gains(&q, !last)?;
-                let found = self.evidence_with(&packed, &priors, &gains)?.1;
+                let gains = self.all_gains(&q, !last);
+                let found = self.evidence_with(&packed, &priors, &gains).1;
                 (evidence, amplitudes) = (found.log, found.amplitudes);
                 if best.as_ref().is_none_or(|b| evidence > b.evidence) {
                     best = Some(TrajectoryFit {
@@ -156,7 +144,7 @@ impl TrajectoryFrame {
             let all = self.own_forces(&columns, &amplitudes);
             let own = self.own_forces(&columns[parameters..], &amplitudes[parameters..]);
             let laws = tangents.map_or_else(Vec::new, |t| t(self, &laws, &amplitudes[nuisances..]));
-            let smoothed = self.smoothed(&self.all_gains(&q, true)?, Some(&all));
+            let smoothed = self.smoothed(&self.all_gains(&q, true), Some(&all));
             self.theta = self.moved(&amplitudes, true);
             self.follow(smoothed, Some(&own), &laws)?;
         }

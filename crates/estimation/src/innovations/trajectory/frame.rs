@@ -13,8 +13,7 @@ use super::unknowns::UnknownParameter;
 use crate::innovations::column::{AppliedLaw, ColumnPart, FilterColumn, OwnForces};
 use crate::innovations::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use crate::innovations::filter_data::{DataColumn, FilterGains, FilterInput, SmoothedRecording};
-use crate::innovations::gram::{BaseGram, GroupGram, GroupSums, PackedColumns, PassedBase};
-use crate::innovations::kernel::SizeError;
+use crate::innovations::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
 use crate::innovations::linear::StepOrder;
 use crate::innovations::smoother::{smooth_recording, smooth_with_powers};
 
@@ -163,10 +162,7 @@ impl TrajectoryFrame {
     }
 
     /// Gains of a recording at these intensities; `keep`: with what a smoother needs.
-    ///
-    /// # Errors
-    /// See [`SizeError`].
-    pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> Result<FilterGains<'_>, SizeError> {
+    pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> FilterGains<'_> {
         FilterGains::new(self.filter_input(recording, q), keep)
     }
 
@@ -304,69 +300,50 @@ impl TrajectoryFrame {
         packed: &PackedColumns,
         gains: &[FilterGains<'_>],
         mut take: impl FnMut(&[f64]),
-    ) -> Result<BaseGram, SizeError> {
+    ) -> BaseGram {
         let mut gram = packed.nothing();
         for (k, gains) in gains.iter().enumerate() {
-            packed
-                .pass_base(k, std::slice::from_ref(gains), std::slice::from_mut(&mut gram), |_, e| take(e))?;
+            packed.pass_base(k, std::slice::from_ref(gains), std::slice::from_mut(&mut gram), |_, e| take(e));
             gram.log_variance += self.runs[k].readings.merged;
         }
-        Ok(gram.mirrored())
+        gram.mirrored()
     }
 
     /// Passes data and columns at these intensities, for groups in addition to them.
-    ///
-    /// # Errors
-    /// See [`SizeError`].
-    pub fn pass_base(&self, packed: &PackedColumns, q: &[f64]) -> Result<PassedBase, SizeError> {
-        let gains = self.all_gains(q, false)?;
+    pub fn pass_base(&self, packed: &PackedColumns, q: &[f64]) -> PassedBase {
+        let gains = self.all_gains(q, false);
         let mut innovations = Vec::new();
-        let gram = self.gram_with(packed, &gains, |e| innovations.push(e.to_vec()))?;
+        let gram = self.gram_with(packed, &gains, |e| innovations.push(e.to_vec()));
         let gains = gains.into_iter().map(|g| (g.gain, g.variance)).collect();
-        Ok(PassedBase { gram, gains, innovations })
+        PassedBase { gram, gains, innovations }
     }
 
     /// Gram matrices of groups in addition to a base that was passed at the same intensities.
-    ///
-    /// # Errors
-    /// See [`SizeError`].
     pub fn pass_groups(
         &self,
         packed: &PackedColumns,
         base: &PassedBase,
         groups: &[&[FilterColumn]],
         q: &[f64],
-    ) -> Result<Vec<GroupGram>, SizeError> {
-        let mut sums = GroupSums::new(packed, groups);
-        for (k, (gain, variance)) in base.gains.iter().enumerate() {
-            let (gain, variance) = (gain.clone(), variance.clone());
-            let gains = FilterGains { input: self.filter_input(k, q), gain, variance, predicted: Vec::new() };
-            sums.pass(k, &gains, &base.innovations[k])?;
-        }
-        Ok(sums.done())
+    ) -> Vec<GroupGram> {
+        base.groups(packed, groups, |k| self.filter_input(k, q))
     }
 
     /// Gains of all recordings.
-    ///
-    /// # Errors
-    /// See [`SizeError`].
-    pub fn all_gains(&self, q: &[f64], keep: bool) -> Result<Vec<FilterGains<'_>>, SizeError> {
+    pub fn all_gains(&self, q: &[f64], keep: bool) -> Vec<FilterGains<'_>> {
         (0..self.runs.len()).map(|k| self.gains(k, q, keep)).collect()
     }
 
     /// Gram matrix and evidence of data and columns with the gains of each recording.
-    ///
-    /// # Errors
-    /// See [`SizeError`].
     pub fn evidence_with(
         &self,
         packed: &PackedColumns,
         priors: &AmplitudePriors,
         gains: &[FilterGains<'_>],
-    ) -> Result<(BaseGram, SetEvidence), SizeError> {
-        let gram = self.gram_with(packed, gains, |_| ())?;
+    ) -> (BaseGram, SetEvidence) {
+        let gram = self.gram_with(packed, gains, |_| ());
         let found = log_evidence(&gram, priors);
-        Ok((gram, found))
+        (gram, found)
     }
 
     /// Forces and reading errors of columns at these amplitudes, one entry a recording.
