@@ -4,6 +4,7 @@ use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 
 use super::chain_form::EffectForm;
+use super::hypothesis::best_of_alike;
 use super::shape::LawShape;
 
 /// Nats that the prior of each push costs.
@@ -135,16 +136,7 @@ pub fn place_of(frame: &TrajectoryFrame, shape: &LawShape) -> String {
 
 /// The best of each effect and place, best first.
 pub fn best_of_each(all: Vec<ChainEffect>) -> Vec<ChainEffect> {
-    let mut best: Vec<ChainEffect> = Vec::new();
-    for h in all {
-        match best.iter_mut().find(|b| b.key() == h.key()) {
-            Some(b) if h.evidence > b.evidence => *b = h,
-            Some(_) => {}
-            None => best.push(h),
-        }
-    }
-    best.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    best
+    best_of_alike(all, |a, b| a.key() == b.key(), |h| h.evidence)
 }
 
 /// A hypothesis to which Stribeck's rule applies: its id, evidence and what it leaves.

@@ -229,8 +229,7 @@ impl ChainFits<'_> {
         }
         let bank = chain_bank(frame, q, &[1.0, 0.2]);
         let alone = ChainScreening::new(frame, standing)?.look(frame, &mut all, &bank);
-        let best = all.into_iter().filter(ScreenedShape::is_possible);
-        let best = best.reduce(|a, b| if b.evidence > a.evidence { b } else { a });
+        let best = all.into_iter().filter(ScreenedShape::is_possible).reduce(ScreenedShape::or_better);
         Ok(best.map(|b| {
             let part = FormPart { shape: b.shape, wide: b.wide, left_out: Vec::new() };
             (part, b.intensities, b.evidence - alone)

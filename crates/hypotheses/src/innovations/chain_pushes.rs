@@ -105,7 +105,6 @@ impl ChainFits<'_> {
                 sets.into_iter().filter_map(one).collect()
             })
         };
-        let better = |a: ScreenedShape, b: ScreenedShape| if b.evidence > a.evidence { b } else { a };
         for _ in 0..most {
             let mine = best.as_ref().map_or_else(Vec::new, |b| b.shape.pulses.clone());
             let own = best.as_ref().map_or_else(|| q.to_vec(), |b| b.intensities.clone());
@@ -115,7 +114,7 @@ impl ChainFits<'_> {
             let with = |p: [f64; 2]| [&mine[..], &[p]].concat();
             let mut all = made(&z, self.matched(&z, place).into_iter().map(with).collect());
             screening.look(&z, &mut all, &chain_bank(&z, &own, &[1.0, 0.2]));
-            let found = all.into_iter().filter(ScreenedShape::is_possible).reduce(better);
+            let found = all.into_iter().filter(ScreenedShape::is_possible).reduce(ScreenedShape::or_better);
             let Some(mut found) = found.filter(|b| b.evidence >= last + GAIN.1 * GAIN.0) else { break };
             for [by, factor] in STEPS {
                 let Some([begin, width]) = found.shape.pulses.last().copied() else { break };
@@ -127,7 +126,7 @@ impl ChainFits<'_> {
                 }
                 let mut all = made(&z, sets);
                 screening.look(&z, &mut all, &[found.intensities.clone()]);
-                found = all.into_iter().fold(found, better);
+                found = all.into_iter().fold(found, ScreenedShape::or_better);
             }
             if found.evidence < last + GAIN.0 {
                 break;

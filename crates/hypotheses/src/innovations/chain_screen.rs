@@ -57,6 +57,10 @@ impl ScreenedShape {
     pub fn is_possible(&self) -> bool {
         self.evidence > f64::NEG_INFINITY
     }
+    /// The one with more evidence; this one where both have the same.
+    pub(super) fn or_better(self, other: Self) -> Self {
+        if other.evidence > self.evidence { other } else { self }
+    }
     /// Effect and place, of readings the channels; the forms of a spring are separate.
     pub fn family(&self) -> (&'static str, &'static str, &[usize], &'static str) {
         let form = if self.law.id() == "nonlinear-stiffness" { self.shape.form } else { "" };
@@ -185,7 +189,7 @@ pub fn survey(
 ) -> f64 {
     let mut alone = screening.look(frame, candidates, &chain_bank(frame, q, &[looks.0]));
     let mut order: Vec<usize> = (0..candidates.len()).collect();
-    order.retain(|k| candidates[*k].evidence > f64::NEG_INFINITY);
+    order.retain(|k| candidates[*k].is_possible());
     order.sort_by(|a, b| candidates[*b].evidence.total_cmp(&candidates[*a].evidence));
     let mut families: Vec<(usize, usize)> = Vec::new();
     let mut kept = Vec::new();
@@ -218,8 +222,7 @@ pub fn survey(
 
 /// The best of each family, best first.
 pub fn best_of_families(candidates: &[ScreenedShape]) -> Vec<&ScreenedShape> {
-    let mut order: Vec<&ScreenedShape> =
-        candidates.iter().filter(|c| c.evidence > f64::NEG_INFINITY).collect();
+    let mut order: Vec<&ScreenedShape> = candidates.iter().filter(|c| c.is_possible()).collect();
     order.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let mut best: Vec<&ScreenedShape> = Vec::new();
     for c in order {

@@ -82,15 +82,24 @@ pub fn play(effect: FittedEffect) -> FittedEffect {
 
 /// The best of each effect and place, best first.
 pub fn best_each(all: Vec<FittedEffect>) -> Vec<FittedEffect> {
-    let mut best: Vec<FittedEffect> = Vec::new();
+    best_of_alike(all, |a, b| a.key() == b.key(), |h| h.evidence)
+}
+
+/// The best by evidence of those that are alike, best first.
+pub(super) fn best_of_alike<H>(
+    all: Vec<H>,
+    alike: impl Fn(&H, &H) -> bool,
+    evidence: impl Fn(&H) -> f64,
+) -> Vec<H> {
+    let mut best: Vec<H> = Vec::new();
     for h in all {
-        match best.iter_mut().find(|b| b.key() == h.key()) {
-            Some(b) if h.evidence > b.evidence => *b = h,
+        match best.iter_mut().find(|b| alike(b, &h)) {
+            Some(b) if evidence(&h) > evidence(b) => *b = h,
             Some(_) => {}
             None => best.push(h),
         }
     }
-    best.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    best.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
     best
 }
 

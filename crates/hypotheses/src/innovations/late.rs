@@ -82,7 +82,7 @@ pub fn late_channel(
     }
     let parts = vec![(law, LawShape::new(place, "rest", &[]))];
     let make = |f: &InnovationsFrame| applied(&parts, f, sizes);
-    let Some((delay, z)) = search.best.take() else { return None };
+    let (delay, z) = search.best.take()?;
     let half = |z: &InnovationsFrame| 0.5 * z.runs.first().map_or(0.0, |r| r.dt);
     let fitted = |mut z: InnovationsFrame| {
         z.settle(true);

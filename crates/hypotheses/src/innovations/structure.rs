@@ -71,7 +71,7 @@ pub fn with_tip(
     }
     for factor in FACTORS {
         for number in [1, 0, 2] {
-            let Some(from) = search.best.as_ref().map(|b| b.0) else { return None };
+            let from = search.best.as_ref().map(|b| b.0)?;
             let step = [factor.powi(2), factor, factor.powi(3)][number];
             for by in [1.0 / step, step] {
                 let mut tip = from;
@@ -84,7 +84,7 @@ pub fn with_tip(
             }
         }
     }
-    let Some((tip, mut z)) = search.best else { return None };
+    let (tip, mut z) = search.best?;
     z.smooth(&z.q.clone(), None);
     z.signs_from_states();
     z.smooth(&z.q.clone(), None);
@@ -151,7 +151,7 @@ pub fn with_spring(f: &InnovationsFrame, plant: &TwoMassPlant) -> Option<FittedE
             best = Some(z);
         }
     }
-    let Some(mut z) = best else { return None };
+    let mut z = best?;
     z.settle(false);
     let fit = z.fit(&|_| Vec::new(), &z.q.clone(), 6, true);
     z.start.clone_from(&fit.theta);
