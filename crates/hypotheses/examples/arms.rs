@@ -1,5 +1,7 @@
 //! Stages of the innovations engine of arms: `arms FOLDER..` prints a JSON object for each, a line each.
 
+mod folders;
+
 use std::time::Instant;
 
 use serde_json::{Value, json};
@@ -12,15 +14,10 @@ use trueup_hypotheses::innovations::chain_verdict::judge_chain;
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_signals::Case;
 
-type Said = Result<Value, Box<dyn std::error::Error>>;
+use folders::{Said, print_each};
 
-#[allow(clippy::print_stdout)]
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    for folder in std::env::args().skip(1) {
-        let said = stages(&folder).unwrap_or_else(|e| json!({ "error": e.to_string() }));
-        println!("{}", json!({ "case": folder, "stages": said }));
-    }
-    Ok(())
+fn main() {
+    print_each(stages);
 }
 
 fn stages(folder: &str) -> Said {

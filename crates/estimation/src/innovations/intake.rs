@@ -27,6 +27,14 @@ pub enum NodesError {
         /// Which case.
         case: String,
     },
+    /// One of its recordings.
+    #[error(transparent)]
+    Recording(#[from] UnfitRecording),
+}
+
+/// A recording that cannot be taken to nodes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnfitRecording {
     /// The drive is not known.
     #[error("{recording}: {channel} was not recorded; record it, or leave the recording out of train")]
     NoInput {
@@ -206,10 +214,10 @@ fn recording(
     r: &Recording,
     plant: &dyn ForcedPlant,
     channels: &[IntakeChannel],
-) -> Result<IntakeRecording, NodesError> {
+) -> Result<IntakeRecording, UnfitRecording> {
     let times = rows(r);
     if times.len() <= FEW {
-        return Err(NodesError::Short { recording: r.name.clone(), samples: times.len() });
+        return Err(UnfitRecording::Short { recording: r.name.clone(), samples: times.len() });
     }
     let (first, last) = (times[0], times[times.len() - 1]);
     let gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
@@ -229,7 +237,7 @@ fn recording(
         let input = r.channel(force.name).filter(|c| !c.is_empty());
         if k == 0 && input.is_none_or(|c| c.len() <= FEW) {
             let (recording, channel) = (r.name.clone(), force.name.to_owned());
-            return Err(NodesError::NoInput { recording, channel });
+            return Err(UnfitRecording::NoInput { recording, channel });
         }
         inputs.push(input.map(|c| RecordedInput::new(c, first, dt, nodes)));
     }

@@ -16,11 +16,14 @@ use super::spectrum::OrderPeaks;
 const AGAIN: (usize, usize) = (3, 20);
 /// Nats below the base from which on a shape is not looked at again.
 const BELOW: f64 = 3.0;
-/// Heavy tail of sizes: so many usual widths of the prior, for so many nats; it has to be better by so many more, and is not tried
-/// so many nats below the base.
+/// Heavy tail of sizes: so many usual widths of the prior. This and the three below are the values of the reference program for arms,
+/// of which [`CHAIN`](super::levels::CHAIN) is, too.
 const WIDE: f64 = 6.0;
+/// Nats that the tail costs.
 const COST: f64 = 1.0;
+/// Nats by which a tail has to be better than the usual width, in addition to its cost.
 const BETTER: f64 = 0.5;
+/// Nats below the base from which on the tail is not tried.
 const HOPELESS: f64 = 5.0;
 
 /// A law with a shape, and its evidence.

@@ -8,7 +8,7 @@ use trueup_plant::CoordinateKind;
 use trueup_signals::{Interpolation, Loaded, Recording};
 
 use super::plant::{TrajectoryError, TrajectoryPlant, TrajectoryPoint};
-use crate::innovations::intake::{integral, rows};
+use crate::innovations::intake::{UnfitRecording, integral, rows};
 use crate::innovations::numeric::median;
 
 /// Shortest step of the nodes, s.
@@ -130,14 +130,10 @@ impl TrajectoryNodes {
         out
     }
 
-    fn new(
-        r: &Recording,
-        inputs: &[String],
-        channels: &[TrajectoryChannel],
-    ) -> Result<Self, TrajectoryError> {
+    fn new(r: &Recording, inputs: &[String], channels: &[TrajectoryChannel]) -> Result<Self, UnfitRecording> {
         let all = rows(r);
         if all.len() <= FEW {
-            return Err(TrajectoryError::Short { recording: r.name.clone(), samples: all.len() });
+            return Err(UnfitRecording::Short { recording: r.name.clone(), samples: all.len() });
         }
         let sample = median(all.windows(2).map(|w| w[1] - w[0]).collect());
         let every = ((STEP / sample + 0.25) as usize).max(1);
@@ -154,7 +150,7 @@ impl TrajectoryNodes {
         }
         filled.extend(time.last());
         if filled.len() < LEAST {
-            return Err(TrajectoryError::Short { recording: r.name.clone(), samples: all.len() });
+            return Err(UnfitRecording::Short { recording: r.name.clone(), samples: all.len() });
         }
         let mut step: Vec<f64> = filled.windows(2).map(|w| w[1] - w[0]).collect();
         step.extend(step.last().copied());
@@ -168,7 +164,7 @@ impl TrajectoryNodes {
         };
         let missing = inputs.iter().find(|name| r.channel(name).is_none_or(|c| c.len() <= FEW));
         if let Some(channel) = missing {
-            return Err(TrajectoryError::NoInput { recording: r.name.clone(), channel: channel.clone() });
+            return Err(UnfitRecording::NoInput { recording: r.name.clone(), channel: channel.clone() });
         }
         let mut made = Self {
             name: r.name.clone(),

@@ -7,6 +7,8 @@ use trueup_numerics::linear::{lu_factor, lu_solve};
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{CoordinateKind, LANES, Lanes, Plant, PlantTangent, force_of_changes, tangent};
 
+use crate::innovations::intake::UnfitRecording;
+
 /// A plant or its recordings, along which no trajectory can be had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TrajectoryError {
@@ -31,22 +33,9 @@ pub enum TrajectoryError {
     /// Coordinates that no forces move apart from each other.
     #[error("{0}")]
     Singular(String),
-    /// The drive is not known.
-    #[error("{recording}: {channel} was not recorded; record it, or leave the recording out of train")]
-    NoInput {
-        /// Which recording.
-        recording: String,
-        /// Which channel.
-        channel: String,
-    },
-    /// Too few samples to begin with.
-    #[error("{recording}: {samples} samples are too few for nodes; leave the recording out of train")]
-    Short {
-        /// Which recording.
-        recording: String,
-        /// How many.
-        samples: usize,
-    },
+    /// One of the recordings.
+    #[error(transparent)]
+    Recording(#[from] UnfitRecording),
     /// Nothing holds the trajectory.
     #[error(
         "{case}: no reading of the model was recorded in all of train; record the angles of joints or motors in each of them"
