@@ -88,6 +88,14 @@ impl OwnForces {
         Self { forces: vec![vec![0.0; nodes]; coordinates], readings: vec![Vec::new(); channels] }
     }
 
+    /// Takes its reading errors from readings by node and channel.
+    pub fn correct(&self, readings: &mut [f64]) {
+        for (c, error) in self.readings.iter().enumerate() {
+            let all = readings.iter_mut().skip(c).step_by(self.readings.len());
+            all.zip(error).for_each(|(y, e)| *y -= e);
+        }
+    }
+
     /// Adds a column at an amplitude.
     pub fn add(&mut self, part: &ColumnPart, amplitude: f64) {
         for s in &part.forces {

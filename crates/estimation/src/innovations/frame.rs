@@ -280,10 +280,7 @@ impl InnovationsFrame {
         let own: Vec<OwnForces> = own.unwrap_or_else(|| self.runs.iter().map(nothing).collect());
         for (k, own) in own.into_iter().enumerate() {
             let mut readings = self.runs[k].readings.to_vec();
-            for (c, error) in own.readings.iter().enumerate() {
-                let all = readings.iter_mut().skip(c).step_by(self.channels());
-                all.zip(error).for_each(|(y, e)| *y -= e);
-            }
+            own.correct(&mut readings);
             let data =
                 DataColumn { forces: self.known(k, Some(&own)), readings, first: self.first_with_latents(k) };
             let smoothed = smooth_recording(&self.gains(k, q, true), &data);

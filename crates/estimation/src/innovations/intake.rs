@@ -10,7 +10,7 @@ use super::numeric::median;
 use super::plant::{ForcedPlant, InputForce};
 
 /// What goes before counts for nothing, s: the filter settles. Longer than the longest delay that is looked for.
-const START: f64 = 0.12;
+pub const START: f64 = 0.12;
 /// Readings of a channel in every recording, below which it is not used.
 const FEW: usize = 50;
 /// Correlation of noise from reading to reading, below which it counts as white.

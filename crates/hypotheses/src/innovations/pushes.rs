@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::intake::START;
 
 use super::candidate::EffectCandidate;
 use super::joint_along::{UsualSizes, along_joint};
@@ -20,8 +21,6 @@ const PLACES: usize = 3;
 const GAIN: f64 = 25.0;
 /// Nats that the prior of each push costs.
 pub const EACH: f64 = 8.0;
-/// Before this nothing counts, s.
-const START: f64 = 0.12;
 /// Steps of begin (in widths) and factors of width of the refinement.
 const STEPS: [[f64; 2]; 3] = [[0.3, 1.3], [0.15, 1.15], [0.07, 1.07]];
 

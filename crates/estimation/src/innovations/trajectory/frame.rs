@@ -10,7 +10,7 @@ use super::plant::{TrajectoryError, TrajectoryPlant};
 use super::readings::ReadOutputs;
 use super::run::{LawTangent, TrajectoryRun};
 use super::unknowns::UnknownParameter;
-use crate::innovations::column::{AppliedLaw, ColumnPart, FilterColumn, OwnForces};
+use crate::innovations::column::{ColumnPart, FilterColumn, OwnForces};
 use crate::innovations::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use crate::innovations::filter_data::{DataColumn, FilterGains, FilterInput, SmoothedRecording};
 use crate::innovations::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
@@ -54,8 +54,6 @@ pub struct TrajectoryFrame {
     pub white: Vec<f64>,
     /// Standard deviations of the first coordinates and rates.
     pub first_deviation: Vec<f64>,
-    /// Laws that are there for certain, refitted with every hypothesis.
-    pub beside: Vec<AppliedLaw>,
     outputs: Rc<ReadOutputs>,
     /// Gains and offsets of inputs and of readings: which, its prior.
     doubted: Rc<Vec<(DoubtedScale, f64)>>,
@@ -98,7 +96,6 @@ impl TrajectoryFrame {
             usual_force,
             white,
             first_deviation: first_deviations(&plant),
-            beside: Vec::new(),
             outputs: Rc::new(outputs),
             doubted: Rc::new(doubted(loaded, &plant, &intake)),
             parameter_columns: None,
@@ -120,11 +117,8 @@ impl TrajectoryFrame {
     /// With some of its recordings only, where each of them is.
     pub fn of_recordings(&self, recordings: &[usize]) -> Self {
         let some = |column: &FilterColumn| recordings.iter().map(|k| column[*k].clone()).collect();
-        let law =
-            |law: &AppliedLaw| AppliedLaw { columns: law.columns.iter().map(some).collect(), ..law.clone() };
         Self {
             runs: recordings.iter().map(|k| self.runs[*k].clone()).collect(),
-            beside: self.beside.iter().map(law).collect(),
             parameter_columns: self
                 .parameter_columns
                 .as_ref()
@@ -218,10 +212,7 @@ impl TrajectoryFrame {
         let mut forces = vec![vec![0.0; nodes]; n];
         if let Some(extra) = extra {
             forces.clone_from(&extra.forces);
-            for (c, error) in extra.readings.iter().enumerate() {
-                let all = readings.iter_mut().skip(c).step_by(channels);
-                all.zip(error).for_each(|(y, e)| *y -= e);
-            }
+            extra.correct(&mut readings);
         }
         DataColumn { forces, readings, first: vec![0.0; 3 * n + channels] }
     }
@@ -244,8 +235,7 @@ impl TrajectoryFrame {
         Ok(columns)
     }
 
-    /// Columns of all that is refitted with every hypothesis, with their priors: parameters, gains and offsets, laws that are there
-    /// for certain.
+    /// Columns of all that is refitted with every hypothesis, with their priors: parameters, gains and offsets.
     ///
     /// # Errors
     /// [`TrajectoryError::Singular`].
@@ -259,10 +249,6 @@ impl TrajectoryFrame {
         for (scale, deviation) in self.doubted.iter() {
             columns.push(self.scale_column(*scale));
             priors = priors.with(&[0.0], &[*deviation]);
-        }
-        for law in &self.beside {
-            columns.extend(law.columns.iter().cloned());
-            priors = priors.with(&law.mean, &law.deviation);
         }
         Ok((columns, priors))
     }
