@@ -45,6 +45,9 @@ impl ColumnPart {
 /// A column: one part a recording.
 pub type FilterColumn = Vec<ColumnPart>;
 
+/// Prior standard deviation of the amplitude of a law of fixed size (mean 1) in a fit, over that in a screen.
+const FIXED_SIZE: f64 = 0.4;
+
 /// Columns with the normal priors of their amplitudes: what a law adds to the model.
 #[derive(Clone, Debug, Default)]
 pub struct AppliedLaw {
@@ -56,6 +59,15 @@ pub struct AppliedLaw {
     pub deviation: Vec<f64>,
     /// Spring of the plant in which it acts, whose tangent it changes.
     pub spring: Option<usize>,
+}
+
+impl AppliedLaw {
+    /// With the priors of a fit: narrower than in a screen where the law has a fixed size.
+    pub fn narrowed(&self) -> Self {
+        let priors = self.deviation.iter().zip(&self.mean);
+        let deviation = priors.map(|(d, mean)| if *mean == 1.0 { FIXED_SIZE * d } else { *d });
+        Self { deviation: deviation.collect(), ..self.clone() }
+    }
 }
 
 /// The part of recording `recording` of up to [`LANES`] columns next to each other.

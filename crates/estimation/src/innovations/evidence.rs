@@ -7,6 +7,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::column::{AppliedLaw, FilterColumn};
 use super::gram::BaseGram;
 use super::numeric::median;
 
@@ -31,6 +32,13 @@ impl AmplitudePriors {
     pub fn with(&self, mean: &[f64], deviation: &[f64]) -> Self {
         let mean = [&self.mean[..], mean].concat();
         Self { mean, deviation: [&self.deviation[..], deviation].concat(), parameters: self.parameters }
+    }
+    /// With those of laws, whose columns go behind the others.
+    pub fn with_laws(self, laws: &[AppliedLaw], columns: &mut Vec<FilterColumn>) -> Self {
+        laws.iter().fold(self, |priors, law| {
+            columns.extend(law.columns.iter().cloned());
+            priors.with(&law.mean, &law.deviation)
+        })
     }
 }
 

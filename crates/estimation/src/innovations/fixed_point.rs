@@ -11,8 +11,6 @@ use super::intensity::alike;
 use super::linear::Feedback;
 use super::numeric::over_steps;
 
-/// Prior standard deviation of the amplitude of a law of fixed size (mean 1) in a fit, over that in a screen.
-const FIXED_SIZE: f64 = 0.4;
 /// Farthest relative change of a parameter without an effect in hand.
 const FARTHEST: f64 = 4.0;
 /// With an effect in hand no parameter goes farther than so many of its standard deviations.
@@ -60,12 +58,7 @@ impl InnovationsFrame {
         let mut worse = 0;
         for round in 0..rounds {
             let laws = make(self);
-            let mut narrow = laws.clone();
-            for law in &mut narrow {
-                let fixed = law.deviation.iter_mut().zip(&law.mean).filter(|(_, m)| **m == 1.0);
-                fixed.for_each(|(d, _)| *d *= FIXED_SIZE);
-            }
-            let base = self.packed(&narrow);
+            let base = self.packed(&laws.iter().map(AppliedLaw::narrowed).collect::<Vec<_>>());
             let own: usize = laws.iter().map(|l| l.columns.len()).sum();
             let mut all = vec![q.clone()];
             if round < 2 {

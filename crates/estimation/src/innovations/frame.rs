@@ -301,11 +301,8 @@ impl InnovationsFrame {
 
     /// The base of a set: data, nuisances and laws, with their priors.
     pub fn packed(&self, laws: &[AppliedLaw]) -> (PackedColumns, AmplitudePriors) {
-        let (mut columns, mut priors) = self.nuisances();
-        for law in laws {
-            columns.extend(law.columns.iter().cloned());
-            priors = priors.with(&law.mean, &law.deviation);
-        }
+        let (mut columns, priors) = self.nuisances();
+        let priors = priors.with_laws(laws, &mut columns);
         (PackedColumns::new(self.data(), &columns, self.channels()), priors)
     }
 

@@ -210,11 +210,10 @@ fn spanned(
     law: &AppliedLaw,
     amplitudes: &[f64],
 ) -> Result<f64, TrajectoryError> {
-    let (mut columns, mut priors) = with_laws(frame, by)?;
+    let (mut columns, priors) = with_laws(frame, by)?;
     let (others, parameters) =
         (columns.len(), columns.len() - by.iter().map(|l| l.columns.len()).sum::<usize>());
-    columns.extend(law.columns.iter().cloned());
-    priors = priors.with(&law.mean, &law.deviation);
+    let priors = priors.with_laws(std::slice::from_ref(law), &mut columns);
     let packed = frame.packed(&columns);
     let gains = frame.all_gains(q, false);
     let (gram, _) = frame.evidence_with(&packed, &priors, &gains);

@@ -171,11 +171,8 @@ pub fn with_laws(
     frame: &mut TrajectoryFrame,
     laws: &[AppliedLaw],
 ) -> Result<(Vec<FilterColumn>, AmplitudePriors), TrajectoryError> {
-    let (mut columns, mut priors) = frame.nuisances()?;
-    for law in laws {
-        columns.extend(law.columns.iter().cloned());
-        priors = priors.with(&law.mean, &law.deviation);
-    }
+    let (mut columns, priors) = frame.nuisances()?;
+    let priors = priors.with_laws(laws, &mut columns);
     Ok((columns, priors))
 }
 

@@ -13,8 +13,6 @@ use super::run::LawTangent;
 use crate::innovations::column::AppliedLaw;
 use crate::innovations::filter_data::SmoothedRecording;
 
-/// Prior standard deviation of the amplitude of a law of fixed size (mean 1) in a fit, over that in a screen.
-const FIXED_SIZE: f64 = 0.4;
 /// Bounds of the ratio of a latent's power to what is expected of it.
 const RATIO: [f64; 2] = [0.03, 30.0];
 /// Exponent of that ratio: as the first intensities are found, and in a round of a fit.
@@ -100,13 +98,8 @@ impl TrajectoryFrame {
             if held {
                 priors.deviation.iter_mut().for_each(|d| *d *= HELD);
             }
-            for law in &laws {
-                let narrowed = law.deviation.iter().zip(&law.mean);
-                let narrowed: Vec<f64> =
-                    narrowed.map(|(d, m)| if *m == 1.0 { FIXED_SIZE * d } else { *d }).collect();
-                columns.extend(law.columns.iter().cloned());
-                priors = priors.with(&law.mean, &narrowed);
-            }
+            let narrowed: Vec<AppliedLaw> = laws.iter().map(AppliedLaw::narrowed).collect();
+            let priors = priors.with_laws(&narrowed, &mut columns);
             let packed = self.packed(&columns);
             let (mut evidence, mut amplitudes) = (f64::NEG_INFINITY, Vec::new());
             for inner in 0..INNER.0 {
