@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
-use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
+use trueup_estimation::innovations::trajectory::plant::{TrajectoryError, TrajectoryPlant};
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
 use trueup_signals::Loaded;
 
@@ -311,7 +311,7 @@ pub fn scored(
 /// See [`TrajectoryError`].
 pub fn frame_with(
     loaded: &Loaded,
-    plant: trueup_estimation::innovations::trajectory::plant::TrajectoryPlant,
+    plant: TrajectoryPlant,
     nominal: &[f64],
     theta: &[f64],
     late: &[(usize, f64)],

@@ -14,6 +14,7 @@ use super::chain_pushes::pushed_places;
 use super::chain_screen::{ChainScreening, ScreenedShape, best_of_families, chain_bank, survey, with_laws};
 use super::laws::arm_law_of;
 use super::pairs::held;
+use super::shape::LawShape;
 
 /// Factors of the intensities of the survey in addition to a first effect.
 const LOOKS: (f64, &[f64]) = (0.2, &[1.0]);
@@ -197,7 +198,7 @@ impl ChainFits<'_> {
 }
 
 /// A shape of Stribeck's friction as one of the plain.
-pub(super) fn plain_shape(shape: &super::shape::LawShape) -> super::shape::LawShape {
+pub(super) fn plain_shape(shape: &LawShape) -> LawShape {
     let values = shape.values.iter().filter(|v| v.0 == "x").copied().collect();
     super::shape::LawShape { form: "length", values, ..shape.clone() }
 }

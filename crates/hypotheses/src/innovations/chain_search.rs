@@ -14,7 +14,7 @@ use super::chain_form::EffectForm;
 use super::chain_pairs::{ChainPair, plain_shape};
 use super::chain_pushes::pushed_places;
 use super::chain_screen::{ChainScreening, LOOKS, ScreenedShape, best_of_families, chain_bank, survey};
-use super::laws::arm_law_of;
+use super::laws::{LawRef, arm_law_of};
 use super::shape::LawShape;
 
 /// Rounds of the nominal model, of the refitted one, of plain friction in place of Stribeck's.
@@ -219,11 +219,7 @@ impl ChainSearch<'_> {
     }
 
     /// Stribeck's term on top of plain friction, at all its joints.
-    fn on_top(
-        &self,
-        plain: &ChainEffect,
-        falling: super::laws::LawRef,
-    ) -> Result<Option<ChainEffect>, ChainSearchError> {
+    fn on_top(&self, plain: &ChainEffect, falling: LawRef) -> Result<Option<ChainEffect>, ChainSearchError> {
         let Some(form) = &plain.form else { return Ok(None) };
         let mut frame = plain.frame.clone();
         let q = &plain.fit.intensities;

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use trueup_plant::CoordinateKind;
+use trueup_plant::{Coordinate, CoordinateKind};
 use trueup_signals::{Loaded, PriorGuess};
 
 use super::nodes::TrajectoryIntake;
@@ -14,7 +14,7 @@ use crate::innovations::column::{ColumnPart, FilterColumn, OwnForces};
 use crate::innovations::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use crate::innovations::filter_data::{DataColumn, FilterGains, FilterInput, SmoothedRecording};
 use crate::innovations::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
-use crate::innovations::linear::StepOrder;
+use crate::innovations::linear::{PlantStep, StepOrder};
 use crate::innovations::smoother::{smooth_recording, smooth_with_powers};
 
 /// Least and largest intensity of a latent force, in usual forces.
@@ -164,7 +164,7 @@ impl TrajectoryFrame {
         let run = &self.runs[recording];
         let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
         let size = 3 * n + channels;
-        let noise = |step: &crate::innovations::linear::PlantStep| {
+        let noise = |step: &PlantStep| {
             let mut noise = vec![0.0; size * size];
             for i in 0..2 * n {
                 for j in 0..=i {
@@ -392,7 +392,7 @@ impl TrajectoryFrame {
 /// Usual force on each coordinate: of what a motor drives its usual torque, of what floats the largest, twice that of a place (1 / m).
 fn usual_forces(plant: &TrajectoryPlant, torque: &[f64]) -> Vec<f64> {
     let largest = torque.iter().copied().fold(0.0, f64::max);
-    let of = |c: &trueup_plant::Coordinate| if c.force_unit == "N" { 2.0 * largest } else { largest };
+    let of = |c: &Coordinate| if c.force_unit == "N" { 2.0 * largest } else { largest };
     let mut usual: Vec<f64> = plant.plant().coordinates().iter().map(of).collect();
     for (j, t) in torque.iter().enumerate() {
         usual[plant.joints[j]] = *t;
@@ -403,7 +403,7 @@ fn usual_forces(plant: &TrajectoryPlant, torque: &[f64]) -> Vec<f64> {
 
 /// Standard deviations of the first coordinates, then of their rates.
 fn first_deviations(plant: &TrajectoryPlant) -> Vec<f64> {
-    let of = |c: &trueup_plant::Coordinate| match (c.kind, c.force_unit) {
+    let of = |c: &Coordinate| match (c.kind, c.force_unit) {
         (CoordinateKind::Base, "N") => FIRST[2],
         (CoordinateKind::Base, _) => FIRST[1],
         _ => FIRST[0],
