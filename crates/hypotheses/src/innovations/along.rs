@@ -226,7 +226,7 @@ impl<'a> PlantAlong<'a> {
         match self.channels[channel].shows {
             ShownBy::Position(c) => &run.positions[c],
             ShownBy::Rate(c) => &run.rates[c],
-            ShownBy::Tip(_) | ShownBy::TipRate(_) => &run.shown[channel],
+            ShownBy::Tip(_) | ShownBy::Output => &run.shown[channel],
         }
     }
     /// What a channel shows at any time of a recording: a position cubic between nodes, or on a spline.

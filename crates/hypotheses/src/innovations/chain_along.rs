@@ -145,7 +145,7 @@ pub fn along_chain<'a>(
             shows: match c.state {
                 Some(k) if k < n => ShownBy::Position(k),
                 Some(k) => ShownBy::Rate(k - n),
-                None => shown_by_tip(&c.name),
+                None => shown_by_output(&c.name),
             },
             error: ERROR * c.variance.sqrt(),
             turns: 1.0,
@@ -183,15 +183,13 @@ fn group_of_groups(frame: &TrajectoryFrame, group: &[usize]) -> bool {
     smaller.into_iter().any(|g| g.1.iter().any(|c| group.contains(c)))
 }
 
-/// What a channel of the tip shows, by its name.
-fn shown_by_tip(name: &str) -> ShownBy {
+/// What a channel that shows several coordinates is, by its name.
+fn shown_by_output(name: &str) -> ShownBy {
     match name {
         "tipPosition[1]" => ShownBy::Tip(0),
         "tipPosition[2]" => ShownBy::Tip(1),
         "tipAttitude" => ShownBy::Tip(2),
-        "tipVelocity[1]" => ShownBy::TipRate(0),
-        "tipVelocity[2]" => ShownBy::TipRate(1),
-        _ => ShownBy::TipRate(2),
+        _ => ShownBy::Output,
     }
 }
 
@@ -204,7 +202,7 @@ fn run_along(frame: &TrajectoryFrame, r: &TrajectoryRun, channels: &[ChannelPlac
     let part = median(nodes.step.clone()) / nodes.parts as f64;
     let rest = vec![0.0; frame.plant.drives.len()];
     let shown = |c: usize| -> Vec<f64> {
-        if !matches!(channels[c].shows, ShownBy::Tip(_) | ShownBy::TipRate(_)) {
+        if !matches!(channels[c].shows, ShownBy::Tip(_) | ShownBy::Output) {
             return Vec::new();
         }
         let output = [frame.intake.channels[c].output];

@@ -63,8 +63,8 @@ pub enum ShownBy {
     Rate(usize),
     /// Place of the tip along x, y or its attitude.
     Tip(usize),
-    /// Rate of the tip's place.
-    TipRate(usize),
+    /// Another output of the model, such as a rate of the tip.
+    Output,
 }
 
 /// A channel as a place of laws.
