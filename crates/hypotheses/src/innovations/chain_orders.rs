@@ -5,7 +5,7 @@ use realfft::RealFftPlanner;
 use trueup_estimation::innovations::numeric::quantile;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 
-use super::spectrum::{OrderPeaks, highest};
+use super::spectrum::{OrderPeaks, add_power, highest};
 
 /// Highest order of all.
 const HIGHEST: f64 = 450.0;
@@ -36,18 +36,8 @@ fn peaks(frame: &TrajectoryFrame, motor: usize) -> Vec<f64> {
     let fft = RealFftPlanner::<f64>::new().plan_fft_forward(bins);
     let mut power = vec![0.0; bins / 2 + 1];
     for (r, angle) in frame.runs.iter().zip(&angles) {
-        let mut series = vec![0.0; bins];
-        for (t, q) in angle.iter().enumerate() {
-            let score = r.scores.get(width * t + motor).copied().unwrap_or(0.0);
-            if let Some(x) = series.get_mut(((q - low) / bin) as usize) {
-                *x += score;
-            }
-        }
-        let mut spectrum = fft.make_output_vec();
-        // Lengths are those that were planned.
-        if fft.process(&mut series, &mut spectrum).is_ok() {
-            power.iter_mut().zip(&spectrum).for_each(|(p, z)| *p += z.norm_sqr());
-        }
+        let score = |t: usize| r.scores.get(width * t + motor).copied().unwrap_or(0.0);
+        add_power(&mut power, &*fft, (low, bin), angle, score);
     }
     let order = |k: usize| 2.0 * std::f64::consts::PI * k as f64 / (bins as f64 * bin);
     let inside: Vec<usize> =

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use realfft::RealFftPlanner;
+use realfft::{RealFftPlanner, RealToComplex};
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::numeric::median;
@@ -95,18 +95,7 @@ impl OrderSpectra {
                     shown[t]
                 }];
             for (power, kind) in powers.iter_mut().zip(kinds) {
-                let mut series = vec![0.0; bins];
-                for (t, angle) in angle.iter().enumerate() {
-                    let bin = ((angle - least) / width) as usize;
-                    if let Some(x) = series.get_mut(bin) {
-                        *x += kind(t);
-                    }
-                }
-                let mut spectrum = fft.make_output_vec();
-                // Lengths are those that were planned.
-                if fft.process(&mut series, &mut spectrum).is_ok() {
-                    power.iter_mut().zip(&spectrum).for_each(|(p, z)| *p += z.norm_sqr());
-                }
+                add_power(power, &*fft, (least, width), &angle, kind);
             }
         }
         Self { powers, step: 2.0 * PI / (bins as f64 * width) }
@@ -126,6 +115,27 @@ impl OrderSpectra {
         let over = q.iter().zip(middle).map(|(q, m)| q / (m + 1e-30 * largest + 1e-300)).collect();
         let all = highest(over, peaks).into_iter().chain(highest(q, peaks));
         all.map(|i| order(inside[i])).collect()
+    }
+}
+
+/// Adds the power by order of a series over an angle, by node, summed in bins from the least angle on, of this width.
+pub(super) fn add_power(
+    power: &mut [f64],
+    fft: &dyn RealToComplex<f64>,
+    (least, width): (f64, f64),
+    angle: &[f64],
+    of_node: impl Fn(usize) -> f64,
+) {
+    let mut series = fft.make_input_vec();
+    for (t, angle) in angle.iter().enumerate() {
+        if let Some(x) = series.get_mut(((angle - least) / width) as usize) {
+            *x += of_node(t);
+        }
+    }
+    let mut spectrum = fft.make_output_vec();
+    // Lengths are those that were planned.
+    if fft.process(&mut series, &mut spectrum).is_ok() {
+        power.iter_mut().zip(&spectrum).for_each(|(p, z)| *p += z.norm_sqr());
     }
 }
 
