@@ -4,7 +4,7 @@ use super::instant::RobotInstant;
 use super::model::SpatialFreeFlyer;
 use super::spatial::SpatialFrame;
 use super::tree::PerBody;
-use super::vector::{Vector3, add, three, times};
+use super::vector::{Vector3, add, times};
 use trueup_numerics::hybrid::At;
 
 /// Frames of all bodies, inertial axes; element 0 is the base.
@@ -24,12 +24,6 @@ impl SpatialFreeFlyer {
         let bodies = now.frames(self);
         let ends = bodies.iter().enumerate().map(|(k, frame)| now.carried(k, frame)).collect();
         RobotPose { bodies, ends }
-    }
-
-    /// Tip `a` (from 0) in that pose, inertial axes, m (SFF-7).
-    pub fn tip_point(&self, p: &[f64], pose: &RobotPose, a: usize) -> Vector3<f64> {
-        let frame = &pose.ends[self.structure().tips[a]];
-        add(frame.origin, times(&frame.rotation, three(p, self.parameter.tip_offset + 3 * a)))
     }
 
     /// A point of the axis of appendage `k` (from 0; one that is a beam) at the share `z` (0 .. 1) of its length, inertial axes,
