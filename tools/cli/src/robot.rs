@@ -1,5 +1,6 @@
 //! Robots: presets, files of TOML, of URDF, of MJCF.
 
+mod attributes;
 mod flexure;
 mod mjcf;
 mod overlay;

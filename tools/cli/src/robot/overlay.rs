@@ -8,7 +8,7 @@ use toml::Spanned;
 use trueup_models::space::attitude::{product, quaternion, rotation};
 use trueup_models::space::design::{DesignTip, Thruster};
 use trueup_models::space::spatial::{Rigid, SpatialFrame};
-use trueup_models::space::vector::{Vector3, add, scale, times};
+use trueup_models::space::vector::{Vector3, add, sub, times};
 
 use super::tree::{JointFriction, NOTHING, TreeRobot, central};
 use super::wrong::RobotFileError;
@@ -114,8 +114,7 @@ impl Overlay {
             }
             None if held != robot.design.held && !held => {
                 // What was on the ground floats: its base axes move into its centre of mass.
-                let still = SpatialFrame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
-                shift = rebase(&mut robot, NOTHING, &still);
+                shift = rebase(&mut robot, NOTHING, &SpatialFrame::identity());
             }
             None => {}
         }
@@ -130,7 +129,7 @@ impl Overlay {
                 gravity.get_ref().iter().enumerate().map(|(i, g)| (format!("gravity[{}]", i + 1), *g)),
             );
         }
-        let inward = |place: Vector3<f64>| add(place, scale(-1.0, shift));
+        let inward = |place: Vector3<f64>| sub(place, shift);
         self.joints(&mut robot)?;
         self.tips(&mut robot)?;
         let design = &mut robot.design;
@@ -233,7 +232,7 @@ fn rebase(robot: &mut TreeRobot, body: Rigid<f64>, frame: &SpatialFrame<f64>) ->
     let (mass, center, inertia) = central(&body.plus(&robot.base.outwards(frame)));
     let moved = |place: Vector3<f64>| {
         let of_root = add(place, before);
-        add(add(frame.origin, times(&frame.rotation, of_root)), scale(-1.0, center))
+        sub(add(frame.origin, times(&frame.rotation, of_root)), center)
     };
     (robot.design.base_mass, robot.design.base_inertia) = (mass, inertia);
     for link in robot.design.links.iter_mut().filter(|l| l.parent == 0) {
