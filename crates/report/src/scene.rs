@@ -129,7 +129,7 @@ fn pose_numbers(out: &mut String, pose: &ScenePose, planar: bool, digits: usize)
     let [x, y, z] = pose.origin;
     let [w, a, b, c] = pose.turn;
     let (places, turns) =
-        if planar { (vec![x, y], vec![2.0 * c.atan2(w)]) } else { (vec![x, y, z], vec![w, a, b, c]) };
+        if planar { (vec![x, y], vec![pose.angle()]) } else { (vec![x, y, z], vec![w, a, b, c]) };
     for (k, (value, digits)) in
         places.iter().map(|v| (v, digits)).chain(turns.iter().map(|v| (v, 5))).enumerate()
     {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use trueup_scene::{PartLook, Scene, ScenePart, SceneShape};
 
-use super::view::{SceneView, corners, placed, pose_at};
+use super::view::{SceneView, corners, pose_at};
 
 const SIZE: (f64, f64) = (920.0, 520.0);
 /// Poses before the last one, as shares of the time, each with its opacity.
@@ -92,7 +92,7 @@ fn paint(part: &ScenePart, scene: &Scene, view: &SceneView, row: usize, all: &mu
     let Some(pose) = pose_at(part, row) else { return };
     let fill = colour(part, scene);
     let scale = view.scale(SIZE);
-    let to = |p: [f64; 3]| view.to(SIZE, placed(pose, p));
+    let to = |p: [f64; 3]| view.to(SIZE, pose.placed(p));
     let mut put = |depth: f64, svg: String| all.push(PaintedShape { depth, svg });
     let path = |points: &[[f64; 3]], end: &str| {
         let mut d = String::new();
