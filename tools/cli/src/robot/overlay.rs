@@ -10,7 +10,7 @@ use trueup_models::space::design::{DesignTip, Thruster};
 use trueup_models::space::spatial::{Rigid, SpatialFrame};
 use trueup_models::space::vector::{Vector3, add, sub, times};
 
-use super::tree::{JointFriction, NOTHING, TreeRobot, central};
+use super::tree::{NOTHING, TreeRobot, central};
 use super::wrong::RobotFileError;
 use super::{DriveEntry, FrictionEntry, Nozzle, RobotFile, panel};
 use crate::near::suggestion;
@@ -171,7 +171,8 @@ impl Overlay {
                 robot.design.links[own].motor = motor.design();
             }
             if let Some(friction) = &joint.friction {
-                robot.friction[own] = JointFriction { viscous: friction.viscous, coulomb: friction.coulomb };
+                let friction = friction.of(name.get_ref());
+                robot.friction[own] = friction.map_err(|why| RobotFileError::at(name.span().start, why))?;
             }
         }
         Ok(())
@@ -214,6 +215,12 @@ impl Satellite {
         if (square.sqrt() - 1.0).abs() > 1e-3 || !self.mount.iter().all(|c| c.is_finite()) {
             let why = "[satellite]: give a finite mount, and a unit quaternion as orientation, w first";
             return Err(RobotFileError::at(at, why.to_owned()));
+        }
+        if !(self.mass > 0.0 && self.mass.is_finite()) {
+            return Err(RobotFileError::at(
+                at,
+                format!("[satellite]: mass = {}: give one above 0, kg", self.mass),
+            ));
         }
         Ok(SpatialFrame { rotation: rotation(self.orientation), origin: self.mount })
     }

@@ -310,14 +310,20 @@ pub(super) fn counted(names: &[&str]) -> String {
 impl TreeRobot {
     /// That nothing is made of what its joints lose.
     pub(super) fn without_friction(&self) -> Option<String> {
-        let lossy = self.design.links.iter().zip(&self.friction).filter(|(_, f)| f.is_there());
-        let names: Vec<_> = lossy.map(|(l, _)| l.name.as_str()).collect();
-        (!names.is_empty()).then(|| lost(self.losses, &names))
+        without_friction(self.losses, &self.design.links, &self.friction)
     }
 }
 
-/// That these links' joints lose what a model without friction does not.
-pub(super) fn lost(what: &str, links: &[&str]) -> String {
-    let (n, all) = (links.len(), links.join(", "));
-    format!("{what} of the joints of {n} links ({all}) is not in this model; FlexibleArm has both")
+/// That these links' joints lose what a model without friction does not; `None`: they lose nothing. `what` is the file's word for it.
+pub(super) fn without_friction(
+    what: &str,
+    links: &[DesignLink],
+    friction: &[JointFriction],
+) -> Option<String> {
+    let lossy = links.iter().zip(friction).filter(|(_, f)| f.is_there());
+    let names: Vec<_> = lossy.map(|(l, _)| l.name.as_str()).collect();
+    let (n, all) = (names.len(), names.join(", "));
+    (n > 0).then(|| {
+        format!("{what} of the joints of {n} links ({all}) is not in this model; FlexibleArm has both")
+    })
 }
