@@ -107,6 +107,21 @@ fn a_planar_arm_ends_where_its_tip_is() {
     compare(&tips(&scene), "tipPosition", |name| find(name).map(<[f64]>::to_vec), true);
     let motors = scene.parts.iter().filter(|part| part.name.starts_with("motor")).count();
     assert_eq!(motors, 2);
+    // Only what is missing is drawn without its twist, and a note names it; a rigid joint has no motor of its own.
+    for (missing, noted) in [("motorAngle[1]", true), ("motorAngle[2]", false)] {
+        let all_but = |name: &str| if name == missing { None } else { find(name) };
+        let other = planar_scene(&arm, &p, &MotionRecord::new(&time, &all_but)).unwrap();
+        assert_eq!(
+            other.notes.iter().any(|note| note.contains(missing)),
+            noted,
+            "{missing}: {:?}",
+            other.notes
+        );
+        for (part, whole) in other.parts.iter().zip(&scene.parts) {
+            let same = part.poses == whole.poses;
+            assert_eq!(same, !(noted && part.name == "motor 1"), "{missing}: {}", part.name);
+        }
+    }
     let e = planar_scene(
         &arm,
         &p,

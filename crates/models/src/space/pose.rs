@@ -20,7 +20,7 @@ impl SpatialFreeFlyer {
     /// Where all bodies are (SFF-2, LNK-2) by these parameters and states.
     pub fn pose(&self, p: &[f64], x: &[f64]) -> RobotPose {
         let mut now = RobotInstant::new();
-        now.place(self, &still(p, x));
+        now.place(self, &without_inputs(p, x));
         let bodies = now.frames(self);
         let ends = bodies.iter().enumerate().map(|(k, frame)| now.carried(k, frame)).collect();
         RobotPose { bodies, ends }
@@ -31,13 +31,13 @@ impl SpatialFreeFlyer {
     pub fn beam_point(&self, p: &[f64], x: &[f64], pose: &RobotPose, k: usize, z: f64) -> Vector3<f64> {
         let shapes = &self.structure().appendages;
         let first = self.state.modal_coordinate + shapes[..k].iter().map(|s| s.modes()).sum::<usize>();
-        let own = self.beam(&still(p, x), k).point(shapes[k], &x[first..][..shapes[k].modes()], z);
+        let own = self.beam(&without_inputs(p, x), k).point(shapes[k], &x[first..][..shapes[k].modes()], z);
         let base = &pose.bodies[0];
         add(base.origin, times(&base.rotation, own))
     }
 }
 
 /// These values without inputs, which no place depends on.
-fn still<'a>(p: &'a [f64], x: &'a [f64]) -> At<'a, f64> {
+fn without_inputs<'a>(p: &'a [f64], x: &'a [f64]) -> At<'a, f64> {
     At { t: 0.0, x, u: &[], p, modes: &[] }
 }

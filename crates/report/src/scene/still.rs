@@ -32,29 +32,22 @@ pub(super) fn svg(scene: &Scene, view: &SceneView) -> String {
         BEFORE.iter().map(|(share, opacity)| (row(*share), *opacity)).collect();
     poses.retain(|(row, _)| *row < last);
     poses.push((last, 1.0));
+    // The first layer above all others.
+    let mut layers: Vec<usize> = scene.parts.iter().map(|p| p.layer).collect();
+    layers.sort_unstable_by(|a, b| b.cmp(a));
+    layers.dedup();
     for (row, opacity) in poses {
-        let mut shapes = Vec::new();
-        // The first layer above all others.
-        let mut layers: Vec<usize> = scene.parts.iter().map(|p| p.layer).collect();
-        layers.sort_unstable();
-        layers.dedup();
-        for layer in layers.into_iter().rev() {
-            let mut own = Vec::new();
-            scene
-                .parts
-                .iter()
-                .filter(|p| p.layer == layer)
-                .for_each(|p| paint(p, scene, view, row, &mut own));
-            if !scene.planar {
-                own.sort_by(|a: &PaintedShape, b| a.depth.total_cmp(&b.depth));
-            }
-            shapes.push((layer, own));
-        }
         let _ = writeln!(out, "<g opacity=\"{opacity}\">");
-        for (layer, own) in shapes {
-            let opacity = if layer > 0 { 0.5 } else { 1.0 };
+        for layer in &layers {
+            let mut shapes = Vec::new();
+            let parts = scene.parts.iter().filter(|p| p.layer == *layer);
+            parts.for_each(|p| paint(p, scene, view, row, &mut shapes));
+            if !scene.planar {
+                shapes.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+            }
+            let opacity = if *layer > 0 { 0.5 } else { 1.0 };
             let _ = writeln!(out, "<g opacity=\"{opacity}\">");
-            own.iter().for_each(|shape| out.push_str(&shape.svg));
+            shapes.iter().for_each(|shape| out.push_str(&shape.svg));
             out.push_str("</g>\n");
         }
         out.push_str("</g>\n");

@@ -372,9 +372,8 @@ impl MjcfReader {
                 && !zero(*geom, "mass")
                 && (self.classes.of(*geom, "mass", class).is_some() || !zero(*geom, "density"))
         };
-        let geoms =
-            |node: Node<'_, '_>| node.children().filter(|c| c.has_tag_name("geom")).find(heavy).map(line);
-        let Some(at) = geoms(body) else { return Ok(None) };
+        let mut geoms = body.children().filter(|c| c.has_tag_name("geom"));
+        let Some(at) = geoms.find(heavy).map(line) else { return Ok(None) };
         let why = format!(
             "body `{name}` has no <inertial>, and the inertias of shapes (<geom>, meshes) are not read; give it one, or save the model as MuJoCo compiled it (mj_saveLastXML)"
         );
