@@ -16,8 +16,11 @@ const RESOLUTION: f64 = 1e-5;
 impl Page {
     /// A scene that moves, under a title; nothing if nothing of it is anywhere.
     pub fn scene(&mut self, title: &str, scene: &Scene) {
-        self.has_scenes();
-        self.html(&figure(title, scene));
+        let figure = figure(title, scene);
+        if !figure.is_empty() {
+            self.has_scenes();
+            self.html(&figure);
+        }
     }
 }
 
