@@ -129,6 +129,8 @@ def test_inertias_that_no_body_has_are_repaired_and_reported(trueup, tmp_path):
     ('<mujoco><worldbody/><equality><weld body1="a"/></equality></mujoco>', "a.xml", ("a.xml:1", "loop")),
     (OVERLAY.replace("arm.urdf", "absent.urdf"), "a.toml", ("a.toml:3", "absent.urdf")),
     (OVERLAY.replace("joint.shoulder", "joint.shouldr"), "a.toml", ("a.toml:9", "did you mean `shoulder`")),
+    (OVERLAY.replace("motor = {", "friction = { viscous = -0.1 }\nmotor = {"), "a.toml", ("a.toml:9", "`shoulder`: friction")),
+    (OVERLAY.replace("mass = 100.0", "mass = -1.0"), "a.toml", ("a.toml:", "[satellite]: mass = -1")),
     (OVERLAY.replace('link = "tool0"', 'link = "tool1"'), "a.toml", ("a.toml", "`tool1`", "did you mean `tool0`")),
     (OVERLAY.replace('link = "tool0"', 'link = "foot"'), "a.toml", ("`foot` is part of the base",)),
     (OVERLAY.replace("[satellite]", "gravity = [0.0, 0.0, -9.81]\n[satellite]"), "a.toml", ("gravity needs a base that is held",)),

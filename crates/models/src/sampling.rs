@@ -16,6 +16,11 @@ pub(crate) fn next_sample(modes: &[i32]) -> f64 {
     f64::from(modes[0]) * f64::from(1u32 << LOW_BITS) + f64::from(modes[1])
 }
 
+/// Whether a sample is due at `t`; with a period of 0 there are none. In between the outputs of the last sample are held.
+pub(crate) fn is_due(t: f64, period: f64, modes: &[i32]) -> bool {
+    period > 0.0 && last_sample(t, period) >= next_sample(modes)
+}
+
 /// Keeps that number.
 pub(crate) fn set_next_sample(modes: &mut [i32], number: f64) {
     let high = (number / f64::from(1u32 << LOW_BITS)).floor();

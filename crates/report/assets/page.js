@@ -21,6 +21,8 @@
     const fits = (log) => (v) => (v == null || (log && v <= 0) ? null : v);
     const data = chart.data.map((values, k) => (k ? values.map(fits(chart.y.log)) : values));
 
+    // As by default, but around 0 as in the picture where there is nothing else: uPlot takes 0 to 100.
+    const range = (u, low, high) => (low == null ? [null, null] : low === 0 && high === 0 ? [-0.5, 0.5] : uPlot.rangeNum(low, high, 0.1, true));
     // Of a logarithmic axis over more than two decades only these are marked.
     const decade = (v) => Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-9;
     const marks = (a) => (u, at) => (a.log && at[at.length - 1] > 100 * at[0] ? at.map((v) => (v != null && decade(v) ? v : null)) : at);
@@ -40,7 +42,7 @@
       cursor: { sync: { key: group }, points: { size: 7 } },
       scales: {
         x: { time: false, distr: chart.x.log ? 3 : 1 },
-        y: { distr: chart.y.log ? 3 : 1 },
+        y: chart.y.log ? { distr: 3 } : { distr: 1, range },
       },
       axes: [axis(chart.x, 22), axis(chart.y, 58)],
       series: [{ label: chart.x.text }, ...series],

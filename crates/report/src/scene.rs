@@ -16,8 +16,11 @@ const RESOLUTION: f64 = 1e-5;
 impl Page {
     /// A scene that moves, under a title; nothing if nothing of it is anywhere.
     pub fn scene(&mut self, title: &str, scene: &Scene) {
-        self.has_scenes();
-        self.html(&figure(title, scene));
+        let figure = figure(title, scene);
+        if !figure.is_empty() {
+            self.has_scenes();
+            self.html(&figure);
+        }
     }
 }
 
@@ -129,7 +132,7 @@ fn pose_numbers(out: &mut String, pose: &ScenePose, planar: bool, digits: usize)
     let [x, y, z] = pose.origin;
     let [w, a, b, c] = pose.turn;
     let (places, turns) =
-        if planar { (vec![x, y], vec![2.0 * c.atan2(w)]) } else { (vec![x, y, z], vec![w, a, b, c]) };
+        if planar { (vec![x, y], vec![pose.angle()]) } else { (vec![x, y, z], vec![w, a, b, c]) };
     for (k, (value, digits)) in
         places.iter().map(|v| (v, digits)).chain(turns.iter().map(|v| (v, 5))).enumerate()
     {

@@ -25,22 +25,17 @@ pub fn capture_scene(
 ) -> Result<Scene, MissingColumn> {
     let gripper = Parameters::new(capture.structure());
     let at = ChaserParameters::new(&()).behind(gripper.count);
-    let places = record.vector::<2>("chaserPosition")?;
-    let attitudes = record.series("chaserAttitude")?;
-    let poses: Vec<_> = places.iter().zip(&attitudes).map(|(r, a)| ScenePose::planar(*r, *a)).collect();
-    let hand = [p[at.end_effector], p[at.end_effector + 1]];
+    let poses = record.planar_poses("chaserPosition", "chaserAttitude")?;
+    let hand = [p[at.end_effector], p[at.end_effector + 1], 0.0];
+    let hands: Vec<_> = poses.iter().map(|pose| ScenePose { origin: pose.placed(hand), ..*pose }).collect();
     let size = half(p[at.mass], p[at.inertia]).min(0.7 * hand[0].hypot(hand[1]));
     let shapes = vec![
-        SceneShape::Rod { from: [0.0; 3], to: [hand[0], hand[1], 0.0], radius: 0.04 * size },
+        SceneShape::Rod { from: [0.0; 3], to: hand, radius: 0.04 * size },
         SceneShape::Block { center: [0.0; 3], half: [size; 3] },
     ];
     let mut scene = Scene { planar: true, time: record.times().to_vec(), ..Scene::default() };
     scene.parts.push(ScenePart { name: "chaser".into(), layer: 0, look: PartLook::Base, shapes, poses });
-    let hands = places.iter().zip(&attitudes).map(|(r, a)| {
-        let (sin, cos) = a.sin_cos();
-        ([r[0] + cos * hand[0] - sin * hand[1], r[1] + sin * hand[0] + cos * hand[1]], *a)
-    });
-    balls_and_target(&mut scene, capture.structure(), p, &hands.collect::<Vec<_>>(), record)?;
+    balls_and_target(&mut scene, capture.structure(), p, &hands, record)?;
     Ok(scene)
 }
 
@@ -55,32 +50,29 @@ pub fn arm_capture_scene(
 ) -> Result<Scene, MissingColumn> {
     let begin = Parameters::new(capture.structure()).count;
     let mut scene = planar_scene(capture.chaser(), &p[begin..], record)?;
-    let tips = record.vector::<2>("tipPosition")?.into_iter().zip(record.series("tipAttitude")?);
-    balls_and_target(&mut scene, capture.structure(), p, &tips.collect::<Vec<_>>(), record)?;
+    let hands = record.planar_poses("tipPosition", "tipAttitude")?;
+    balls_and_target(&mut scene, capture.structure(), p, &hands, record)?;
     Ok(scene)
 }
 
-/// Adds the balls of the hand, whose places and attitudes are given, and the target.
+/// Adds the hand with its balls, and the target.
 fn balls_and_target(
     scene: &mut Scene,
     s: &GripperStructure,
     p: &[f64],
-    hands: &[([f64; 2], f64)],
+    hands: &[ScenePose],
     record: &MotionRecord<'_>,
 ) -> Result<(), MissingColumn> {
     let at = Parameters::new(s);
     let jaws = record.series("jawPosition")?;
-    let poses = hands.iter().map(|(place, attitude)| ScenePose::planar(*place, *attitude)).collect();
-    let shapes = vec![SceneShape::Joint([0.0; 3])];
+    let (poses, shapes) = (hands.to_vec(), vec![SceneShape::Joint([0.0; 3])]);
     scene.parts.push(ScenePart { name: HAND.into(), layer: 0, look: PartLook::Base, shapes, poses });
     for ball in 0..s.balls {
         let pair = |begin: usize| [p[begin + 2 * ball], p[begin + 2 * ball + 1]];
         let (open, closed) = (pair(at.open), pair(at.closed));
-        let pose = |((place, attitude), jaw): (&([f64; 2], f64), &f64)| {
-            let own: [f64; 2] = std::array::from_fn(|i| open[i] + jaw * (closed[i] - open[i]));
-            let (sin, cos) = attitude.sin_cos();
-            let turned = [cos * own[0] - sin * own[1], sin * own[0] + cos * own[1]];
-            ScenePose::planar([place[0] + turned[0], place[1] + turned[1]], *attitude)
+        let pose = |(hand, jaw): (&ScenePose, &f64)| {
+            let [x, y] = std::array::from_fn(|i| open[i] + jaw * (closed[i] - open[i]));
+            ScenePose { origin: hand.placed([x, y, 0.0]), ..*hand }
         };
         scene.parts.push(ScenePart {
             name: format!("ball P{}", ball + 1),
@@ -90,8 +82,6 @@ fn balls_and_target(
             poses: hands.iter().zip(&jaws).map(pose).collect(),
         });
     }
-    let places = record.vector::<2>("targetPosition")?;
-    let attitudes = record.series("targetAttitude")?;
     let port = [-p[at.target_center], -p[at.target_center + 1], 0.0];
     let distance = port[0].hypot(port[1]);
     let own = half(p[at.target_mass], p[at.target_inertia]);
@@ -109,7 +99,7 @@ fn balls_and_target(
             SceneShape::Rod { from: end(-1.0), to: end(1.0), radius: 0.02 * size }
         }
     });
-    let poses = places.iter().zip(&attitudes).map(|(r, a)| ScenePose::planar(*r, *a)).collect();
+    let poses = record.planar_poses("targetPosition", "targetAttitude")?;
     scene.parts.push(ScenePart { name: "target".into(), layer: 0, look: PartLook::Target, shapes, poses });
     Ok(())
 }
@@ -130,8 +120,7 @@ pub fn hand_reach(s: &GripperStructure, p: &[f64]) -> f64 {
 /// Its position or its attitude is not recorded.
 pub fn body_scene(body: &FreeBody, p: &[f64], record: &MotionRecord<'_>) -> Result<Scene, MissingColumn> {
     let at = BodyParameters::new(&body.ports());
-    let places = record.vector::<2>("position")?;
-    let attitudes = record.series("attitude")?;
+    let poses = record.planar_poses("position", "attitude")?;
     let ports = (0..body.ports()).map(|k| [p[at.port + 2 * k], p[at.port + 2 * k + 1], 0.0]);
     let farthest = ports.clone().map(|r| r[0].hypot(r[1])).fold(0.0, f64::max);
     let own = half(p[at.mass], p[at.inertia]);
@@ -141,7 +130,6 @@ pub fn body_scene(body: &FreeBody, p: &[f64], record: &MotionRecord<'_>) -> Resu
         shapes.push(SceneShape::Rod { from: [0.0; 3], to: port, radius: 0.06 * size });
         shapes.push(SceneShape::Joint(port));
     }
-    let poses = places.iter().zip(&attitudes).map(|(r, a)| ScenePose::planar(*r, *a)).collect();
     Ok(Scene {
         planar: true,
         time: record.times().to_vec(),

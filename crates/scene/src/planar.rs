@@ -29,7 +29,8 @@ pub fn planar_scene(
     };
     let named = |name: &str| (1..=n).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
     let angles = record.elements(&named("jointAngle"))?;
-    let motors = record.elements(&named("motorAngle")).unwrap_or_else(|_| angles.clone());
+    // A motor that is not recorded is drawn where its joint is, which a note reports of one behind a spring.
+    let motors: Vec<_> = named("motorAngle").iter().map(|name| record.series(name).ok()).collect();
     let chain = Chain::new(n, p);
     // Poses of all bodies: the satellite's in its centre of mass, a link's in its joint.
     let mut poses: Vec<Vec<ScenePose>> = vec![Vec::new(); n + 1];
@@ -41,7 +42,8 @@ pub fn planar_scene(
         for body in 0..=n {
             poses[body].push(ScenePose::planar(place, now.angle[body]));
             if body > 0 {
-                rotors[body].push(ScenePose::planar(place, now.angle[body - 1] + motors[k][body - 1]));
+                let motor = motors[body - 1].as_ref().map_or(angles[body - 1], |angle| angle[k]);
+                rotors[body].push(ScenePose::planar(place, now.angle[body - 1] + motor));
             }
             place = [place[0] + now.arm[body][0], place[1] + now.arm[body][1]];
         }
@@ -50,6 +52,15 @@ pub fn planar_scene(
     let reach: f64 = (0..=n).map(length).sum();
     let radius = 0.018 * reach;
     let mut scene = Scene { planar: true, time: record.times().to_vec(), ..Scene::default() };
+    for (k, _) in
+        motors.iter().zip(arm.flexible()).enumerate().filter(|(_, (m, spring))| m.is_none() && **spring)
+    {
+        let number = k + 1;
+        let note = format!(
+            "Motor {number} is drawn without the twist of its joint: `motorAngle[{number}]` is not recorded."
+        );
+        scene.notes.push(note);
+    }
     let mut add = |name: String, look, shapes, poses| {
         scene.parts.push(ScenePart { name, layer: 0, look, shapes, poses });
     };

@@ -1,5 +1,7 @@
 //! The recorded outputs of a run, at the times that a scene shows.
 
+use crate::scene::ScenePose;
+
 /// Times of a scene at most: between them a page interpolates.
 const MOST_TIMES: usize = 400;
 
@@ -80,6 +82,12 @@ impl<'a> MotionRecord<'a> {
         let columns: Vec<Vec<f64>> =
             (1..=N).map(|i| self.series(&format!("{name}[{i}]"))).collect::<Result<_, _>>()?;
         Ok((0..self.times.len()).map(|k| std::array::from_fn(|i| columns[i][k])).collect())
+    }
+
+    /// Poses in the plane: by a vector of two and an angle.
+    pub(crate) fn planar_poses(&self, place: &str, angle: &str) -> Result<Vec<ScenePose>, MissingColumn> {
+        let (places, angles) = (self.vector::<2>(place)?, self.series(angle)?);
+        Ok(places.into_iter().zip(angles).map(|(place, angle)| ScenePose::planar(place, angle)).collect())
     }
 }
 

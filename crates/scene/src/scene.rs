@@ -1,8 +1,8 @@
 //! A scene: shapes fixed to parts, and where the parts are at each time.
 
-use trueup_models::space::attitude::quaternion;
+use trueup_models::space::attitude::{quaternion, rotation};
 use trueup_models::space::spatial::SpatialFrame;
-use trueup_models::space::vector::Vector3;
+use trueup_models::space::vector::{Vector3, add, times};
 
 /// Bodies that move; lengths in m, times in s, inertial axes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -124,6 +124,10 @@ impl ScenePose {
     pub fn planar(origin: [f64; 2], angle: f64) -> Self {
         let (sin, cos) = (0.5 * angle).sin_cos();
         Self { origin: [origin[0], origin[1], 0.0], turn: [cos, 0.0, 0.0, sin] }
+    }
+    /// A point of the part (own axes, m) in inertial axes, m.
+    pub fn placed(&self, point: Vector3<f64>) -> Vector3<f64> {
+        add(self.origin, times(&rotation(self.turn), point))
     }
     /// Of a planar pose, rad.
     pub fn angle(&self) -> f64 {

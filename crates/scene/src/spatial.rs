@@ -2,11 +2,12 @@
 
 use crate::record::{MissingColumn, MotionRecord};
 use crate::scene::{PartLook, Scene, ScenePart, ScenePose, SceneShape};
+use trueup_models::space::attitude::rotation;
 use trueup_models::space::layout::{Parameters, States};
 use trueup_models::space::pose::RobotPose;
 use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::tree::JointType;
-use trueup_models::space::vector::{Vector3, add, scale, sub, times};
+use trueup_models::space::vector::{Matrix3, Vector3, add, dot, scale, sub, times, transposed_times};
 use trueup_models::space::{RobotStructure, SpatialFreeFlyer};
 
 /// Points along what bends.
@@ -65,7 +66,7 @@ const POSITIONS: [&str; 5] =
     ["basePosition", "baseQuaternion", "jointAngle", "modalCoordinate", "linkModalCoordinate"];
 
 fn length(a: Vector3<f64>) -> f64 {
-    a.iter().map(|c| c * c).sum::<f64>().sqrt()
+    dot(a, a).sqrt()
 }
 
 /// The longest way from the base to a tip or a last body, m; 1 of a robot without lengths.
@@ -105,6 +106,16 @@ impl RobotDrawing<'_> {
         tips.map(|(a, _)| three(self.p, self.at.tip_offset + 3 * a))
     }
 
+    /// Whether the link of a body bends.
+    fn bends(&self, body: usize) -> bool {
+        self.robot.structure().bending().any(|(on, _)| on == body)
+    }
+
+    /// Axes of appendage `k` (beams, then tables) to those of the base.
+    fn appendage_axes(&self, k: usize) -> Matrix3<f64> {
+        rotation(std::array::from_fn(|i| self.p[self.at.appendage_orientation + 4 * k + i]))
+    }
+
     /// A cuboid of the base's mass and inertia, with brackets to what it carries; a small one where it is held.
     fn base(&self, reach: f64) -> ScenePart {
         let (s, p, at) = (self.robot.structure(), self.p, &self.at);
@@ -125,8 +136,7 @@ impl RobotDrawing<'_> {
     }
 
     fn body(&self, body: usize) -> ScenePart {
-        let s = self.robot.structure();
-        let bends = s.bending().any(|(on, _)| on == body);
+        let (s, bends) = (self.robot.structure(), self.bends(body));
         let mut shapes = Vec::new();
         let carried = self.carried(body);
         for place in carried.iter().filter(|r| length(**r) > 0.0) {
@@ -159,10 +169,9 @@ impl RobotDrawing<'_> {
 
     /// Tips of a body whose link bends: they move with the link's end.
     fn tip_of_bent(&self, body: usize) -> Option<ScenePart> {
-        let bends = self.robot.structure().bending().any(|(on, _)| on == body);
-        let shapes: Vec<_> = self.tips(body).filter(|_| bends).map(SceneShape::Tip).collect();
+        let shapes: Vec<_> = self.tips(body).map(SceneShape::Tip).collect();
         let poses = self.poses.iter().map(|pose| ScenePose::of(&pose.ends[body])).collect();
-        (!shapes.is_empty()).then(|| ScenePart {
+        (self.bends(body) && !shapes.is_empty()).then(|| ScenePart {
             name: format!("end of link {body}"),
             layer: 0,
             look: PartLook::Link,
@@ -204,9 +213,7 @@ impl RobotDrawing<'_> {
     fn panel(&self, k: usize, states: &[Vec<f64>]) -> ScenePart {
         let (p, at) = (self.p, &self.at);
         let side = if p[at.bending_x + k] > p[at.bending_y + k] { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-        let turn = trueup_models::space::attitude::rotation(std::array::from_fn(|i| {
-            p[at.appendage_orientation + 4 * k + i]
-        }));
+        let turn = self.appendage_axes(k);
         let half = 0.12 * p[at.appendage_length + k];
         let points = self.poses.iter().zip(states).map(|(pose, x)| {
             let across = scale(half, times(&pose.bodies[0].rotation, times(&turn, side)));
@@ -227,11 +234,9 @@ impl RobotDrawing<'_> {
         let (s, p, at) = (self.robot.structure(), self.p, &self.at);
         let rod = |k: usize| {
             let place = s.appendages.len() + k;
-            let turn = trueup_models::space::attitude::rotation(std::array::from_fn(|i| {
-                p[at.appendage_orientation + 4 * place + i]
-            }));
             let from = three(p, at.appendage_position + 3 * place);
-            let to = add(from, times(&turn, scale(2.0, three(p, at.table_center + 3 * k))));
+            let to =
+                add(from, times(&self.appendage_axes(place), scale(2.0, three(p, at.table_center + 3 * k))));
             SceneShape::Rod { from, to, radius: self.radius }
         };
         let shapes: Vec<_> = (0..s.tables.len()).map(rod).collect();
@@ -247,7 +252,7 @@ impl RobotDrawing<'_> {
 
 /// A point of the inertial frame in these axes.
 fn inward(frame: &SpatialFrame<f64>, point: Vector3<f64>) -> Vector3<f64> {
-    trueup_models::space::vector::transposed_times(&frame.rotation, sub(point, frame.origin))
+    transposed_times(&frame.rotation, sub(point, frame.origin))
 }
 
 fn three(values: &[f64], begin: usize) -> Vector3<f64> {

@@ -87,7 +87,7 @@ impl PlantInRun {
 }
 
 /// The scenes of a run by their titles, and reasons where one cannot be drawn.
-pub(crate) fn scenes(plants: &[PlantInRun], results: &SeriesMemory) -> (Vec<(String, Scene)>, Vec<String>) {
+fn scenes(plants: &[PlantInRun], results: &SeriesMemory) -> (Vec<(String, Scene)>, Vec<String>) {
     let mut together = Scene::default();
     let (mut names, mut apart, mut reasons) = (Vec::new(), Vec::new(), Vec::new());
     for plant in plants {
@@ -114,13 +114,22 @@ pub(crate) fn scenes(plants: &[PlantInRun], results: &SeriesMemory) -> (Vec<(Str
     (all.filter(|(_, scene)| !scene.parts.is_empty()).collect(), reasons)
 }
 
-/// Puts the scenes of a run onto its page.
-pub(crate) fn onto(page: &mut Page, plants: &[PlantInRun], results: &SeriesMemory) {
-    let (scenes, reasons) = scenes(plants, results);
-    if scenes.is_empty() && reasons.is_empty() {
+/// Puts the scenes of a run onto its page, in a section of their own.
+pub(crate) fn section(page: &mut Page, plants: &[PlantInRun], results: &SeriesMemory) {
+    let found = scenes(plants, results);
+    if found.0.is_empty() && found.1.is_empty() {
         return;
     }
     page.section("Motion", "The button plays, the slider scrubs; a picture in space turns by dragging.");
+    put(page, &found);
+}
+
+/// Puts the scenes of a run into the section that is open.
+pub(crate) fn onto(page: &mut Page, plants: &[PlantInRun], results: &SeriesMemory) {
+    put(page, &scenes(plants, results));
+}
+
+fn put(page: &mut Page, (scenes, reasons): &(Vec<(String, Scene)>, Vec<String>)) {
     scenes.iter().for_each(|(title, scene)| page.scene(title, scene));
     reasons.iter().for_each(|reason| page.text(reason));
 }

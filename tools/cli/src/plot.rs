@@ -17,7 +17,7 @@ pub(crate) fn page(title: &str, results: &SeriesMemory, plants: &[PlantInRun], l
     let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
     let lead = format!("{} rows from {} s to {} s.", time.len(), number(first), number(last));
     let mut page = Page::new(title, &lead);
-    moving::onto(&mut page, plants, results);
+    moving::section(&mut page, plants, results);
     page.section("Results", "Drag to zoom, double click to see all, click a name to hide its curve.");
     for group in groups(results) {
         let columns = group.iter().map(|k| &results.columns()[*k]);

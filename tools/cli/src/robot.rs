@@ -1,5 +1,6 @@
 //! Robots: presets, files of TOML, of URDF, of MJCF.
 
+mod attributes;
 mod flexure;
 mod mjcf;
 mod overlay;
@@ -93,6 +94,17 @@ struct FrictionEntry {
     viscous: f64,
     #[serde(default)]
     coulomb: f64,
+}
+
+impl FrictionEntry {
+    /// Of the body or joint of this name; refused where it drives.
+    fn of(&self, name: &str) -> Result<JointFriction, String> {
+        let Self { viscous, coulomb } = *self;
+        if !(viscous >= 0.0 && coulomb >= 0.0 && (viscous + coulomb).is_finite()) {
+            return Err(format!("`{name}`: friction has numbers not below 0"));
+        }
+        Ok(JointFriction { viscous, coulomb })
+    }
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -277,30 +289,12 @@ impl RobotFile {
 }
 
 impl File {
-    fn robot(mut self, fallback: String) -> Result<RobotFile, RobotFileError> {
-        let friction: Vec<_> = (self.body.iter_mut())
-            .map(|b| JointFriction { viscous: b.friction.viscous, coulomb: b.friction.coulomb })
-            .collect();
-        for (b, friction) in self.body.iter().zip(&friction) {
-            if !(friction.viscous >= 0.0
-                && friction.coulomb >= 0.0
-                && (friction.viscous + friction.coulomb).is_finite())
-            {
-                let name = b.name.as_deref().unwrap_or("a body");
-                return Err(format!("`{name}`: friction has numbers not below 0").into());
-            }
-        }
+    fn robot(self, fallback: String) -> Result<RobotFile, RobotFileError> {
+        let of_body = |b: &BodyEntry| b.friction.of(b.name.as_deref().unwrap_or("a body"));
+        let friction = self.body.iter().map(of_body).collect::<Result<Vec<_>, _>>()?;
         let robot = RobotFile::of(self.design(fallback)?);
-        let lossy: Vec<_> = robot
-            .design
-            .links
-            .iter()
-            .zip(&friction)
-            .filter(|(_, f)| f.is_there())
-            .map(|(l, _)| l.name.as_str())
-            .collect();
-        let without = (!lossy.is_empty()).then(|| tree::lost("friction", &lossy));
-        Ok(RobotFile { friction, without_friction: without, ..robot })
+        let without_friction = tree::without_friction("friction", &robot.design.links, &friction);
+        Ok(RobotFile { friction, without_friction, ..robot })
     }
 
     fn design(self, fallback: String) -> Result<RobotDesign, RobotFileError> {

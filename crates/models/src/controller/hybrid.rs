@@ -1,7 +1,7 @@
 //! The control law as a hybrid model: continuous or sampled, for n joints.
 
 use super::{Strategy, adaptation, input, law::ControlledJoint, output, parameter, state};
-use crate::sampling::{last_sample, next_sample, set_next_sample};
+use crate::sampling::{is_due, last_sample, next_sample, set_next_sample};
 use trueup_numerics::{
     Scalar,
     hybrid::{At, EventUpdate, Hybrid, ModelSizes},
@@ -106,12 +106,6 @@ impl ManipulatorController {
         // A number that `check` would have refused is the joint itself.
         number.map(|number| number as usize).filter(|k| (1..=n).contains(k)).map_or(j, |k| k - 1)
     }
-
-    /// Whether a sample is due at `t`.
-    fn due(&self, t: f64, p: &[f64], modes: &[i32]) -> bool {
-        let period = self.period(p);
-        period > 0.0 && last_sample(t, period) >= next_sample(&modes[SAMPLE..])
-    }
 }
 
 impl Hybrid for ManipulatorController {
@@ -159,7 +153,7 @@ impl Hybrid for ManipulatorController {
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let period = self.period(at.p).value();
-        let held = period > 0.0 && last_sample(at.t.value(), period) < next_sample(&at.modes[SAMPLE..]);
+        let held = period > 0.0 && !is_due(at.t.value(), period, &at.modes[SAMPLE..]);
         let n = self.joints;
         for j in 0..n {
             let joint = self.joint(at.x, at.u, at.p, at.modes, j);
@@ -219,7 +213,7 @@ impl Hybrid for ManipulatorController {
             change = EventUpdate { modes: true, states: true };
         }
         let period = self.period(p);
-        if self.due(t, p, modes) {
+        if is_due(t, period, &modes[SAMPLE..]) {
             for j in 0..n {
                 let adapting = self.adaptation(x, u, p, modes, j).map(|a| a.sample(period));
                 let joint = self.joint(x, u, p, modes, j);

@@ -11,7 +11,7 @@ use super::prescribed::PrescribedAccelerations;
 use super::snapshot::RobotSnapshot;
 use super::spatial::{Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
 use super::tree::{Joints, PerBody, PlacedBody, Tree, TreeBody};
-use super::vector::{Vector3, add, cross, identity, matrix, scale, three, transposed_times, zero};
+use super::vector::{Vector3, add, cross, matrix, scale, three, transposed_times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
@@ -93,11 +93,7 @@ impl<T: Scalar> RobotInstant<T> {
         let n = s.bodies();
         let (frame, velocity) = base(model, at);
         self.base = Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia));
-        self.bodies.push(TreeBody {
-            rigid: self.base,
-            mount: SpatialFrame { rotation: identity(), origin: zero() },
-            axis: zero(),
-        });
+        self.bodies.push(TreeBody { rigid: self.base, mount: SpatialFrame::identity(), axis: zero() });
         for j in 0..n {
             let center = three(at.p, p.body_center + 3 * j);
             self.bodies.push(TreeBody {

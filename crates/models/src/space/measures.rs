@@ -5,15 +5,15 @@ use super::MAX_BODIES;
 use super::composite::{BASE, composite_bodies};
 use super::snapshot::RobotSnapshot;
 use super::spatial::{Articulated, SpatialFrame, SpatialWrench};
-use super::tree::{JointType, PerBody, all, subspace};
-use super::vector::{Vector3, add, cross, identity, sub, times, zero};
+use super::tree::{PerBody, all, subspace};
+use super::vector::{Vector3, add, cross, sub, times};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
 /// A column whose part across those before it is shorter than this share of it (squared) depends on them.
 const DEPENDENT: f64 = 1e-26;
 /// A singular value below this share of the largest is 0.
-const NOTHING: f64 = 1e-14;
+pub(super) const NOTHING: f64 = 1e-14;
 /// Sweeps of Jacobi rotations at most; six are what it takes.
 const SWEEPS: usize = 30;
 
@@ -140,8 +140,7 @@ impl<T: Scalar> Arms<T> {
     pub(super) fn of(now: &RobotSnapshot<'_, T>, held: bool) -> Self {
         let RobotSnapshot { tree, bodies, placed, .. } = *now;
         let n = tree.bodies();
-        let mut frames = all(n, SpatialFrame { rotation: identity(), origin: zero() });
-        (1..=n).for_each(|i| frames[i] = frames[tree.parent[i - 1]].then(&placed[i].frame));
+        let frames = tree.frames(SpatialFrame::identity(), placed);
         let composite = composite_bodies(now);
         let mut pull = all(n, SpatialWrench::zero());
         for i in 1..=n {
@@ -179,12 +178,7 @@ impl<T: Scalar> Arms<T> {
         let point = add(at.origin, times(&at.rotation, offset));
         let mut columns = all(tree.bodies(), [T::zero(); BASE]);
         for i in tree.arm(tip) {
-            let axis = times(&self.frames[i].rotation, now.bodies[i].axis);
-            let ([a, b, c], [d, e, f]) = match tree.joint[i - 1] {
-                JointType::Revolute => (cross(axis, sub(point, self.frames[i].origin)), axis), // (SFF-7)
-                JointType::Prismatic => (axis, zero()),
-            };
-            columns[i] = [a, b, c, d, e, f];
+            columns[i] = tree.point_by_joint(i, &self.frames[i], now.bodies[i].axis, point); // (SFF-7)
         }
         if let Some(inertia) = &self.inertia {
             for (column, pull) in columns.iter_mut().zip(&self.pull).skip(1) {

@@ -4,7 +4,7 @@ use super::instant::RobotInstant;
 use super::model::SpatialFreeFlyer;
 use super::spatial::SpatialFrame;
 use super::tree::PerBody;
-use super::vector::{Vector3, add, three, times};
+use super::vector::{Vector3, add, times};
 use trueup_numerics::hybrid::At;
 
 /// Frames of all bodies, inertial axes; element 0 is the base.
@@ -20,16 +20,10 @@ impl SpatialFreeFlyer {
     /// Where all bodies are (SFF-2, LNK-2) by these parameters and states.
     pub fn pose(&self, p: &[f64], x: &[f64]) -> RobotPose {
         let mut now = RobotInstant::new();
-        now.place(self, &still(p, x));
+        now.place(self, &without_inputs(p, x));
         let bodies = now.frames(self);
         let ends = bodies.iter().enumerate().map(|(k, frame)| now.carried(k, frame)).collect();
         RobotPose { bodies, ends }
-    }
-
-    /// Tip `a` (from 0) in that pose, inertial axes, m (SFF-7).
-    pub fn tip_point(&self, p: &[f64], pose: &RobotPose, a: usize) -> Vector3<f64> {
-        let frame = &pose.ends[self.structure().tips[a]];
-        add(frame.origin, times(&frame.rotation, three(p, self.parameter.tip_offset + 3 * a)))
     }
 
     /// A point of the axis of appendage `k` (from 0; one that is a beam) at the share `z` (0 .. 1) of its length, inertial axes,
@@ -37,13 +31,13 @@ impl SpatialFreeFlyer {
     pub fn beam_point(&self, p: &[f64], x: &[f64], pose: &RobotPose, k: usize, z: f64) -> Vector3<f64> {
         let shapes = &self.structure().appendages;
         let first = self.state.modal_coordinate + shapes[..k].iter().map(|s| s.modes()).sum::<usize>();
-        let own = self.beam(&still(p, x), k).point(shapes[k], &x[first..][..shapes[k].modes()], z);
+        let own = self.beam(&without_inputs(p, x), k).point(shapes[k], &x[first..][..shapes[k].modes()], z);
         let base = &pose.bodies[0];
         add(base.origin, times(&base.rotation, own))
     }
 }
 
 /// These values without inputs, which no place depends on.
-fn still<'a>(p: &'a [f64], x: &'a [f64]) -> At<'a, f64> {
+fn without_inputs<'a>(p: &'a [f64], x: &'a [f64]) -> At<'a, f64> {
     At { t: 0.0, x, u: &[], p, modes: &[] }
 }

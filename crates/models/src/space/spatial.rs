@@ -2,8 +2,8 @@
 //! angular part first, both parts at the origin of the axes in which they are written.
 
 use super::vector::{
-    Matrix3, Vector3, add, cross, cross_columns, dot, plus, product, product_transposed, scale, sub, times,
-    transposed_times, zero,
+    Matrix3, Vector3, add, cross, cross_columns, dot, identity, plus, product, product_transposed, scale,
+    sub, times, transposed_times, zero,
 };
 use trueup_numerics::Scalar;
 
@@ -95,6 +95,10 @@ pub struct SpatialFrame<T> {
 }
 
 impl<T: Scalar> SpatialFrame<T> {
+    /// The parent's own axes.
+    pub fn identity() -> Self {
+        Self { rotation: identity(), origin: zero() }
+    }
     /// A parent's motion as it is seen here.
     #[inline]
     pub fn inwards(&self, m: SpatialMotion<T>) -> SpatialMotion<T> {

@@ -7,7 +7,7 @@ use super::MAX_BODIES;
 use super::attitude::about;
 use super::end::Ends;
 use super::spatial::{Articulated, Rigid, SpatialFrame, SpatialMotion, SpatialWrench};
-use super::vector::{Vector3, add, cross, dot, product, scale, times, transposed_times, zero};
+use super::vector::{Vector3, add, cross, dot, product, scale, sub, times, transposed_times, zero};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 
@@ -193,12 +193,38 @@ impl Tree {
 
     /// Frames of all bodies in the inertial one.
     pub fn inertial<T: Scalar>(&self, placed: &[PlacedBody<T>]) -> PerBody<SpatialFrame<T>> {
+        self.frames(placed[0].frame, placed)
+    }
+
+    /// Frames of all bodies in the axes in which the base's is `base`.
+    pub(super) fn frames<T: Scalar>(
+        &self,
+        base: SpatialFrame<T>,
+        placed: &[PlacedBody<T>],
+    ) -> PerBody<SpatialFrame<T>> {
         let mut all = PerBody::new();
-        all.push(placed[0].frame);
+        all.push(base);
         for i in 1..=self.bodies() {
             let frame = all[self.parent[i - 1]].then(&placed[i].frame);
             all.push(frame);
         }
         all
+    }
+
+    /// The velocity and the angular velocity of a point by one unit of the rate of body `i`'s joint, which carries it: a column of
+    /// J_M (SFF-7). `frame` is the body's in the axes of the point and of the result, `axis` the joint's in the body's own axes.
+    pub(super) fn point_by_joint<T: Scalar>(
+        &self,
+        i: usize,
+        frame: &SpatialFrame<T>,
+        axis: Vector3<T>,
+        point: Vector3<T>,
+    ) -> [T; 6] {
+        let axis = times(&frame.rotation, axis);
+        let ([a, b, c], [d, e, f]) = match self.joint[i - 1] {
+            JointType::Revolute => (cross(axis, sub(point, frame.origin)), axis), // (SFF-7)
+            JointType::Prismatic => (axis, zero()),
+        };
+        [a, b, c, d, e, f]
     }
 }

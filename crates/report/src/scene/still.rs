@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use trueup_scene::{PartLook, Scene, ScenePart, SceneShape};
 
-use super::view::{SceneView, corners, placed, pose_at};
+use super::view::{SceneView, corners, pose_at};
 
 const SIZE: (f64, f64) = (920.0, 520.0);
 /// Poses before the last one, as shares of the time, each with its opacity.
@@ -32,29 +32,22 @@ pub(super) fn svg(scene: &Scene, view: &SceneView) -> String {
         BEFORE.iter().map(|(share, opacity)| (row(*share), *opacity)).collect();
     poses.retain(|(row, _)| *row < last);
     poses.push((last, 1.0));
+    // The first layer above all others.
+    let mut layers: Vec<usize> = scene.parts.iter().map(|p| p.layer).collect();
+    layers.sort_unstable_by(|a, b| b.cmp(a));
+    layers.dedup();
     for (row, opacity) in poses {
-        let mut shapes = Vec::new();
-        // The first layer above all others.
-        let mut layers: Vec<usize> = scene.parts.iter().map(|p| p.layer).collect();
-        layers.sort_unstable();
-        layers.dedup();
-        for layer in layers.into_iter().rev() {
-            let mut own = Vec::new();
-            scene
-                .parts
-                .iter()
-                .filter(|p| p.layer == layer)
-                .for_each(|p| paint(p, scene, view, row, &mut own));
-            if !scene.planar {
-                own.sort_by(|a: &PaintedShape, b| a.depth.total_cmp(&b.depth));
-            }
-            shapes.push((layer, own));
-        }
         let _ = writeln!(out, "<g opacity=\"{opacity}\">");
-        for (layer, own) in shapes {
-            let opacity = if layer > 0 { 0.5 } else { 1.0 };
+        for layer in &layers {
+            let mut shapes = Vec::new();
+            let parts = scene.parts.iter().filter(|p| p.layer == *layer);
+            parts.for_each(|p| paint(p, scene, view, row, &mut shapes));
+            if !scene.planar {
+                shapes.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+            }
+            let opacity = if *layer > 0 { 0.5 } else { 1.0 };
             let _ = writeln!(out, "<g opacity=\"{opacity}\">");
-            own.iter().for_each(|shape| out.push_str(&shape.svg));
+            shapes.iter().for_each(|shape| out.push_str(&shape.svg));
             out.push_str("</g>\n");
         }
         out.push_str("</g>\n");
@@ -92,7 +85,7 @@ fn paint(part: &ScenePart, scene: &Scene, view: &SceneView, row: usize, all: &mu
     let Some(pose) = pose_at(part, row) else { return };
     let fill = colour(part, scene);
     let scale = view.scale(SIZE);
-    let to = |p: [f64; 3]| view.to(SIZE, placed(pose, p));
+    let to = |p: [f64; 3]| view.to(SIZE, pose.placed(p));
     let mut put = |depth: f64, svg: String| all.push(PaintedShape { depth, svg });
     let path = |points: &[[f64; 3]], end: &str| {
         let mut d = String::new();

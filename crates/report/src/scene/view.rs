@@ -5,6 +5,8 @@ use trueup_scene::{Scene, ScenePart, ScenePose, SceneShape};
 /// Camera of a picture, from above at an angle: rad about z, rad above the plane z = 0.
 const AZIMUTH: f64 = -0.9;
 const ELEVATION: f64 = 0.4;
+/// What is planar is seen along z.
+const ELEVATION_OF_PLANE: f64 = std::f64::consts::FRAC_PI_2;
 /// Room around what is drawn.
 const MARGIN: f64 = 1.12;
 
@@ -26,6 +28,17 @@ pub(crate) struct SceneView {
 impl SceneView {
     /// Of a scene; `None` if nothing of it is anywhere.
     pub(crate) fn of(scene: &Scene) -> Option<Self> {
+        if let Some(window) = scene.window {
+            return Some(Self {
+                planar: true,
+                center: [window.center[0], window.center[1], 0.0],
+                half: [window.half; 2],
+                azimuth: AZIMUTH,
+                elevation: ELEVATION_OF_PLANE,
+                grid: round_length(0.4 * window.half),
+                floor: 0.0,
+            });
+        }
         let (mut least, mut most) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         let mut all = Vec::new();
         for part in &scene.parts {
@@ -40,7 +53,7 @@ impl SceneView {
         let found = least.iter().chain(&most).all(|v| v.is_finite());
         let center: [f64; 3] = std::array::from_fn(|i| 0.5 * (least[i] + most[i]));
         let mut half = [0.5 * (most[0] - least[0]), 0.5 * (most[1] - least[1])];
-        let elevation = if scene.planar { std::f64::consts::FRAC_PI_2 } else { ELEVATION };
+        let elevation = if scene.planar { ELEVATION_OF_PLANE } else { ELEVATION };
         if !scene.planar {
             // Whichever way it is turned about z.
             let (sin, cos) = elevation.sin_cos();
@@ -52,17 +65,6 @@ impl SceneView {
                 half[1] = half[1].max(cos * d[2].abs() + sin * around + radius);
             }
         }
-        if let Some(window) = scene.window {
-            return Some(Self {
-                planar: true,
-                center: [window.center[0], window.center[1], 0.0],
-                half: [window.half; 2],
-                azimuth: AZIMUTH,
-                elevation,
-                grid: round(0.4 * window.half),
-                floor: 0.0,
-            });
-        }
         let size = half[0].max(half[1]);
         (found && size > 0.0).then(|| Self {
             planar: scene.planar,
@@ -70,7 +72,7 @@ impl SceneView {
             half: half.map(|h| MARGIN * h.max(0.2 * size)),
             azimuth: AZIMUTH,
             elevation,
-            grid: if scene.symbolic { 0.0 } else { round(0.4 * size) },
+            grid: if scene.symbolic { 0.0 } else { round_length(0.4 * size) },
             floor: least[2],
         })
     }
@@ -98,7 +100,7 @@ impl SceneView {
 }
 
 /// The largest of 1, 2, 5 times a power of ten that is not above it.
-fn round(value: f64) -> f64 {
+fn round_length(value: f64) -> f64 {
     let exponent = value.log10().floor() as i32;
     let text = |m: u32| format!("{m}e{exponent}").parse().unwrap_or(value);
     [5, 2, 1].into_iter().map(text).find(|v| *v <= value).unwrap_or(value)
@@ -109,7 +111,7 @@ fn extent(part: &ScenePart, mut see: impl FnMut([f64; 3], f64)) {
     for shape in &part.shapes {
         let mut of_all = |points: &[[f64; 3]], radius: f64| {
             for pose in &part.poses {
-                points.iter().for_each(|p| see(placed(pose, *p), radius));
+                points.iter().for_each(|p| see(pose.placed(*p), radius));
             }
         };
         match shape {
@@ -120,7 +122,7 @@ fn extent(part: &ScenePart, mut see: impl FnMut([f64; 3], f64)) {
             SceneShape::Curve { points, .. } | SceneShape::Strip(points) => {
                 for (k, points) in points.iter().enumerate() {
                     if let Some(pose) = pose_at(part, k) {
-                        points.iter().for_each(|p| see(placed(pose, *p), 0.0));
+                        points.iter().for_each(|p| see(pose.placed(*p), 0.0));
                     }
                 }
             }
@@ -140,17 +142,6 @@ pub(crate) fn pose_at(part: &ScenePart, k: usize) -> Option<&ScenePose> {
     part.poses.get(k).or_else(|| part.poses.first())
 }
 
-/// A point of a part in inertial axes.
-pub(crate) fn placed(pose: &ScenePose, [x, y, z]: [f64; 3]) -> [f64; 3] {
-    let [w, a, b, c] = pose.turn;
-    let rows = [
-        [1.0 - 2.0 * (b * b + c * c), 2.0 * (a * b - w * c), 2.0 * (a * c + w * b)],
-        [2.0 * (a * b + w * c), 1.0 - 2.0 * (a * a + c * c), 2.0 * (b * c - w * a)],
-        [2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)],
-    ];
-    std::array::from_fn(|i| pose.origin[i] + rows[i][0] * x + rows[i][1] * y + rows[i][2] * z)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -158,7 +149,7 @@ mod tests {
     #[test]
     fn rules_have_round_lengths() {
         for (value, wanted) in [(0.4, 0.2), (1.0, 1.0), (73.0, 50.0), (0.0031, 0.002)] {
-            assert_eq!(round(value), wanted);
+            assert_eq!(round_length(value), wanted);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Robots as MJCF: bodies, joints, inertials, armature, damping, frictionloss, with classes of defaults.
 
-mod attributes;
 mod defaults;
 mod orientation;
 
@@ -10,12 +9,12 @@ use roxmltree::{Document, Node};
 use trueup_models::space::spatial::{Rigid, SpatialFrame};
 use trueup_models::space::vector::{Matrix3, Vector3, identity, scale};
 
+use super::attributes::{fixed, line, needed, numbers};
 use super::tree::{
     FileFault, FileJoint, FileJointKind, FileLink, JointFriction, TreeRobot, WORLD, assemble, counted, once,
     root,
 };
 use crate::error::CliError;
-use attributes::{fixed, line, needed, numbers};
 use defaults::DefaultClasses;
 use orientation::AngleUnits;
 
@@ -75,7 +74,6 @@ struct MjcfReader {
     units: AngleUnits,
     /// Groups of geoms that would give a body without <inertial> its mass.
     groups: [f64; 2],
-    /// Bodies take their inertia from geoms only where they have none of their own.
     links: Vec<FileLink>,
     joints: Vec<FileJoint>,
     /// Joints whose angle in the file is not 0.
@@ -130,7 +128,7 @@ fn design(document: &Document<'_>, fallback: &str) -> Result<TreeRobot, FileFaul
         return Err((line(node), why));
     }
     for world in model.children().filter(|c| c.has_tag_name("worldbody")) {
-        reader.inside(world, WORLD, &still(), None)?;
+        reader.inside(world, WORLD, &SpatialFrame::identity(), None)?;
     }
     once("the body or site", reader.links.iter().map(|b| (b.name.as_str(), b.line)))?;
     once("the joint", reader.joints.iter().map(|j| (j.name.as_str(), j.line)))?;
@@ -145,10 +143,6 @@ fn design(document: &Document<'_>, fallback: &str) -> Result<TreeRobot, FileFaul
 
 fn in_world(node: Node<'_, '_>) -> bool {
     node.ancestors().any(|a| a.has_tag_name("worldbody"))
-}
-
-fn still() -> SpatialFrame<f64> {
-    SpatialFrame { rotation: identity(), origin: [0.0; 3] }
 }
 
 /// <equality>: joints that follow others are fixed; what closes a loop is refused. Names of those fixed.
@@ -378,9 +372,8 @@ impl MjcfReader {
                 && !zero(*geom, "mass")
                 && (self.classes.of(*geom, "mass", class).is_some() || !zero(*geom, "density"))
         };
-        let geoms =
-            |node: Node<'_, '_>| node.children().filter(|c| c.has_tag_name("geom")).find(heavy).map(line);
-        let Some(at) = geoms(body) else { return Ok(None) };
+        let mut geoms = body.children().filter(|c| c.has_tag_name("geom"));
+        let Some(at) = geoms.find(heavy).map(line) else { return Ok(None) };
         let why = format!(
             "body `{name}` has no <inertial>, and the inertias of shapes (<geom>, meshes) are not read; give it one, or save the model as MuJoCo compiled it (mj_saveLastXML)"
         );

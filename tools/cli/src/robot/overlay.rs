@@ -8,9 +8,9 @@ use toml::Spanned;
 use trueup_models::space::attitude::{product, quaternion, rotation};
 use trueup_models::space::design::{DesignTip, Thruster};
 use trueup_models::space::spatial::{Rigid, SpatialFrame};
-use trueup_models::space::vector::{Vector3, add, scale, times};
+use trueup_models::space::vector::{Vector3, add, sub, times};
 
-use super::tree::{JointFriction, NOTHING, TreeRobot, central};
+use super::tree::{NOTHING, TreeRobot, central};
 use super::wrong::RobotFileError;
 use super::{DriveEntry, FrictionEntry, Nozzle, RobotFile, panel};
 use crate::near::suggestion;
@@ -114,8 +114,7 @@ impl Overlay {
             }
             None if held != robot.design.held && !held => {
                 // What was on the ground floats: its base axes move into its centre of mass.
-                let still = SpatialFrame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
-                shift = rebase(&mut robot, NOTHING, &still);
+                shift = rebase(&mut robot, NOTHING, &SpatialFrame::identity());
             }
             None => {}
         }
@@ -130,7 +129,7 @@ impl Overlay {
                 gravity.get_ref().iter().enumerate().map(|(i, g)| (format!("gravity[{}]", i + 1), *g)),
             );
         }
-        let inward = |place: Vector3<f64>| add(place, scale(-1.0, shift));
+        let inward = |place: Vector3<f64>| sub(place, shift);
         self.joints(&mut robot)?;
         self.tips(&mut robot)?;
         let design = &mut robot.design;
@@ -172,7 +171,8 @@ impl Overlay {
                 robot.design.links[own].motor = motor.design();
             }
             if let Some(friction) = &joint.friction {
-                robot.friction[own] = JointFriction { viscous: friction.viscous, coulomb: friction.coulomb };
+                let friction = friction.of(name.get_ref());
+                robot.friction[own] = friction.map_err(|why| RobotFileError::at(name.span().start, why))?;
             }
         }
         Ok(())
@@ -216,6 +216,12 @@ impl Satellite {
             let why = "[satellite]: give a finite mount, and a unit quaternion as orientation, w first";
             return Err(RobotFileError::at(at, why.to_owned()));
         }
+        if !(self.mass > 0.0 && self.mass.is_finite()) {
+            return Err(RobotFileError::at(
+                at,
+                format!("[satellite]: mass = {}: give one above 0, kg", self.mass),
+            ));
+        }
         Ok(SpatialFrame { rotation: rotation(self.orientation), origin: self.mount })
     }
 
@@ -233,7 +239,7 @@ fn rebase(robot: &mut TreeRobot, body: Rigid<f64>, frame: &SpatialFrame<f64>) ->
     let (mass, center, inertia) = central(&body.plus(&robot.base.outwards(frame)));
     let moved = |place: Vector3<f64>| {
         let of_root = add(place, before);
-        add(add(frame.origin, times(&frame.rotation, of_root)), scale(-1.0, center))
+        sub(add(frame.origin, times(&frame.rotation, of_root)), center)
     };
     (robot.design.base_mass, robot.design.base_inertia) = (mass, inertia);
     for link in robot.design.links.iter_mut().filter(|l| l.parent == 0) {

@@ -4,7 +4,7 @@ use trueup_models::space::attitude::quaternion;
 use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, RobotDesign};
 use trueup_models::space::spatial::{Rigid, SpatialFrame};
 use trueup_models::space::tree::JointType;
-use trueup_models::space::vector::{Matrix3, Vector3, add, identity, scale};
+use trueup_models::space::vector::{Matrix3, Vector3, identity, scale, sub};
 
 /// Line of the file, error and remedy.
 pub(super) type FileFault = (u32, String);
@@ -106,7 +106,7 @@ pub(super) const NOTHING: Rigid<f64> = Rigid { mass: 0.0, first: [0.0; 3], inert
 fn gather<'a>(link: &'a str, links: &'a [FileLink], joints: &'a [FileJoint]) -> MergedLinks<'a> {
     let mut all = MergedLinks { rigid: NOTHING, joints: Vec::new(), frames: Vec::new(), links: Vec::new() };
     let (whole, mut bare) = (link, Vec::new());
-    let mut rest = vec![(link, SpatialFrame { rotation: identity(), origin: [0.0; 3] })];
+    let mut rest = vec![(link, SpatialFrame::identity())];
     while let Some((link, frame)) = rest.pop() {
         all.links.push((link, frame));
         let own = links.iter().find(|b| b.name == link).and_then(|b| b.rigid.as_ref());
@@ -248,7 +248,7 @@ pub(super) fn assemble(
     };
     // Base axes have their origin in the centre of mass.
     let mut rest: Vec<(usize, &FileJoint, SpatialFrame<f64>)> = Vec::new();
-    let shifted = |f: &SpatialFrame<f64>| SpatialFrame { origin: add(f.origin, scale(-1.0, center)), ..*f };
+    let shifted = |f: &SpatialFrame<f64>| SpatialFrame { origin: sub(f.origin, center), ..*f };
     base.joints.iter().rev().for_each(|(j, f)| rest.push((0, *j, shifted(f))));
     made.places.extend(base.links.iter().map(|(link, f)| ((*link).to_owned(), 0, shifted(f))));
     while let Some((parent, joint, frame)) = rest.pop() {
@@ -310,14 +310,20 @@ pub(super) fn counted(names: &[&str]) -> String {
 impl TreeRobot {
     /// That nothing is made of what its joints lose.
     pub(super) fn without_friction(&self) -> Option<String> {
-        let lossy = self.design.links.iter().zip(&self.friction).filter(|(_, f)| f.is_there());
-        let names: Vec<_> = lossy.map(|(l, _)| l.name.as_str()).collect();
-        (!names.is_empty()).then(|| lost(self.losses, &names))
+        without_friction(self.losses, &self.design.links, &self.friction)
     }
 }
 
-/// That these links' joints lose what a model without friction does not.
-pub(super) fn lost(what: &str, links: &[&str]) -> String {
-    let (n, all) = (links.len(), links.join(", "));
-    format!("{what} of the joints of {n} links ({all}) is not in this model; FlexibleArm has both")
+/// That these links' joints lose what a model without friction does not; `None`: they lose nothing. `what` is the file's word for it.
+pub(super) fn without_friction(
+    what: &str,
+    links: &[DesignLink],
+    friction: &[JointFriction],
+) -> Option<String> {
+    let lossy = links.iter().zip(friction).filter(|(_, f)| f.is_there());
+    let names: Vec<_> = lossy.map(|(l, _)| l.name.as_str()).collect();
+    let (n, all) = (names.len(), names.join(", "));
+    (n > 0).then(|| {
+        format!("{what} of the joints of {n} links ({all}) is not in this model; FlexibleArm has both")
+    })
 }

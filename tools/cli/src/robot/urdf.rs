@@ -7,6 +7,7 @@ use trueup_models::space::attitude::about;
 use trueup_models::space::spatial::{Rigid, SpatialFrame};
 use trueup_models::space::vector::{Matrix3, identity, product, scale};
 
+use super::attributes::{fixed, line, needed};
 use super::tree::{
     FileFault, FileJoint, FileJointKind, FileLink, JointFriction, TreeRobot, assemble, counted, once, root,
 };
@@ -33,39 +34,23 @@ fn parsed(path: &Path, text: &str) -> Result<TreeRobot, String> {
     design(&document).map_err(at)
 }
 
-fn line(node: Node<'_, '_>) -> u32 {
-    node.document().text_pos_at(node.range().start).row
-}
-
 fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|c| c.has_tag_name(name))
 }
 
-fn needed<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, FileFault> {
-    let why = || format!("<{}> has no attribute `{name}`; give it one", node.tag_name().name());
-    node.attribute(name).ok_or_else(|| (line(node), why()))
-}
-
 fn numbers<const N: usize>(node: Node<'_, '_>, name: &str, default: [f64; N]) -> Result<[f64; N], FileFault> {
-    let Some(text) = node.attribute(name) else { return Ok(default) };
-    let list: Vec<f64> = text.split_whitespace().filter_map(|w| w.parse().ok()).collect();
-    let fine = list.len() == N
-        && list.len() == text.split_whitespace().count()
-        && list.iter().all(|v| v.is_finite());
-    fine.then(|| std::array::from_fn(|k| list[k])).ok_or_else(|| {
-        (line(node), format!("{name}=\"{text}\": give {N} finite number(s), with blanks between"))
-    })
+    node.attribute(name).map_or(Ok(default), |text| fixed(node, name, text))
 }
 
 fn number(node: Node<'_, '_>, name: &str) -> Result<f64, FileFault> {
-    needed(node, name)?;
-    Ok(numbers::<1>(node, name, [0.0])?[0])
+    let [value] = fixed(node, name, needed(node, name)?)?;
+    Ok(value)
 }
 
 /// `<origin xyz rpy>` of a node: roll about x, pitch about y, yaw about z, in this order about the parent's axes.
 fn origin(node: Node<'_, '_>) -> Result<SpatialFrame<f64>, FileFault> {
     let Some(o) = child(node, "origin") else {
-        return Ok(SpatialFrame { rotation: identity(), origin: [0.0; 3] });
+        return Ok(SpatialFrame::identity());
     };
     let [r, p, y] = numbers(o, "rpy", [0.0; 3])?;
     let turn = |axis: usize, angle: f64| {

@@ -1,15 +1,12 @@
 //! Rates of joints for a task, by a damped inverse (CTS-5, CTS-6).
 
-use super::super::measures::orthogonal_rows;
+use super::super::measures::{NOTHING, orthogonal_rows};
 use super::super::{MAX_BODIES, MAX_TIPS};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
 /// Most components of a task.
 pub(super) const MAX_ROWS: usize = 6 * MAX_TIPS;
-
-/// A singular value below this share of the largest is 0.
-const NOTHING: f64 = 1e-14;
 
 /// Rows of a task by joints that may move for it.
 #[derive(Clone, Debug)]

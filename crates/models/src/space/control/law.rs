@@ -78,6 +78,13 @@ fn within<T: Scalar>(value: T, limit: T) -> T {
     value.min(limit).max(-limit)
 }
 
+/// The motion of a tip: without the joints' rates, and by each of them.
+fn motion<T: Scalar>(own: &BaseSix<T>, jacobian: &[BaseSix<T>], rates: &[T]) -> BaseSix<T> {
+    core::array::from_fn(|row| {
+        jacobian.iter().zip(rates).fold(own[row], |sum, (column, rate)| sum + column[row] * *rate)
+    })
+}
+
 impl<T: Scalar> ControlLaw<'_, T> {
     fn base_answer(&self) -> BaseAnswer<T> {
         let n = self.plant.structure().bodies();
@@ -123,6 +130,7 @@ impl<T: Scalar> ControlLaw<'_, T> {
         let mut rates = [T::zero(); MAX_BODIES];
         rates[..n].copy_from_slice(self.reference.joints);
         let mut jacobian = [[[T::zero(); BASE]; MAX_BODIES]; MAX_TIPS];
+        let mut own = [[T::zero(); BASE]; MAX_TIPS];
         let mut error = [T::zero(); MAX_ROWS];
         let mut task = TaskJacobian::new();
         let mut wanted = [T::zero(); MAX_ROWS];
@@ -131,20 +139,20 @@ impl<T: Scalar> ControlLaw<'_, T> {
             let offset = three(self.p, self.plant.parameter.tip_offset + 3 * a);
             let point = self.pose.point(*tip, offset);
             for body in s.tree.arm(*tip) {
-                jacobian[a][body - 1] = self.pose.by_joint(self.plant, self.p, body - 1, point);
+                jacobian[a][body - 1] = self.pose.by_joint(self.plant, body, point);
             }
             for (column, by) in jacobian[a][..n].iter_mut().zip(&answer.by_joint) {
                 let carried = self.pose.carried(point, by);
                 column.iter_mut().zip(carried).for_each(|(c, carried)| *c -= carried); // (CTS-1)
             }
-            let own = self.pose.carried(point, &answer.own);
+            own[a] = self.pose.carried(point, &answer.own);
+            let given = motion(&own[a], &jacobian[a][..n], &rates);
             for half in 0..2 {
                 let reference = three(self.reference.tips, 6 * a + 3 * half);
                 let reference = transposed_times(self.pose.rotation(), reference);
                 for i in 0..3 {
                     let row = 3 * half + i;
-                    let given = (0..n).fold(own[row], |sum, j| sum + jacobian[a][j][row] * rates[j]);
-                    error[6 * a + row] = reference[i] - given;
+                    error[6 * a + row] = reference[i] - given[row];
                 }
             }
             for row in (0..BASE).filter(|row| weight[6 * a + row].value() > 0.0) {
@@ -171,33 +179,16 @@ impl<T: Scalar> ControlLaw<'_, T> {
         let most = (0..n).map(share).fold(T::one(), T::max);
         rates.iter_mut().for_each(|r| *r /= most); // (CTS-7)
         for a in 0..s.tips.len() {
-            self.leave(a, &jacobian[a], &answer, &rates, &mut error);
-        }
-        ResolvedRates { rates, error, smallest, damping }
-    }
-
-    /// What these rates leave of the reference of tip `a`, inertial axes.
-    fn leave(
-        &self,
-        a: usize,
-        jacobian: &[BaseSix<T>; MAX_BODIES],
-        answer: &BaseAnswer<T>,
-        rates: &[T; MAX_BODIES],
-        error: &mut [T; MAX_ROWS],
-    ) {
-        let s = self.plant.structure();
-        let offset = three(self.p, self.plant.parameter.tip_offset + 3 * a);
-        let own = self.pose.carried(self.pose.point(s.tips[a], offset), &answer.own);
-        let given: BaseSix<T> = core::array::from_fn(|row| {
-            (0..s.bodies()).fold(own[row], |sum, j| sum + jacobian[j][row] * rates[j])
-        });
-        for half in 0..2 {
-            let turned = times(self.pose.rotation(), three(&given, 3 * half));
-            for i in 0..3 {
-                let row = 6 * a + 3 * half + i;
-                error[row] = self.reference.tips[row] - turned[i];
+            let given = motion(&own[a], &jacobian[a][..n], &rates);
+            for half in 0..2 {
+                let turned = times(self.pose.rotation(), three(&given, 3 * half));
+                for i in 0..3 {
+                    let row = 6 * a + 3 * half + i;
+                    error[row] = self.reference.tips[row] - turned[i];
+                }
             }
         }
+        ResolvedRates { rates, error, smallest, damping }
     }
 
     /// Torques for those rates, with the integrals of the errors so far (CTS-8, CTS-9).

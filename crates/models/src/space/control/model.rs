@@ -9,7 +9,7 @@ use super::law::{ControlLaw, ControlReferences, ControlSettings, ResolvedRates, 
 use super::layout::{BaseControl, Inputs, Outputs, Parameters, States};
 use super::pose::{ControlledPose, RobotMeasurements};
 use crate::layout::{LayoutEntry, Parameter};
-use crate::sampling::{last_sample, next_sample, set_next_sample};
+use crate::sampling::{is_due, last_sample, next_sample, set_next_sample};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
@@ -265,7 +265,7 @@ impl Hybrid for SpaceController {
         let (n, rows) = (s.bodies(), 6 * s.tips.len());
         let (command, resolved) = self.command(&at);
         let period = self.period(at.p);
-        let held = period > 0.0 && last_sample(at.t.value(), period) < next_sample(at.modes);
+        let held = period > 0.0 && !is_due(at.t.value(), period, at.modes);
         if held {
             y[out.joint_torque..][..n].copy_from_slice(&at.x[self.state.held_torque..][..n]);
         } else {
@@ -285,7 +285,7 @@ impl Hybrid for SpaceController {
 
     fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
         let period = self.period(p);
-        if period <= 0.0 || last_sample(t, period) < next_sample(modes) {
+        if !is_due(t, period, modes) {
             return EventUpdate::default();
         }
         let (command, _) = self.command(&At { t, x, u, p, modes });

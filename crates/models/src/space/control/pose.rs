@@ -5,8 +5,8 @@ use super::super::composite::{BASE, forces};
 use super::super::instant::RobotInstant;
 use super::super::model::SpatialFreeFlyer;
 use super::super::spatial::{SpatialFrame, SpatialMotion};
-use super::super::tree::{JointType, PerBody, all};
-use super::super::vector::{Matrix3, Vector3, add, cross, identity, sub, three, times, zero};
+use super::super::tree::PerBody;
+use super::super::vector::{Matrix3, Vector3, add, cross, three, times, zero};
 use super::super::{MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_THRUSTERS, MAX_TIPS};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
@@ -78,10 +78,7 @@ impl<T: Scalar> ControlledPose<T> {
     pub(super) fn new(plant: &SpatialFreeFlyer, p: &[T], measured: &RobotMeasurements<'_, T>) -> Self {
         let n = plant.structure().bodies();
         let moving = placed(plant, p, measured, true);
-        let mut frames = all(n, SpatialFrame { rotation: identity(), origin: zero() });
-        for i in 1..=n {
-            frames[i] = frames[plant.structure().tree.parent[i - 1]].then(&moving.placed[i].frame);
-        }
+        let frames = plant.structure().tree.frames(SpatialFrame::identity(), &moving.placed);
         let velocity = moving.placed[0].velocity;
         let mut pose = Self {
             frames,
@@ -154,21 +151,10 @@ impl<T: Scalar> ControlledPose<T> {
         add(at.origin, times(&at.rotation, offset))
     }
 
-    /// The motion of a point carried by joint `j` (from 0) per unit of its rate, base axes: a column of J_M.
-    pub(super) fn by_joint(
-        &self,
-        plant: &SpatialFreeFlyer,
-        p: &[T],
-        j: usize,
-        point: Vector3<T>,
-    ) -> BaseSix<T> {
-        let frame = &self.frames[j + 1];
-        let axis = super::super::attitude::unit(three(p, plant.parameter.joint_axis + 3 * j));
-        let axis = times(&frame.rotation, axis);
-        match plant.structure().tree.joint[j] {
-            JointType::Revolute => six(cross(axis, sub(point, frame.origin)), axis),
-            JointType::Prismatic => six(axis, zero()),
-        }
+    /// The motion of a point carried by the joint of `body` per unit of its rate, base axes: a column of J_M.
+    pub(super) fn by_joint(&self, plant: &SpatialFreeFlyer, body: usize, point: Vector3<T>) -> BaseSix<T> {
+        let now = self.moving.snapshot(plant);
+        now.tree.point_by_joint(body, &self.frames[body], now.bodies[body].axis, point)
     }
 
     /// Force and torque on the base and torques of the joints that these accelerations take, base axes; of the base spatial ones.

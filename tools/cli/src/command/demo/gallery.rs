@@ -187,9 +187,7 @@ pub(super) fn draw(folder: &Path, page: &mut Page) -> Result<(), CliError> {
     for exhibit in &EXHIBITS {
         let DemoRun { results, plants } = run(folder, exhibit.name, exhibit.toml, exhibit.inputs, &[])?;
         page.section(exhibit.title, exhibit.text);
-        let (scenes, reasons) = crate::moving::scenes(&plants, &results);
-        scenes.iter().for_each(|(title, scene)| page.scene(title, scene));
-        reasons.iter().for_each(|reason| page.text(reason));
+        crate::moving::onto(page, &plants, &results);
         let (title, unit, columns) = exhibit.chart;
         let chart = Chart::over_time(title, unit);
         let lines = columns.iter();

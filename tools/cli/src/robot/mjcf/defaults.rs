@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use roxmltree::Node;
 
-use super::attributes::line;
+use crate::robot::attributes::line;
 use crate::robot::tree::FileFault;
 
 /// Per class, with what it inherits: values by element and attribute.

@@ -5,7 +5,7 @@ use trueup_models::space::attitude::{about, rotation};
 use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::vector::{Matrix3, Vector3, cross, dot, identity, product, scale, sub};
 
-use super::attributes::{fixed, line};
+use crate::robot::attributes::{fixed, line};
 use crate::robot::tree::FileFault;
 
 /// What <compiler> declares of angles.

@@ -2,7 +2,8 @@
 
 use roxmltree::Node;
 
-use super::{FileFault, FileJoint, counted, line};
+use crate::robot::attributes::line;
+use crate::robot::tree::{FileFault, FileJoint, counted};
 
 /// Elements that their parent has once.
 const ONCE: [&str; 11] = [
