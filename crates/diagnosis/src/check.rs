@@ -3,7 +3,7 @@
 mod timing;
 
 use serde::Serialize;
-use trueup_identification::identify::{ForeseenParameters, foreseen};
+use trueup_identification::identify::{ForeseenParameter, ForeseenParameters, foreseen};
 use trueup_plant::{CoordinateKind, Plant};
 use trueup_signals::{Channel, ChannelFigures, Finding, Interpolation, Loaded, Recording};
 
@@ -106,7 +106,7 @@ pub struct CaseCheck {
 }
 
 impl CaseCheck {
-    /// The worst of its findings.
+    /// One of its findings is grave: a diagnosis concludes nothing from the case.
     pub fn is_grave(&self) -> bool {
         self.findings.iter().any(|f| f.severity == OutcomeSeverity::Grave)
     }
@@ -140,7 +140,7 @@ pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
     } else {
         findings.extend(scaled(loaded));
         match foreseen(loaded, SECONDS) {
-            Ok(found) => (own.parameters, own.parameters_note) = told(found),
+            Ok(found) => (own.parameters, own.parameters_note) = expected_errors(found),
             Err(e) => own.parameters_note = format!("not computed: {e}"),
         }
     }
@@ -297,7 +297,7 @@ fn scaled(loaded: &Loaded) -> Vec<NoticedMistake> {
     found().unwrap_or_default()
 }
 
-fn told(found: ForeseenParameters) -> (Vec<CheckedParameter>, String) {
+fn expected_errors(found: ForeseenParameters) -> (Vec<CheckedParameter>, String) {
     let note = match found.left_out.is_empty() {
         true => format!("at the nominal values, of {}", found.recordings.join(", ")),
         false => format!(
@@ -306,7 +306,7 @@ fn told(found: ForeseenParameters) -> (Vec<CheckedParameter>, String) {
             found.left_out.join(", ")
         ),
     };
-    let one = |p: trueup_identification::identify::ForeseenParameter| CheckedParameter {
+    let one = |p: ForeseenParameter| CheckedParameter {
         name: p.name,
         unit: p.unit.to_owned(),
         value: p.value,
