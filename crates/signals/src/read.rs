@@ -24,6 +24,7 @@ use crate::error::{SignalsError, verdict};
 use crate::finding::{Finding, FindingKind};
 use crate::recording::{DeclaredFigures, Recording};
 use crate::variable::SignalVariable;
+pub(crate) use clock::row_rate;
 pub use input::{InputColumn, InputTable};
 pub(crate) use parameters::{doubts, parameters};
 use sidecar::Sidecar;

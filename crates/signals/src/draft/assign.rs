@@ -54,11 +54,9 @@ pub(super) fn assign(log: &LookedLog, known: &[SignalVariable]) -> Vec<Assigned>
     all
 }
 
-/// The name without its number.
+/// The name without its numbers, wherever they are: `joint_0_pos` and `joint_1_pos` are of one family.
 fn family(name: &str) -> String {
-    let number = |c: char| c.is_ascii_digit() || matches!(c, '[' | ']');
-    let end = name.trim_end_matches(number);
-    end.to_owned()
+    name.chars().filter(|c| !c.is_ascii_digit() && !matches!(c, '[' | ']')).collect()
 }
 
 /// Families of numbered names whose first is 0.

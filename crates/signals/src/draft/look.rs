@@ -6,7 +6,7 @@ use super::lerobot;
 use super::words::{NameMeaning, Quantity};
 use crate::finding::{Finding, FindingKind};
 use crate::names::short;
-use crate::read::{ReadTable, TableColumn, plain_table};
+use crate::read::{ReadTable, TableColumn, plain_table, row_rate};
 use crate::unit::SignalUnit;
 
 /// A column.
@@ -219,9 +219,7 @@ fn clock(table: &ReadTable, i: usize) -> DraftClock {
     }
     let rows = c.values.len();
     let coarse = rows > 2 && distinct(&c.values) * 2 < rows;
-    if let (true, Some(first), Some(last)) = (coarse, c.values.first(), c.values.last()) {
-        let rate = (rows - 1) as f64 / ((last - first) * factor);
-        own.rate = (rate.is_finite() && rate > 0.0).then(|| format!("{rate:.2e}").parse().unwrap_or(rate));
-    }
+    let rate = row_rate(&c.values).filter(|_| coarse).map(|rate| rate / factor);
+    own.rate = rate.filter(|r| *r > 0.0).map(|rate| format!("{rate:.2e}").parse().unwrap_or(rate));
     own
 }
