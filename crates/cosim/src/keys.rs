@@ -3,17 +3,7 @@
 use trueup_signals::keys::KeyValue::{
     Anything, Either, Flag, List, Named, Number, OneOf, Table, Text, Texts, Values,
 };
-use trueup_signals::keys::{CaseFileKey, KeyValue, Keys};
-
-const fn key(
-    name: &'static str,
-    meaning: &'static str,
-    unit: &'static str,
-    default: &'static str,
-    value: KeyValue,
-) -> CaseFileKey {
-    CaseFileKey { name, meaning, unit, default, value }
-}
+use trueup_signals::keys::{KeyValue, Keys, key};
 
 /// Of the root.
 pub const SYSTEM: Keys = Keys {

@@ -3,7 +3,7 @@
 mod timing;
 
 use serde::Serialize;
-use trueup_identification::identify::{ForeseenParameters, foreseen};
+use trueup_identification::identify::{ForeseenParameter, ForeseenParameters, foreseen};
 use trueup_plant::{CoordinateKind, Plant};
 use trueup_signals::{Channel, ChannelFigures, Finding, Interpolation, Loaded, Recording};
 
@@ -34,11 +34,11 @@ pub struct CheckedChannel {
     pub unit: String,
     /// It drives the simulation.
     pub input: bool,
-    /// Readings, their rate in Hz by the median step, and the longest step in s.
+    /// Number of readings.
     pub readings: usize,
-    /// See `readings`.
+    /// Hz, by the median step; 0: one reading.
     pub rate: f64,
-    /// See `readings`.
+    /// Longest time from one reading to the next, s.
     pub longest_step: f64,
     /// Least and largest value.
     pub range: [f64; 2],
@@ -101,12 +101,12 @@ pub struct CaseCheck {
     pub parameters: Vec<CheckedParameter>,
     /// What these are of, or why there are none.
     pub parameters_note: String,
-    /// Lines for `case.toml`.
+    /// Lines of TOML for `case.toml`: of each channel the header of its table, then its keys.
     pub proposals: Vec<String>,
 }
 
 impl CaseCheck {
-    /// The worst of its findings.
+    /// One of its findings is grave: a diagnosis concludes nothing from the case.
     pub fn is_grave(&self) -> bool {
         self.findings.iter().any(|f| f.severity == OutcomeSeverity::Grave)
     }
@@ -128,11 +128,12 @@ pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
     let subject = DiagnosisSubject::of(&loaded.case);
     let inputs = subject.as_ref().map(DiagnosisSubject::inputs).unwrap_or_default();
     own.recordings = recordings(loaded, &inputs);
-    own.proposals = sensors(&own.recordings);
+    let mut proposed = sensors(&own.recordings);
     if let Ok(subject) = &subject {
         own.sensors = (&isolability(loaded, subject)).into();
-        own.proposals.extend(interpolation(loaded, subject));
+        proposed.extend(interpolation(loaded, subject));
     }
+    own.proposals = tables(&proposed);
     findings.extend(reversals(&own.recordings, &loaded.case.file));
     // Errors come first: figures of wrong readings would be wrong.
     if noticed.iter().any(Finding::is_error) {
@@ -140,7 +141,7 @@ pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
     } else {
         findings.extend(scaled(loaded));
         match foreseen(loaded, SECONDS) {
-            Ok(found) => (own.parameters, own.parameters_note) = told(found),
+            Ok(found) => (own.parameters, own.parameters_note) = expected_errors(found),
             Err(e) => own.parameters_note = format!("not computed: {e}"),
         }
     }
@@ -190,8 +191,27 @@ fn channel(c: &Channel, input: bool) -> Option<CheckedChannel> {
     })
 }
 
-/// Lines for sensors whose readings show another noise or step than is declared.
-fn sensors(recordings: &[CheckedRecording]) -> Vec<String> {
+/// A key of a channel with its value, as a line under `[channels.NAME]`.
+struct ProposedLine {
+    channel: String,
+    line: String,
+}
+
+/// The lines of each channel under its header.
+fn tables(proposed: &[ProposedLine]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for (k, first) in proposed.iter().enumerate() {
+        let same = |p: &&ProposedLine| p.channel == first.channel;
+        if !proposed[..k].iter().any(|p| same(&p)) {
+            lines.push(format!("[channels.\"{}\"]", first.channel));
+            lines.extend(proposed.iter().filter(same).map(|p| p.line.clone()));
+        }
+    }
+    lines
+}
+
+/// Of sensors whose readings show another noise or step than is declared.
+fn sensors(recordings: &[CheckedRecording]) -> Vec<ProposedLine> {
     let mut names: Vec<&str> = Vec::new();
     let all = || recordings.iter().flat_map(|r| &r.channels);
     all().filter(|c| !c.input).for_each(|c| {
@@ -201,6 +221,7 @@ fn sensors(recordings: &[CheckedRecording]) -> Vec<String> {
     });
     let mut lines = Vec::new();
     for name in names {
+        let mut propose = |line| lines.push(ProposedLine { channel: name.to_owned(), line });
         let own = || all().filter(|c| c.name == name);
         let declared = own().find_map(|c| c.noise_declared);
         // The largest: no recording may be noisier than is declared.
@@ -208,12 +229,12 @@ fn sensors(recordings: &[CheckedRecording]) -> Vec<String> {
             && declared.is_none_or(|d| found > NOISE * d || found < d / NOISE)
         {
             let than = declared.map_or("not declared".to_owned(), |d| format!("declared: {d:.3e}"));
-            lines.push(format!("[channels.\"{name}\"] noise = {found:.3e}   # {than}"));
+            propose(format!("noise = {found:.3e}   # {than}"));
         }
         if let (Some(found), None) =
             (own().filter_map(|c| c.resolution).reduce(f64::min), own().find_map(|c| c.resolution_declared))
         {
-            lines.push(format!("[channels.\"{name}\"] resolution = {found:.6e}   # not declared"));
+            propose(format!("resolution = {found:.6e}   # not declared"));
         }
     }
     lines
@@ -236,8 +257,8 @@ fn driven_angles(plant: &dyn Plant) -> Vec<(String, Vec<String>)> {
 }
 
 /// The likelier of hold and linear, where a recording contradicts what is declared.
-fn interpolation(loaded: &Loaded, subject: &DiagnosisSubject) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
+fn interpolation(loaded: &Loaded, subject: &DiagnosisSubject) -> Vec<ProposedLine> {
+    let mut lines: Vec<ProposedLine> = Vec::new();
     let Ok(model) = subject.model::<&str>(&[]) else { return lines };
     let driven = driven_angles(model.plant());
     for run in loaded.train() {
@@ -249,12 +270,13 @@ fn interpolation(loaded: &Loaded, subject: &DiagnosisSubject) -> Vec<String> {
             };
             if let Some(proposed) = centre.proposes(input.interpolation) {
                 let word = if proposed == Interpolation::Hold { "hold" } else { "linear" };
-                let begin = format!("[channels.\"{}\"] interpolation = \"{word}\"", input.name);
-                if !lines.iter().any(|l| l.starts_with(&begin)) {
-                    lines.push(format!(
+                let begin = format!("interpolation = \"{word}\"");
+                if !lines.iter().any(|l| l.channel == input.name && l.line.starts_with(&begin)) {
+                    let line = format!(
                         "{begin}   # it acts {:.2} +- {:.2} of a step after its samples in {} (hold 0.5, linear 0)",
                         -centre.value, centre.deviation, run.name
-                    ));
+                    );
+                    lines.push(ProposedLine { channel: input.name.clone(), line });
                 }
             }
         }
@@ -297,7 +319,7 @@ fn scaled(loaded: &Loaded) -> Vec<NoticedMistake> {
     found().unwrap_or_default()
 }
 
-fn told(found: ForeseenParameters) -> (Vec<CheckedParameter>, String) {
+fn expected_errors(found: ForeseenParameters) -> (Vec<CheckedParameter>, String) {
     let note = match found.left_out.is_empty() {
         true => format!("at the nominal values, of {}", found.recordings.join(", ")),
         false => format!(
@@ -306,11 +328,34 @@ fn told(found: ForeseenParameters) -> (Vec<CheckedParameter>, String) {
             found.left_out.join(", ")
         ),
     };
-    let one = |p: trueup_identification::identify::ForeseenParameter| CheckedParameter {
+    let one = |p: ForeseenParameter| CheckedParameter {
         name: p.name,
         unit: p.unit.to_owned(),
         value: p.value,
         standard_error: p.standard_error,
     };
     (found.parameters.into_iter().map(one).collect(), note)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[allow(clippy::unwrap_used)]
+    fn proposals_are_toml_with_a_table_for_each_channel() {
+        let of = |channel: &str, line: &str| ProposedLine { channel: channel.into(), line: line.into() };
+        let lines = tables(&[
+            of("jointAngle[1]", "noise = 1.000e-5   # not declared"),
+            of("jointTorque[1]", "interpolation = \"hold\""),
+            of("jointAngle[1]", "resolution = 2.000000e-5   # not declared"),
+        ]);
+        let text = format!("model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n{}\n", lines.join("\n"));
+        let (case, findings) =
+            trueup_signals::Case::parse(std::path::Path::new("case.toml"), &text, &[]).unwrap();
+        assert!(findings.is_empty(), "{findings:?}");
+        let angle = &case.channels["jointAngle[1]"];
+        assert_eq!((angle.noise, angle.resolution), (Some(1e-5), Some(2e-5)));
+        assert_eq!(case.channels["jointTorque[1]"].interpolation, Some(Interpolation::Hold));
+    }
 }

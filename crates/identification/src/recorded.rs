@@ -37,13 +37,11 @@ pub enum RecordedError {
 ///
 /// Never below a millionth of their range, so that a reading without noise is no infinite weight.
 pub fn guessed_noise(y: &[f64]) -> f64 {
-    let mut second: Vec<f64> = y.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    second.sort_by(f64::total_cmp);
-    let median = second.get(second.len() / 2).copied().unwrap_or(0.0);
     let least = y.iter().copied().fold(f64::INFINITY, f64::min);
     let most = y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // The median of |N(0, 1)| is 0.6745; a second difference of white noise has the variance 6.
-    (median / 0.6745 / 6f64.sqrt()).max(1e-6 * (most - least)).max(f64::MIN_POSITIVE)
+    noise::by_differences(&noise::second_differences(y), 6.0)
+        .max(1e-6 * (most - least))
+        .max(f64::MIN_POSITIVE)
 }
 
 /// A recording for this model; deviations by `noise`, else as the channel declares them, else guessed.

@@ -52,9 +52,7 @@ impl DraftLogs {
     /// [`SignalsError::Wrong`]: a log that cannot be read, two clocks that do not agree, no clock.
     pub fn look(files: &[PathBuf], time: Option<&str>, rate: Option<f64>) -> Result<Self, SignalsError> {
         let mut findings = Vec::new();
-        let files: Vec<PathBuf> = files.iter().flat_map(|file| look::episodes(file)).collect();
-        let files = files.as_slice();
-        let logs: Vec<LookedLog> = files.iter().filter_map(|file| look(file, time, &mut findings)).collect();
+        let logs: Vec<LookedLog> = files.iter().flat_map(|file| look(file, time, &mut findings)).collect();
         for log in logs.iter().filter(|l| l.clock.is_none() && rate.is_none()) {
             let names: Vec<_> = log.columns.iter().take(12).map(|c| format!("`{}`", c.name)).collect();
             let what = format!("no column is a clock (there is {})", names.join(", "));
@@ -71,6 +69,11 @@ impl DraftLogs {
     /// Where their case belongs: the folder that has all of them.
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// How many recordings they are: of a file of several episodes each episode.
+    pub fn recordings(&self) -> usize {
+        self.logs.len()
     }
 
     /// How many joints are driven, by the numbers in the names of torques and currents.
@@ -128,10 +131,10 @@ impl DraftLogs {
         let done = draft.write();
         let (_, findings) = load(&done.text)?;
         let mut summary = done.summary;
-        let told = findings
+        let reported = findings
             .iter()
             .filter(|f| f.severity >= Severity::Warning && f.kind != FindingKind::UnknownColumn);
-        summary.extend(told.map(|f| format!("{}: {f}", f.severity.id())));
+        summary.extend(reported.map(|f| format!("{}: {f}", f.severity.id())));
         let guesses = done.text.matches("GUESS:").count();
         Ok(CaseDraft { file, text: done.text, summary, guesses })
     }

@@ -1,10 +1,9 @@
 //! What readings show of their sensor: step, noise, motion, and how an input goes between its samples.
 
+use crate::noise::{by_differences, second_differences};
 use crate::quantum::Quantum;
 use crate::recording::{Channel, Interpolation};
 
-/// The median of |N(0, 1)|.
-const MEDIAN: f64 = 0.6745;
 /// White noise is as large by second and by fourth differences, up to this factor.
 const SAME: f64 = 1.3;
 /// A reversal goes back by this share of the range, and by so many standard deviations of the noise.
@@ -12,9 +11,6 @@ const TURN: f64 = 0.05;
 const BEYOND_NOISE: f64 = 6.0;
 /// Steps of which more than this share leaves the value as it is are those of a command that is held.
 const HELD: f64 = 0.5;
-/// Counts are seen where so many values occur, each in several readings on average.
-const COUNTS: usize = 20;
-const EACH: usize = 4;
 /// A step of the reading is larger than so many last digits of the text,
 const DIGITS: f64 = 1.5;
 /// and than these shares of the range: where values repeat, and where they are no decimals (a unit was converted).
@@ -39,7 +35,8 @@ pub struct ChannelFigures {
     pub deviation: f64,
     /// Step of the readings; `None`: they are not seen to count.
     pub resolution: Option<f64>,
-    /// Standard deviation of white noise, by second differences; `None`: too few readings, or the resolution hides it.
+    /// Standard deviation of white noise, by differences of neighbouring readings; `None`: too few of them, or the motion or the resolution
+    /// hides it.
     pub noise: Option<f64>,
     /// How often the motion turns back.
     pub reversals: usize,
@@ -72,9 +69,7 @@ impl ChannelFigures {
             resolution,
             noise,
             reversals: reversals(&c.values, (TURN * (high - low)).max(BEYOND_NOISE * noise.unwrap_or(0.0))),
-            few_counts: quantum.regular
-                && quantum.distinct * EACH < c.len()
-                && high - low <= FEW * quantum.least,
+            few_counts: quantum.regular && quantum.repeats(c.len()) && high - low <= FEW * quantum.least,
             interpolation: jumps.then_some(Interpolation::Hold),
         })
     }
@@ -88,14 +83,14 @@ impl ChannelFigures {
 
 /// The step of a reading that counts: all differences are multiples of it, and it is not the last digit that was written.
 fn counted(values: &[f64], quantum: &Quantum, span: f64) -> Option<f64> {
-    if !quantum.regular || quantum.distinct < COUNTS {
+    if !quantum.regular || !quantum.has_many_values() {
         return None;
     }
     let digit = (0..=9).map(|k| 10f64.powi(-k)).find(|digit| {
         let off = |x: &f64| (x / digit - (x / digit).round()).abs() > 1e-4;
         !values.iter().any(off)
     });
-    let repeats = quantum.distinct * EACH < values.len() && quantum.least > FINE[0] * span;
+    let repeats = quantum.repeats(values.len()) && quantum.least > FINE[0] * span;
     let coarse = match digit {
         Some(digit) => quantum.least > DIGITS * digit,
         None => quantum.least > FINE[1] * span,
@@ -115,18 +110,12 @@ fn counted(values: &[f64], quantum: &Quantum, span: f64) -> Option<f64> {
 /// noise have the variance 70; by second differences (6) it is the same, else it is no white noise but the motion.
 /// `None`: that, too few readings, or most differences are 0.
 fn white(values: &[f64]) -> Option<f64> {
-    let by = |differences: Vec<f64>, variance: f64| {
-        let mut sizes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
-        let middle = sizes.len() / 2;
-        let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-        median / MEDIAN / variance.sqrt()
-    };
     if values.len() < 24 {
         return None;
     }
-    let second: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-    let fourth: Vec<f64> = second.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-    let [second, fourth] = [by(second, 6.0), by(fourth, 70.0)];
+    let second = second_differences(values);
+    let fourth = by_differences(&second_differences(&second), 70.0);
+    let second = by_differences(&second, 6.0);
     (fourth > 0.0 && second < SAME * fourth).then_some(fourth)
 }
 

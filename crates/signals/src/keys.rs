@@ -83,7 +83,8 @@ impl Keys {
 pub const ALL: &[Keys] =
     &[CASE, RECORDINGS, EFFECTS, PAYLOAD, PAYLOAD_FIGURE, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
 
-const fn key(
+/// A key of a table; its arguments are the fields of [`CaseFileKey`].
+pub const fn key(
     name: &'static str,
     meaning: &'static str,
     unit: &'static str,

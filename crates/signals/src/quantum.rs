@@ -1,5 +1,9 @@
 //! Steps in which a reading goes.
 
+/// A reading counts where so many values occur, each in so many readings on average.
+const COUNTS: usize = 20;
+const EACH: usize = 4;
+
 /// Steps of the reading.
 pub(crate) struct Quantum {
     /// Least difference of two values.
@@ -24,5 +28,15 @@ impl Quantum {
         let regular = steps.iter().filter(multiple).count() * 20 >= steps.len() * 19;
         let least = if least.is_finite() { least } else { 0.0 };
         Self { least, regular, distinct: steps.len() + 1 }
+    }
+
+    /// So many values occur that steps between them are those of the sensor.
+    pub(crate) fn has_many_values(&self) -> bool {
+        self.distinct >= COUNTS
+    }
+
+    /// Each value occurs in several of so many readings.
+    pub(crate) fn repeats(&self, readings: usize) -> bool {
+        self.distinct * EACH < readings
     }
 }

@@ -24,6 +24,7 @@ use crate::error::{SignalsError, verdict};
 use crate::finding::{Finding, FindingKind};
 use crate::recording::{DeclaredFigures, Recording};
 use crate::variable::SignalVariable;
+pub(crate) use clock::row_rate;
 pub use input::{InputColumn, InputTable};
 pub(crate) use parameters::{doubts, parameters};
 use sidecar::Sidecar;
@@ -78,6 +79,15 @@ pub(crate) fn plain_table(file: &Path, findings: &mut Vec<Finding>) -> Option<Re
     let mut table = table_of(file, WantedColumns::Texts, findings)?;
     assemble::prepare(file, &mut table, &Sidecar::default(), |_| false, &mut Vec::new());
     Some(table)
+}
+
+/// Ends of names of recordings.
+pub const RECORDING_ENDS: [&str; 7] = [".csv", ".txt", ".tsv", ".parquet", ".mat", ".mcap", ".zst"];
+
+/// Whether a recording may have this name: it has one of the [`RECORDING_ENDS`], in upper or lower case.
+pub fn names_recording(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    RECORDING_ENDS.iter().any(|end| lower.ends_with(end))
 }
 
 /// The columns of a file, by the end of its name.

@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use crate::common::{HEALTHY, found, joint, says, with_links};
-use trueup_signals::{FindingKind, Severity, SignalVariable, VariableRole};
+use trueup_signals::{Case, FindingKind, Severity, SignalVariable, SignalsError, VariableRole};
 
 #[test]
 fn files_that_cannot_be_read_as_they_are() {
@@ -427,6 +427,27 @@ fn many_mistakes_of_one_kind_are_counted() {
         "five and a word of the rest"
     );
     says("many", &findings, Severity::Error, FindingKind::NotANumber, &["more of this kind"]);
+}
+
+#[test]
+fn what_is_no_case_is_named_in_few_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        match Case::read(&file, &joint()) {
+            Err(SignalsError::Wrong(findings)) => findings,
+            other => panic!("{name}: {other:?}"),
+        }
+    };
+    for name in ["run.csv", "run.tsv", "RUN.TXT", "run.csv.zst", "run.mcap", "run.parquet", "run.mat"] {
+        let findings = read(name, HEALTHY);
+        assert_eq!(findings.len(), 1, "{name}: {findings:?}");
+        says(name, &findings, Severity::Error, FindingKind::Unreadable, &[name, "no case", "train ="]);
+    }
+    let findings = read("case.toml", &"no TOML at all\n".repeat(400));
+    assert_eq!(findings.len(), 6, "five and a line on the rest");
+    says("no TOML", &findings, Severity::Error, FindingKind::Syntax, &["case.toml:5", "395 more mistakes"]);
 }
 
 #[test]

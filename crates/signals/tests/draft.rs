@@ -116,6 +116,8 @@ fn numbered_columns_of_an_arm_counted_from_0_or_1() {
         "time,q1,q2,tau_1,tau_2",
         "time,q0,q1,tau_0,tau_1",
         "time,joint_pos[1],joint_pos[2],effort[1],effort[2]",
+        "time,joint_0_pos,joint_1_pos,joint_0_torque,joint_1_torque",
+        "time,axis1_angle,axis2_angle,axis1_tau_Nm,axis2_tau_Nm",
     ] {
         let text = Tried::of(&[("a.csv", log(head, row))]).text(&arm());
         for (column, variable) in head.split(',').skip(1).zip([
@@ -151,9 +153,33 @@ fn rest_repeats_counts_and_holds_are_seen() {
 
 #[test]
 fn a_coarse_clock_gives_a_rate() {
-    let row = |t: f64| format!("{},{},{}", (t / 0.02).floor() * 0.02, (9.0 * t).sin(), t.sin());
-    let text = Tried::of(&[("a.csv", log("time,motorCurrent,motorAngle", row))]).text(&model());
-    has(&text, "rate = 20");
+    let row = |of: f64| {
+        move |t: f64| {
+            let step = ((t / 0.005).round() / of).floor();
+            format!("{},{},{}", step * 0.02, (9.0 * t).sin(), t.sin())
+        }
+    };
+    let logs = |of: [f64; 2]| {
+        ["a.csv", "b.csv"]
+            .into_iter()
+            .zip(of.map(|of| log("time,motorCurrent,motorAngle", row(of))))
+            .collect()
+    };
+    let equal: Vec<_> = logs([4.0, 4.0]);
+    has(&Tried::of(&equal).text(&model()), "rate = 200   # GUESS");
+    // Rates that differ are no rate of all: the reader refuses the clocks.
+    for of in [[4.0, 8.0], [4.0, 1.0], [1.0, 4.0]] {
+        let other: Vec<_> = logs(of);
+        says("rates", &refused(&other), Severity::Error, FindingKind::ClockRepeats, &["`rate = N`"]);
+    }
+}
+
+#[test]
+fn a_rate_of_the_user_is_written_as_given() {
+    let tried =
+        Tried::of(&[("a.csv", log("time,motorCurrent,motorAngle", |t| format!("{t},{},{t}", t.sin())))]);
+    let logs = DraftLogs::look(&tried.1, None, Some(1000.1234567)).unwrap();
+    has(&logs.draft(&model(), &BTreeMap::new()).unwrap().text, "rate = 1000.1234567");
 }
 
 #[test]

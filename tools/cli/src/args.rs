@@ -461,7 +461,7 @@ fn above_zero(text: &str) -> Result<f64, String> {
     let number: Option<f64> = text.parse().ok();
     number
         .filter(|x| *x > 0.0 && x.is_finite())
-        .ok_or_else(|| "write seconds above 0, as in 0.001".to_owned())
+        .ok_or_else(|| "write a number above 0, as in 0.001".to_owned())
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -34,7 +34,7 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         (&["m", "--set", "v=-1"], 2, "no variable `v`"),
         (&["m", "--start", "-1", "--stop", "-2"], 2, "no run from -1.0 s to -2.0 s"),
         (&["m", "--start", "soon"], 2, "write seconds as a number"),
-        (&["m", "--step", "-1"], 2, "write seconds above 0"),
+        (&["m", "--step", "-1"], 2, "write a number above 0"),
         (&["m", "--tolerance", "0"], 2, "write a number between 0 and 1, as in 1e-6"),
         (&["m", "--tolerance", "-1"], 2, "write a number between 0 and 1, as in 1e-6"),
         (&["absent.fmu"], 1, "look at the path"),

@@ -11,7 +11,7 @@ use crate::keys;
 use crate::names::{base_name, suggestion};
 use crate::read::columns::rules;
 use crate::read::toml::{TomlReader, text};
-use crate::read::{doubts, parameters};
+use crate::read::{doubts, names_recording, parameters};
 use crate::variable::{SignalVariable, VariableRole};
 
 impl Case {
@@ -23,9 +23,8 @@ impl Case {
     pub fn read(path: &Path, known: &[SignalVariable]) -> Result<(Self, Vec<Finding>), SignalsError> {
         let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
         let mut findings = Vec::new();
-        let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-        if matches!(extension.as_str(), "csv" | "txt" | "parquet" | "mat" | "mcap") && file.is_file() {
-            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        if names_recording(&name) && file.is_file() {
             let mend = format!(
                 "put it into a folder with a case.toml that contains model = \"TwoMassJoint\" and train = [\"{name}\"], and give that folder"
             );

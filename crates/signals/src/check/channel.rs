@@ -150,7 +150,7 @@ fn others_move(run: &Recording, c: &Channel, known: &[SignalVariable], [from, to
 /// The steps that are seen against those that are declared.
 fn resolution(run: &Recording, c: &Channel, q: &Quantum) -> Option<Finding> {
     let step = q.least;
-    let stepped = q.regular && q.distinct >= 20 && q.distinct * 4 < c.len();
+    let stepped = q.regular && q.has_many_values() && q.repeats(c.len());
     let finding = match c.sensor.resolution.filter(|r| *r > 0.0) {
         Some(declared) if stepped && step > 1.5 * declared => Finding::warning(
             FindingKind::Quantisation,
@@ -162,7 +162,7 @@ fn resolution(run: &Recording, c: &Channel, q: &Quantum) -> Option<Finding> {
             ),
             format!("write resolution = {}", short(step)),
         ),
-        Some(declared) if q.distinct >= 20 && step > 0.0 && step < 0.5 * declared => Finding::warning(
+        Some(declared) if q.has_many_values() && step > 0.0 && step < 0.5 * declared => Finding::warning(
             FindingKind::Quantisation,
             &run.file,
             format!(

@@ -35,7 +35,7 @@ pub(super) fn assign(log: &LookedLog, known: &[SignalVariable]) -> Vec<Assigned>
             meaning.index = meaning.index.map(|k| k + 1);
         }
         for (of, (variable, own)) in variables.iter().enumerate() {
-            if let Some((score, assigned)) = pair(column, &meaning, variable, own, known) {
+            if let Some((score, assigned)) = pair(column, &meaning, (variable, own), &variables) {
                 pairs.push((score, at, of, assigned));
             }
         }
@@ -54,11 +54,9 @@ pub(super) fn assign(log: &LookedLog, known: &[SignalVariable]) -> Vec<Assigned>
     all
 }
 
-/// The name without its number.
+/// The name without its numbers, wherever they are: `joint_0_pos` and `joint_1_pos` are of one family.
 fn family(name: &str) -> String {
-    let number = |c: char| c.is_ascii_digit() || matches!(c, '[' | ']');
-    let end = name.trim_end_matches(number);
-    end.to_owned()
+    name.chars().filter(|c| !c.is_ascii_digit() && !matches!(c, '[' | ']')).collect()
 }
 
 /// Families of numbered names whose first is 0.
@@ -70,9 +68,8 @@ fn counted_from_zero(columns: &[LogColumn]) -> Vec<String> {
 fn pair(
     column: &LogColumn,
     meaning: &NameMeaning,
-    variable: &SignalVariable,
-    own: &NameMeaning,
-    known: &[SignalVariable],
+    (variable, own): (&SignalVariable, &NameMeaning),
+    all: &[(&SignalVariable, NameMeaning)],
 ) -> Option<(i32, Assigned)> {
     let mut out = Assigned {
         column: column.name.clone(),
@@ -98,17 +95,16 @@ fn pair(
         _ => {}
     }
     // The only one of its quantity is meant, whatever its side.
-    let same = |v: &&SignalVariable| {
-        v.role != VariableRole::Parameter
-            && base_name(&v.name) != base_name(&variable.name)
-            && NameMeaning::of(&v.name, None).quantity == own.quantity
+    let base = base_name(&variable.name);
+    let same = |(v, meaning): &(&SignalVariable, NameMeaning)| {
+        base_name(&v.name) != base && meaning.quantity == own.quantity
     };
     score += match meaning.side {
-        None if !far(own.side) && !known.iter().any(|v| same(&v)) => 8,
+        None if !far(own.side) && !all.iter().any(same) => 8,
         log => side(log, own.side, &mut out.guesses)?,
     };
     // Of an array the element, of a numbered column whichever is left.
-    let elements = known.iter().filter(|v| base_name(&v.name) == base_name(&variable.name)).count();
+    let elements = all.iter().filter(|(v, _)| base_name(&v.name) == base).count();
     match (meaning.index, own.index) {
         (Some(a), Some(b)) if a == b => score += 2,
         (Some(_), Some(_)) => return None,

@@ -6,7 +6,7 @@ use super::lerobot;
 use super::words::{NameMeaning, Quantity};
 use crate::finding::{Finding, FindingKind};
 use crate::names::short;
-use crate::read::{ReadTable, TableColumn, plain_table};
+use crate::read::{ReadTable, TableColumn, plain_table, row_rate};
 use crate::unit::SignalUnit;
 
 /// A column.
@@ -49,24 +49,31 @@ pub(super) struct LookedLog {
 /// Words of counters that are no clocks.
 const COUNTERS: [&str; 5] = ["frame", "index", "seq", "counter", "episode"];
 
-/// A file of several episodes as its episodes: `file.parquet#0`, `file.parquet#1`; any other file as it is.
-pub(super) fn episodes(file: &Path) -> Vec<PathBuf> {
+/// Reads a file, of several episodes each as a log of its own: `file.parquet#0`, `file.parquet#1`. `named` is the clock as the user
+/// names it.
+pub(super) fn look(file: &Path, named: Option<&str>, findings: &mut Vec<Finding>) -> Vec<LookedLog> {
+    let Some(mut table) = plain_table(file, findings) else { return Vec::new() };
+    lerobot::label(file, &mut table);
     let parquet = file.extension().is_some_and(|e| e == "parquet");
-    let numbers = match parquet.then(|| plain_table(file, &mut Vec::new())).flatten() {
-        Some(table) => table.episodes(),
-        None => Vec::new(),
-    };
-    match numbers.len() {
-        0 | 1 => vec![file.to_owned()],
-        _ => numbers.iter().map(|n| PathBuf::from(format!("{}#{n}", file.display()))).collect(),
+    let numbers = if parquet { table.episodes() } else { Vec::new() };
+    if numbers.len() < 2 {
+        return look_at(file, &table, named, findings).into_iter().collect();
     }
+    let mut logs = Vec::new();
+    for n in numbers {
+        let name = PathBuf::from(format!("{}#{n}", file.display()));
+        logs.extend(table.clone().episode(n).ok().and_then(|own| look_at(&name, &own, named, findings)));
+    }
+    logs
 }
 
-/// Reads a log; `named` is the clock as the user names it.
-pub(super) fn look(file: &Path, named: Option<&str>, findings: &mut Vec<Finding>) -> Option<LookedLog> {
-    let mut table = plain_table(file, findings)?;
-    lerobot::label(file, &mut table);
-    let mut clocks: Vec<usize> = (0..table.columns.len()).filter(|i| is_clock(&table, *i)).collect();
+fn look_at(
+    file: &Path,
+    table: &ReadTable,
+    named: Option<&str>,
+    findings: &mut Vec<Finding>,
+) -> Option<LookedLog> {
+    let mut clocks: Vec<usize> = (0..table.columns.len()).filter(|i| is_clock(table, *i)).collect();
     if let Some(name) = named {
         let Some(at) = table.names().position(|n| n == name) else {
             let what = format!("there is no column `{name}`");
@@ -85,7 +92,7 @@ pub(super) fn look(file: &Path, named: Option<&str>, findings: &mut Vec<Finding>
     }
     let (clock, others) = match clocks.split_first() {
         None => {
-            if let Some(wrong) = table.columns.iter().find_map(|c| back(file, c, &table)) {
+            if let Some(wrong) = table.columns.iter().find_map(|c| back(file, c, table)) {
                 findings.push(wrong);
                 return None;
             }
@@ -103,7 +110,7 @@ pub(super) fn look(file: &Path, named: Option<&str>, findings: &mut Vec<Finding>
                 return None;
             }
             let others = others.iter().map(|i| table.columns[*i].name.clone()).collect();
-            (Some(clock(&table, *first)), others)
+            (Some(clock(table, *first)), others)
         }
     };
     let column = |(i, c): (usize, &TableColumn)| {
@@ -212,9 +219,7 @@ fn clock(table: &ReadTable, i: usize) -> DraftClock {
     }
     let rows = c.values.len();
     let coarse = rows > 2 && distinct(&c.values) * 2 < rows;
-    if let (true, Some(first), Some(last)) = (coarse, c.values.first(), c.values.last()) {
-        let rate = (rows - 1) as f64 / ((last - first) * factor);
-        own.rate = (rate.is_finite() && rate > 0.0).then(|| format!("{rate:.2e}").parse().unwrap_or(rate));
-    }
+    let rate = row_rate(&c.values).filter(|_| coarse).map(|rate| rate / factor);
+    own.rate = rate.filter(|r| *r > 0.0).map(|rate| format!("{rate:.2e}").parse().unwrap_or(rate));
     own
 }

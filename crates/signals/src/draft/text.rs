@@ -89,11 +89,12 @@ impl DraftText<'_> {
     }
 
     fn rows(&self, out: &mut String) {
-        let clocks = self.logs.iter().filter_map(|l| l.clock.as_ref());
-        let coarse = clocks.filter_map(|c| c.rate).next();
+        // One that holds for all: a recording with another rate has it in its sidecar.
+        let mut rates = self.logs.iter().map(|l| l.clock.as_ref().and_then(|c| c.rate));
+        let first = rates.next().flatten().filter(|first| rates.all(|rate| rate == Some(*first)));
         if let Some(rate) = self.rate {
-            *out += &format!("\n[recordings]\nrate = {}\n", short(rate));
-        } else if let Some(rate) = coarse {
+            *out += &format!("\n[recordings]\nrate = {rate}\n");
+        } else if let Some(rate) = first {
             *out += "\n[recordings]\n";
             line(
                 out,

@@ -283,6 +283,15 @@ fn check(file: &Path, time: &[f64], table: &ReadTable, wanted: ClockUse, finding
     }
 }
 
+/// Rows per unit of time of a clock that is coarser than its rows. From the first to the last row at which it goes on: the rows
+/// before and behind are no whole step of it. `None`: it goes on once at most.
+pub(crate) fn row_rate(time: &[f64]) -> Option<f64> {
+    let goes_on = |k: &usize| time[*k] != time[*k - 1];
+    let first = (1..time.len()).find(goes_on)?;
+    let last = (1..time.len()).rfind(goes_on)?;
+    Some((last - first) as f64 / (time[last] - time[first])).filter(|rate| rate.is_finite())
+}
+
 /// A time that two rows share is a jump; one that more share is none, nor are jumps at most of a recording's times: such a clock is
 /// coarser than its rows.
 fn repeats(file: &Path, time: &[f64], table: &ReadTable, wanted: ClockUse) -> Option<Finding> {
@@ -293,11 +302,8 @@ fn repeats(file: &Path, time: &[f64], table: &ReadTable, wanted: ClockUse) -> Op
     if shared[most].len() > 2 || wanted == ClockUse::Recording && 2 * repeated >= shared.len() && repeated > 0
     {
         let (t, rows) = (shared[most][0], shared[most].len());
-        let span = time.last()? - time.first()?;
-        let guess = match (time.len() - 1) as f64 / span {
-            rate if rate.is_finite() => format!(" (they are about {} a second)", short(rate.round())),
-            _ => String::new(),
-        };
+        let about = |rate: f64| format!(" (they are about {} a second)", short(rate.round()));
+        let guess = row_rate(time).map(about).unwrap_or_default();
         let what = format!(
             "the clock repeats {t} s: {rows} rows share it, and {repeated} of {} times are shared",
             shared.len()

@@ -3,6 +3,7 @@
 use glob::Pattern;
 use toml::de::{DeTable, DeValue};
 
+use super::names_recording;
 use super::toml::{TomlNode, TomlReader};
 use crate::columns::{ColumnMapping, ColumnRule, Columns};
 use crate::finding::FindingKind;
@@ -11,13 +12,9 @@ use crate::names::{base_name, suggestion};
 use crate::unit::SignalUnit;
 use crate::variable::{SignalVariable, VariableRole};
 
-/// Ends of names of recordings.
-const ENDS: [&str; 7] = [".csv", ".txt", ".tsv", ".parquet", ".mat", ".mcap", ".zst"];
-
 /// Whether a key under `[columns]` of a case names files: `"log_04*.csv"`.
 fn names_files(key: &str, node: &TomlNode) -> bool {
-    let lower = key.to_lowercase();
-    let named = key.contains(['*', '?']) || ENDS.iter().any(|end| lower.ends_with(end));
+    let named = key.contains(['*', '?']) || names_recording(key);
     let settings =
         |table: &DeTable| table.iter().all(|(k, _)| keys::COLUMNS.names().any(|n| n == k.get_ref()));
     named && node.get_ref().as_table().is_some_and(|table| table.is_empty() || !settings(table))

@@ -62,6 +62,7 @@ impl ReadTable {
     pub(crate) fn episodes(&self) -> Vec<u32> {
         let column = self.columns.iter().find(|c| c.name == EPISODE);
         let mut all: Vec<u32> = column.into_iter().flat_map(|c| &c.values).map(|x| *x as u32).collect();
+        all.sort_unstable();
         all.dedup();
         all
     }
@@ -70,7 +71,7 @@ impl ReadTable {
     ///
     /// # Errors
     /// There is no such one; the remedy.
-    pub(super) fn episode(mut self, number: u32) -> Result<Self, (String, String)> {
+    pub(crate) fn episode(mut self, number: u32) -> Result<Self, (String, String)> {
         let column = self.columns.iter().find(|c| c.name == EPISODE);
         let rows: Vec<bool> =
             column.map(|c| c.values.iter().map(|x| *x == f64::from(number)).collect()).unwrap_or_default();

@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Finding, FindingKind, MAX_REPORTED};
 use crate::keys::{self, Keys};
 use crate::names::{element_name, suggestion};
 use crate::outlier::LARGEST;
@@ -48,12 +48,17 @@ impl<'a> TomlReader<'a> {
     /// The root table; `None` after a syntax error.
     pub(crate) fn parse<'t>(&mut self, text: &'t str) -> Option<Spanned<DeTable<'t>>> {
         let (root, errors) = DeTable::parse_recoverable(text);
-        let failed = !errors.is_empty();
-        for error in errors {
-            let span = error.span().unwrap_or(0..0);
-            self.wrong(FindingKind::Syntax, span, error.message().replace('\n', "; "), "correct the TOML");
+        let (count, mut last) = (errors.len(), 0..0);
+        for error in errors.into_iter().take(MAX_REPORTED) {
+            last = error.span().unwrap_or(0..0);
+            let what = error.message().replace('\n', "; ");
+            self.wrong(FindingKind::Syntax, last.clone(), what, "correct the TOML");
         }
-        (!failed).then_some(root)
+        if count > MAX_REPORTED {
+            let what = format!("and {} more mistakes from here on", count - MAX_REPORTED);
+            self.wrong(FindingKind::Syntax, last, what, "look whether the file is TOML at all");
+        }
+        (count == 0).then_some(root)
     }
 
     pub(crate) fn line(&self, span: &Range<usize>) -> u64 {

@@ -14,7 +14,7 @@ pub(crate) struct Init {
     #[arg(long, value_name = "COLUMN")]
     pub(crate) time: Option<String>,
     /// Rows a second, instead of a clock
-    #[arg(long, value_name = "HZ", value_parser = super::above_zero)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = super::above_zero)]
     pub(crate) rate: Option<f64>,
     /// Print the case instead of writing it
     #[arg(long)]

@@ -1,6 +1,7 @@
 //! `trueup check`
 
-use trueup_diagnosis::check::{CaseCheck, CheckedChannel, check};
+use trueup_diagnosis::check::{CaseCheck, CheckedChannel, CheckedParameter, CheckedRecording, check};
+use trueup_diagnosis::outcome::{NoticedMistake, OutcomeSeverity};
 use trueup_identification::intake::{CaseIntake, Purpose};
 use trueup_report::{Chart, Page, number};
 use trueup_signals::{Finding, Loaded};
@@ -56,7 +57,7 @@ fn cells(recording: &str, c: &CheckedChannel) -> Vec<String> {
 }
 
 fn rows(checked: &CaseCheck) -> Vec<Vec<String>> {
-    let of = |r: &trueup_diagnosis::check::CheckedRecording| {
+    let of = |r: &CheckedRecording| {
         let name = format!("{} ({})", r.name, r.purpose);
         r.channels.iter().map(|c| cells(&name, c)).collect::<Vec<_>>()
     };
@@ -64,7 +65,7 @@ fn rows(checked: &CaseCheck) -> Vec<Vec<String>> {
 }
 
 fn findings(checked: &CaseCheck) -> Vec<String> {
-    let one = |f: &trueup_diagnosis::outcome::NoticedMistake| {
+    let one = |f: &NoticedMistake| {
         let severity = format!("{:?}", f.severity).to_lowercase();
         let line = f.line.map_or_else(String::new, |l| format!(":{l}"));
         let channel = f.channel.as_ref().map_or_else(String::new, |c| format!(" {c}:"));
@@ -88,7 +89,7 @@ fn sensors(checked: &CaseCheck) -> Vec<String> {
 }
 
 fn parameters(checked: &CaseCheck) -> Vec<Vec<String>> {
-    let one = |p: &trueup_diagnosis::check::CheckedParameter| {
+    let one = |p: &CheckedParameter| {
         let share = match p.standard_error {
             Some(e) if p.value != 0.0 => format!("{} %", number(100.0 * e / p.value.abs())),
             Some(_) => "-".to_owned(),
@@ -116,14 +117,14 @@ const PARAMETERS: [&str; 5] = ["parameter", "nominal", "unit", "expected error",
 
 fn text(checked: &CaseCheck, preset: Option<&str>) -> String {
     let mut out = String::new();
-    let counts = |word: &str| findings(checked).iter().filter(|f| f.starts_with(word)).count();
+    let count = |severity| checked.findings.iter().filter(|f| f.severity == severity).count();
     out += &format!(
         "{}: {} recordings; {} grave, {} warnings, {} notes\n",
         checked.model,
         checked.recordings.len(),
-        counts("grave"),
-        counts("warning"),
-        counts("note")
+        count(OutcomeSeverity::Grave),
+        count(OutcomeSeverity::Warning),
+        count(OutcomeSeverity::Note)
     );
     findings(checked).iter().for_each(|f| out += &format!("{f}\n"));
     out += &format!("\n{}", aligned(&HEAD, &rows(checked)));

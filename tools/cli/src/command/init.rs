@@ -7,14 +7,12 @@ use std::path::{Path, PathBuf};
 use trueup_identification::draft::draft_model;
 use trueup_models::plants;
 use trueup_signals::draft::{DraftLogs, DraftModel};
+use trueup_signals::{RECORDING_ENDS, names_recording};
 
 use crate::args::Init;
 use crate::error::CliError;
 use crate::near;
 use crate::output::{say, write};
-
-/// Ends of names of logs.
-const LOGS: [&str; 7] = ["csv", "tsv", "txt", "parquet", "mat", "mcap", "zst"];
 
 pub(crate) fn run(args: &Init) -> Result<(), CliError> {
     let failed = |e: trueup_signals::SignalsError| CliError::Failed(e.to_string());
@@ -56,11 +54,11 @@ pub(crate) fn run(args: &Init) -> Result<(), CliError> {
         n => format!("{n} guesses in it are marked GUESS"),
     };
     say(&format!(
-        "{}: {} recordings of {}; {guesses}. Next: trueup check {}\n",
+        "{}: recordings: {}; model: {}; {guesses}. Next: trueup check {}\n",
         draft.file.display(),
-        files.len(),
+        logs.recordings(),
         model.name,
-        logs.folder().display()
+        draft.file.display()
     ))
 }
 
@@ -82,10 +80,12 @@ fn logs(path: &Path) -> Result<Vec<PathBuf>, CliError> {
         };
         for entry in list {
             let file = entry.map_err(|e| CliError::at(&folder, e))?.path();
-            let end = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            let is_log =
+                if lerobot { name.to_lowercase().ends_with(".parquet") } else { names_recording(&name) };
             if file.is_dir() && lerobot {
                 folders.push(file);
-            } else if LOGS.contains(&end.as_str()) && (!lerobot || end == "parquet") {
+            } else if is_log {
                 found.push(file);
             }
         }
@@ -93,7 +93,7 @@ fn logs(path: &Path) -> Result<Vec<PathBuf>, CliError> {
     if found.is_empty() {
         let why = match lerobot {
             true => "this is a LeRobot data set without readings: there is no .parquet file under data/; download it whole".to_owned(),
-            false => format!("there is no log in this folder (.{})", LOGS.join(", .")),
+            false => format!("there is no log in this folder ({})", RECORDING_ENDS.join(", ")),
         };
         return Err(CliError::at(path, why));
     }
@@ -125,7 +125,7 @@ fn ask(question: &str) -> Result<String, CliError> {
     let mut answer = String::new();
     let mut err = std::io::stderr();
     let asked = write!(err, "{question} ").and_then(|()| err.flush());
-    let heard = asked.and_then(|()| std::io::stdin().lock().read_line(&mut answer));
-    heard.map_err(|e| CliError::Failed(format!("the terminal: {e}")))?;
+    let read = asked.and_then(|()| std::io::stdin().lock().read_line(&mut answer));
+    read.map_err(|e| CliError::Failed(format!("the terminal: {e}")))?;
     Ok(answer.trim().to_owned())
 }

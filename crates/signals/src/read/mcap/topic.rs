@@ -162,16 +162,16 @@ fn decoder(channel: &Channel) -> Result<Decoder, String> {
     }
 }
 
-/// `position` and 3 of `position[3]`.
+/// `position` and 3 of `position[3]`; nothing of what is nested: names of elements are of a message's own arrays.
 fn element(path: &str) -> Option<(&str, usize)> {
     let (base, index) = path.strip_suffix(']')?.rsplit_once('[')?;
-    index.parse().ok().filter(|k| *k > 0).map(|k| (base, k))
+    index.parse().ok().filter(|k| *k > 0 && !base.contains(['.', '['])).map(|k| (base, k))
 }
 
 /// An element of an array whose elements have names, at its place.
 fn renumbered(path: String, order: &[usize]) -> String {
     let place = element(&path).and_then(|(base, k)| Some((base, *order.get(k - 1)?)));
-    match place.filter(|(base, _)| !base.contains(['.', '['])) {
+    match place {
         Some((base, k)) => format!("{base}[{k}]"),
         None => path,
     }
