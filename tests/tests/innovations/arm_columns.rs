@@ -310,7 +310,7 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     let with_hinge = |theta: &[f64], link: usize, at: f64| hinged(frame, theta, link, at);
     let mechanics = FrameMechanics::new(frame, &with_hinge);
     let along = along_chain(frame, &usual, &mechanics);
-    let mut all = chain_shapes(&along, &orders);
+    let mut all = chain_shapes(&along, &orders, |_, _| true);
     let count = |what: &str, own: usize, said: &mut OffNumbers| {
         if golden[what].as_u64() != Some(own as u64) {
             said.0.push(format!("{what}: {own}, golden {}", golden[what]));

@@ -27,9 +27,25 @@ impl AnySizes {
     }
 }
 
+/// Sums that a product of vectors has side by side.
+const SIDE: usize = 8;
+
+/// Product of two vectors of the same length. The order of its sums does not depend on the vector units of the processor.
 #[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let (a, b) = (a.chunks_exact(SIDE), b.chunks_exact(SIDE));
+    let mut sum = 0.0;
+    for (a, b) in a.remainder().iter().zip(b.remainder()) {
+        sum += a * b;
+    }
+    let mut sums = [0.0; SIDE];
+    for (a, b) in a.zip(b) {
+        for i in 0..SIDE {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    sum + (((a + e) + (c + g)) + ((b + f) + (d + h)))
 }
 
 /// `to` plus `factor` times `x`.

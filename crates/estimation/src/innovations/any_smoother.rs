@@ -51,7 +51,8 @@ pub(super) fn smooth(g: &FilterGains<'_>, data: &DataColumn, powers: bool) -> Sm
             }
         }
         for i in 0..all {
-            states[all * t + i] -= dot(&g.predicted[all * (all * t + i)..][..all], &l); // (EST-6)
+            // The covariance is symmetric: by its rows.
+            add(&mut states[all * t..][..all], -l[i], &g.predicted[all * (all * t + i)..][..all]); // (EST-6)
         }
         if t > 0 {
             let step = &input.steps[input.order.after(t - 1)];
@@ -93,8 +94,10 @@ impl ExpectedPower {
     #[inline(always)]
     fn reading(&mut self, h: &[f64], gain: &[f64], variance: f64) {
         let all = self.n.all;
-        for (i, x) in self.row.iter_mut().enumerate() {
-            *x = dot(&self.covariance[all * i..][..all], gain);
+        // The covariance is symmetric: by its rows.
+        self.row.fill(0.0);
+        for (i, gain) in gain.iter().enumerate() {
+            add(&mut self.row, *gain, &self.covariance[all * i..][..all]);
         }
         let own = 1.0 / variance + dot(gain, &self.row);
         for (i, h_i) in h.iter().enumerate() {

@@ -14,6 +14,7 @@ use super::chain_form::{EffectForm, FormPart};
 use super::chain_orders::chain_orders;
 use super::chain_screen::{ChainScreening, ScreenedShape, chain_bank, chain_shapes, with_laws};
 use super::law::Refinement;
+use super::laws::LawRef;
 use super::pairs::held;
 use super::shape::LawShape;
 use super::slope::as_matrices;
@@ -219,10 +220,9 @@ impl ChainFits<'_> {
         if form.parts.iter().any(|p| p.shape.joints.len() != 1) {
             return Ok(None);
         }
-        let mut all = self.shapes(frame);
-        all.retain(|c| {
+        let mut all = self.shapes(frame, |law, shape| {
             let new = |j: &usize| form.parts.iter().all(|p| p.shape.joints[0] != *j);
-            c.law.id() == form.law.id() && c.shape.joints.len() == 1 && c.shape.joints.iter().all(new)
+            law.id() == form.law.id() && shape.joints.len() == 1 && shape.joints.iter().all(new)
         });
         if all.is_empty() {
             return Ok(None);
@@ -236,10 +236,14 @@ impl ChainFits<'_> {
         }))
     }
 
-    /// All shapes along the present trajectory of a frame, with the orders of its scores.
-    pub fn shapes(&self, frame: &TrajectoryFrame) -> Vec<ScreenedShape> {
+    /// All shapes that are wanted along the present trajectory of a frame, with the orders of its scores.
+    pub fn shapes(
+        &self,
+        frame: &TrajectoryFrame,
+        wanted: impl Fn(LawRef, &LawShape) -> bool,
+    ) -> Vec<ScreenedShape> {
         let orders = chain_orders(frame);
-        self.along(frame, |along| chain_shapes(along, &orders))
+        self.along(frame, |along| chain_shapes(along, &orders, wanted))
     }
 }
 

@@ -67,11 +67,10 @@ impl ChainFits<'_> {
         let own: Vec<EffectForm> = h.form.iter().cloned().collect();
         let standing = held(self.applied(&here, &own), &h.fit.amplitudes);
         scored(&mut here, q, &standing)?;
-        let mut all = self.shapes(&here);
         let motor = |place: &str| place == "motor-friction";
-        all.retain(|c| {
-            let alike = motor(h.shape.place) && motor(c.shape.place);
-            c.law.id() != h.id && c.law.id() != "flexible-link" && !alike
+        let mut all = self.shapes(&here, |law, shape| {
+            let alike = motor(h.shape.place) && motor(shape.place);
+            law.id() != h.id && law.id() != "flexible-link" && !alike
         });
         let mut screening = ChainScreening::new(&mut here, &standing)?;
         let base = survey(&here, &mut screening, &mut all, q, LOOKS);

@@ -79,10 +79,15 @@ impl ScreenedShape {
     }
 }
 
-/// Candidates of all laws along a trajectory.
-pub fn chain_shapes(along: &PlantAlong<'_>, orders: &[OrderPeaks]) -> Vec<ScreenedShape> {
+/// Candidates of all laws along a trajectory whose columns are wanted.
+pub fn chain_shapes(
+    along: &PlantAlong<'_>,
+    orders: &[OrderPeaks],
+    wanted: impl Fn(LawRef, &LawShape) -> bool,
+) -> Vec<ScreenedShape> {
     let shapes = ARM_LAWS.iter().flat_map(|l| l.shapes(along, orders).into_iter().map(move |s| (*l, s)));
-    shapes.filter_map(|(law, shape)| ScreenedShape::new(law, along, shape)).collect()
+    let wanted = shapes.filter(|(law, shape)| wanted(*law, shape));
+    wanted.filter_map(|(law, shape)| ScreenedShape::new(law, along, shape)).collect()
 }
 
 /// Intensities at these factors, no lower than their floors.

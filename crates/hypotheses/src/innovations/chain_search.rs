@@ -117,7 +117,7 @@ pub fn search_chain(
 ) -> Result<ChainFindings, ChainSearchError> {
     let (mut frame, null) = chain_null(loaded, structures)?;
     let fits = ChainFits { loaded, structures, sizes: ChainSizes::of(&frame) };
-    let mut shapes = fits.shapes(&frame);
+    let mut shapes = fits.shapes(&frame, |_, _| true);
     let mut screening = ChainScreening::new(&mut frame, &[])?;
     let base = survey(&frame, &mut screening, &mut shapes, &null.fit.intensities, LOOKS);
     drop(screening);

@@ -227,7 +227,7 @@ impl TrajectoryFrame {
         }
         let mut columns: Vec<FilterColumn> = vec![Vec::new(); self.unknown.len()];
         for run in &self.runs {
-            let parts = run.columns_of(&self.plant, &self.theta, &self.unknown)?;
+            let parts = run.columns_of(&self.plant, &self.theta, &self.unknown);
             columns.iter_mut().zip(parts).for_each(|(c, part)| c.push(part));
         }
         let columns = Rc::new(columns);
