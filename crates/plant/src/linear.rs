@@ -79,7 +79,9 @@ impl InverseMass {
         let (mut factors, mut pivots) = (rows.clone(), vec![0; own]);
         lu_factor(&mut factors, own, &mut pivots).map_err(|e| {
             let name = coordinates.get(e.index).map_or("", |k| all[*k].name.as_str());
-            PlantError(format!("no force moves the coordinate {name:?} by itself here; let its friction slide"))
+            PlantError(format!(
+                "no force moves the coordinate {name:?} by itself here; let its friction slide"
+            ))
         })?;
         Ok(Self { by_force: rows, factors, pivots })
     }
@@ -111,7 +113,8 @@ impl InverseMass {
         states: &[usize],
     ) -> Result<(Self, Vec<f64>), PlantError> {
         let c = plant.coordinates().len();
-        let along = (0..c).map(AlongTrajectory::Force).chain(states.iter().copied().map(AlongTrajectory::State));
+        let along =
+            (0..c).map(AlongTrajectory::Force).chain(states.iter().copied().map(AlongTrajectory::State));
         let columns = columns(plant, at, force, &along.collect::<Vec<_>>());
         let mut by_state = Vec::with_capacity(c * states.len());
         for row in plant.coordinates() {

@@ -56,6 +56,29 @@ pub(super) fn add(to: &mut [f64], factor: f64, x: &[f64]) {
     }
 }
 
+/// `to` = sum of `factors` times the first rows of a matrix; what is added up stays in registers.
+#[inline(always)]
+pub(super) fn combine(to: &mut [f64], factors: &[f64], rows: &[f64], width: usize) {
+    let mut first = 0;
+    let mut blocks = to.chunks_exact_mut(SIDE);
+    for to in &mut blocks {
+        let mut sums = [0.0; SIDE];
+        for (k, factor) in factors.iter().enumerate() {
+            let row = &rows[width * k + first..][..SIDE];
+            for i in 0..SIDE {
+                sums[i] += factor * row[i];
+            }
+        }
+        to.copy_from_slice(&sums);
+        first += SIDE;
+    }
+    let to = blocks.into_remainder();
+    to.fill(0.0);
+    for (k, factor) in factors.iter().enumerate() {
+        add(to, *factor, &rows[width * k + first..][..to.len()]);
+    }
+}
+
 /// Gains and variances of the innovations.
 #[inline(always)]
 pub(super) fn riccati(out: Riccati<'_>) {
@@ -115,11 +138,7 @@ fn predict(
     let a = |i: usize| &step.a[all * i..all * (i + 1)];
     let pushed = |i: usize| step.b[n.forces * i + on];
     for i in 0..plain {
-        let to = &mut moved[all * i..all * (i + 1)];
-        to.fill(0.0);
-        for (k, f) in a(i)[..n.coupled].iter().enumerate().filter(|(_, f)| **f != 0.0) {
-            add(to, *f, &p[all * k..all * (k + 1)]);
-        }
+        combine(&mut moved[all * i..all * (i + 1)], &a(i)[..n.coupled], p, all);
     }
     for i in 0..plain {
         for j in 0..=i {
@@ -213,6 +232,19 @@ fn add_lanes<S: Simd>(simd: S, to: &mut FilterLane, factor: f64, x: &FilterLane)
     }
 }
 
+/// Sum of `factors` times `rows`, all lanes; what is added up stays in registers.
+#[inline(always)]
+fn combine_lanes<S: Simd>(simd: S, to: &mut FilterLane, factors: &[f64], rows: &[FilterLane]) {
+    for (part, to) in S::as_mut_simd_f32s(to).0.iter_mut().enumerate() {
+        let mut sum = simd.splat_f32s(0.0);
+        for (factor, row) in factors.iter().zip(rows) {
+            let x = S::as_simd_f32s(row).0[part];
+            sum = simd.add_f32s(sum, simd.mul_f32s(simd.splat_f32s(*factor as f32), x));
+        }
+        *to = sum;
+    }
+}
+
 /// Whitened innovations of a block of columns.
 #[inline(always)]
 pub(super) fn lanes<S: Simd>(simd: S, stream: &mut LaneStream<'_>) {
@@ -226,9 +258,7 @@ pub(super) fn lanes<S: Simd>(simd: S, stream: &mut LaneStream<'_>) {
         if t > 0 {
             let step = &input.steps[input.order.after(t - 1)];
             for (i, next) in next.iter_mut().enumerate() {
-                *next = ZERO;
-                let a = step.a[n.all * i..][..n.coupled].iter().zip(&z);
-                a.filter(|(f, _)| **f != 0.0).for_each(|(f, z)| add_lanes(simd, next, *f, z));
+                combine_lanes(simd, next, &step.a[n.all * i..][..n.coupled], &z);
                 for k in (0..n.forces).filter(|k| !block.forces[*k].is_empty()) {
                     add_lanes(simd, next, step.b[n.forces * i + k], force(k, t - 1));
                 }

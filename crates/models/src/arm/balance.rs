@@ -24,11 +24,18 @@ pub(super) struct ArmForces<T> {
 
 impl PlanarManipulator {
     pub(super) fn motion<'a, T: Scalar>(&self, at: &At<'a, T>) -> ArmMotion<'a, T> {
+        let mut motion = ArmMotion::unmoved(at);
+        self.move_to(at, &mut motion);
+        motion
+    }
+    /// [`Self::motion`] in place: what is returned is copied.
+    pub(super) fn move_to<'a, T: Scalar>(&self, at: &At<'a, T>, motion: &mut ArmMotion<'a, T>) {
         let n = self.links();
         let (q, rest) = at.x.split_at(self.dofs());
         let v = &rest[..self.dofs()];
-        let chain = self.chain(at.p);
-        let turned = chain.turned(q, v);
+        (motion.q, motion.v) = (q, v);
+        motion.chain = self.chain(at.p);
+        motion.turned = motion.chain.turned(q, v);
         let base = BaseMotion {
             t: at.t,
             position: [q[0], q[1]],
@@ -36,9 +43,7 @@ impl PlanarManipulator {
             velocity: [v[0], v[1]],
             rate: v[2],
         };
-        // What is filled in place is not copied.
-        let mut motion = ArmMotion { q, v, chain, turned, drives: [DriveTrain::default(); MAX_LINKS] };
-        let ArmMotion { turned, drives, .. } = &mut motion;
+        let ArmMotion { turned, drives, .. } = motion;
         for j in 0..n {
             let (motor, joint) = (self.motor(j), 3 + j);
             let command = at.u[input::joint_torque(n) + j];
@@ -69,7 +74,6 @@ impl PlanarManipulator {
                 d.levels = self.levels(at, j, d, friction::direction(SMOOTH, d.omega));
             }
         }
-        motion
     }
 
     /// M* + J* (ARM-2, ARM-5, ARM-6).

@@ -49,6 +49,8 @@ pub struct TrajectoryRun {
 pub(super) struct TrajectoryLinear {
     pub(super) steps: Vec<PlantStep>,
     pub(super) rows: ReadingRows,
+    /// Covariance of what white forces add to coordinates and rates in each step.
+    pub(super) noise: Vec<Vec<f64>>,
     /// Inverse of the mass matrix at each node.
     inverses: Vec<InverseMass>,
 }
@@ -146,12 +148,13 @@ impl TrajectoryRun {
         &all[n * node..n * (node + 1)]
     }
 
-    /// Accelerations, readings, steps and rows about the trajectory.
+    /// Accelerations, readings, steps and rows about the trajectory; `white`: variance of a white force on each coordinate.
     pub(super) fn linearise(
         &mut self,
         plant: &TrajectoryPlant,
         theta: &[f64],
         outputs: &ReadOutputs,
+        white: &[f64],
         laws: &LawTangent,
     ) -> Result<(), TrajectoryError> {
         let (n, length) = (self.coordinates(), self.nodes.len());
@@ -196,8 +199,9 @@ impl TrajectoryRun {
             let defect = (0..2 * n).map(|i| after[i] - pushed(i) - next[i]).collect();
             with_latents(&a, &b, defect, channels, dt)
         };
-        let steps = (0..length - 1).map(step).collect();
-        self.linear = Rc::new(TrajectoryLinear { steps, rows, inverses });
+        let steps: Vec<PlantStep> = (0..length - 1).map(step).collect();
+        let noise = steps.iter().map(|s| pushed_noise(&s.b[..2 * n * n], white)).collect();
+        self.linear = Rc::new(TrajectoryLinear { steps, rows, noise, inverses });
         Ok(())
     }
 
@@ -245,4 +249,18 @@ fn with_latents(a: &[f64], b: &[f64], defect: Vec<f64>, channels: usize, dt: f64
     let kept = MEMORIES.map(|memory| (-dt / memory).exp()); // (EST-14)
     (2 * n..size).for_each(|k| all[(size + 1) * k] = kept[usize::from(k >= 3 * n)]);
     PlantStep { stuck: Vec::new(), a: all, b: by_force, defect }
+}
+
+/// Covariance that forces of these variances have over a step of `b`, rows of forces.
+fn pushed_noise(b: &[f64], variance: &[f64]) -> Vec<f64> {
+    let n = variance.len();
+    let size = b.len() / n;
+    let mut noise = vec![0.0; size * size];
+    for (i, to) in b.chunks(n).enumerate() {
+        for (j, from) in b.chunks(n).enumerate().take(i + 1) {
+            let sum: f64 = variance.iter().zip(to).zip(from).map(|((q, a), b)| q * a * b).sum();
+            (noise[size * i + j], noise[size * j + i]) = (sum, sum);
+        }
+    }
+    noise
 }
