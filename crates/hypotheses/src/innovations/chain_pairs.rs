@@ -7,7 +7,7 @@ use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
-use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, rank_friction};
+use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, place_of, rank_friction};
 use super::chain_fits::{ChainFits, LEFT, MORE_JOINTS, SEVERAL, scored};
 use super::chain_form::EffectForm;
 use super::chain_pushes::pushed_places;
@@ -15,6 +15,7 @@ use super::chain_screen::{ChainScreening, ScreenedShape, best_of_families, chain
 use super::laws::arm_law_of;
 use super::pairs::held;
 use super::shape::LawShape;
+use super::verdict::ReportedEffect;
 
 /// Factors of the intensities of the survey in addition to a first effect.
 const LOOKS: (f64, &[f64]) = (0.2, &[1.0]);
@@ -45,6 +46,14 @@ pub struct ChainPair {
     /// The latents that both leave.
     pub left: LatentLevels,
     frame: TrajectoryFrame,
+}
+
+impl ChainPair {
+    /// Effects and places as they are reported.
+    pub fn named(&self) -> [ReportedEffect; 2] {
+        let second = (self.second.law.id(), place_of(&self.first.frame, self.second.shape()));
+        [(self.first.id, self.first.place()), second]
+    }
 }
 
 /// What a search for second effects found.
