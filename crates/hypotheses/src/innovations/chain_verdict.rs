@@ -2,6 +2,7 @@
 
 use super::chain_effect::{ChainEffect, LatentLevels};
 use super::chain_search::ChainFindings;
+use super::law::DryFriction;
 use super::levels::CHAIN;
 use super::verdict::{EvidenceJudgement, EvidenceVerdict, ReportedEffect};
 
@@ -68,7 +69,7 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
     if verdict == EvidenceVerdict::Effects && !two {
         let near = CHAIN.alike.max((CHAIN.alike_share * gain).min(CHAIN.alike_most));
         let rigid = |j: &usize| h.frame.plant.drives.len() > *j && !h.frame.plant.flexible(*j);
-        if h.id == "motor-friction" && h.joints().iter().all(rigid) {
+        if h.dry_friction() == Some(DryFriction::Plain) && h.joints().iter().all(rigid) {
             // One body where there is no spring.
             verdict = EvidenceVerdict::Ambiguous;
             set.push(("load-friction", "load".to_owned()));
