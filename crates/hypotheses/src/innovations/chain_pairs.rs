@@ -8,7 +8,7 @@ use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
 use super::candidate::ScreenedShape;
-use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, rank_friction};
+use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, place_of, rank_friction};
 use super::chain_fits::{ChainFits, LEFT, MORE_JOINTS, scored};
 use super::chain_form::EffectForm;
 use super::chain_pushes::pushed_places;
@@ -17,6 +17,7 @@ use super::law::DryFriction;
 use super::laws::arm_law_of;
 use super::pairs::held;
 use super::shape::LawShape;
+use super::verdict::ReportedEffect;
 
 /// Factors of the intensities of the survey in addition to a first effect.
 const LOOKS: (f64, &[f64]) = (0.2, &[1.0]);
@@ -47,6 +48,14 @@ pub struct ChainPair {
     /// The latents that both leave.
     pub left: LatentLevels,
     frame: TrajectoryFrame,
+}
+
+impl ChainPair {
+    /// Effects and places as they are reported.
+    pub fn named(&self) -> [ReportedEffect; 2] {
+        let second = (self.second.law.id(), place_of(&self.first.frame, self.second.shape()));
+        [(self.first.id, self.first.place()), second]
+    }
 }
 
 /// What a search for second effects found.

@@ -5,7 +5,7 @@ use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 use trueup_estimation::innovations::trajectory::structures::{CasePlantError, PlantStructures};
-use trueup_signals::Loaded;
+use trueup_signals::{Loaded, Recording};
 
 use super::candidate::ScreenedShape;
 use super::chain_along::ChainSizes;
@@ -84,6 +84,28 @@ pub struct ChainFindings {
     pub effects: Vec<ChainEffect>,
     /// Pairs, best first.
     pub pairs: Vec<ChainPair>,
+    /// Usual sizes: units of the amplitudes.
+    pub sizes: ChainSizes,
+}
+
+/// What of a case the engine does not know.
+fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static str> {
+    let recordings = || loaded.recordings.values();
+    let sensors = || recordings().flat_map(|r| &r.channels).map(|c| &c.sensor);
+    let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
+    let table = structures.plant.plant().table();
+    let other = |r: &Recording| {
+        let mut others = (0..table.inputs.len()).filter(|k| !table.driving.contains(k));
+        others.any(|k| r.channel(&table.inputs[k].name).is_some())
+    };
+    let known = [
+        (!loaded.case.effects.is_empty(), "known effects"),
+        (sensors().any(|s| s.late.is_some()), "unknown delays"),
+        (sensors().any(|s| s.delay != 0.0), "declared delays"),
+        (recordings().any(own), "parameters of single recordings"),
+        (recordings().any(other), "recorded forces on base or tip"),
+    ];
+    known.into_iter().find(|k| k.0).map(|k| k.1)
 }
 
 /// Fits the model alone; leaves a frame where hypotheses begin.
@@ -94,10 +116,8 @@ pub fn chain_null(
     loaded: &Loaded,
     structures: &PlantStructures,
 ) -> Result<(TrajectoryFrame, ChainNull), ChainSearchError> {
-    let case = &loaded.case;
-    if !case.effects.is_empty() {
-        let file = case.file.display().to_string();
-        return Err(ChainSearchError::Known { file, what: "known effects" });
+    if let Some(what) = not_known(loaded, structures) {
+        return Err(ChainSearchError::Known { file: loaded.case.file.display().to_string(), what });
     }
     let mut frame = TrajectoryFrame::new(loaded, structures.plant.clone(), &structures.nominal, &[])?;
     frame.start()?;
@@ -131,8 +151,8 @@ pub fn search_chain(
     search.pushed()?;
     search.effects = best_of_each(std::mem::take(&mut search.effects));
     let pairs = search.pairs()?;
-    let ChainSearch { null, base, first, effects, .. } = search;
-    Ok(ChainFindings { null, base, screen: first, effects, pairs })
+    let ChainSearch { fits, null, base, first, effects, .. } = search;
+    Ok(ChainFindings { null, base, screen: first, effects, pairs, sizes: fits.sizes })
 }
 
 /// A search under way.

@@ -76,6 +76,8 @@ pub struct ChainLevels {
     pub alike_share: f64,
     /// See `alike`.
     pub alike_most: f64,
+    /// Share of right verdicts: the probability of what is named, and of what is not named that it is none.
+    pub right: f64,
 }
 
 /// Of the reference program for arms: chosen on its tables of 28 sealed arms and 27 of another simulator (right: 25 and 24); twelve of
@@ -94,6 +96,8 @@ pub const CHAIN: ChainLevels = ChainLevels {
     alike: 6.0,
     alike_share: 0.01,
     alike_most: 15.0,
+    // By the rule of succession: (25 + 24 + 1) / (28 + 27 + 2).
+    right: 0.88,
 };
 
 /// The heavy tail of the sizes of an effect.
