@@ -2,6 +2,7 @@
 
 use super::chain_effect::{ChainEffect, LatentLevels, place_of};
 use super::chain_search::ChainFindings;
+use super::law::DryFriction;
 use super::levels::CHAIN;
 use super::verdict::JointVerdict;
 
@@ -81,7 +82,7 @@ pub fn judge_chain(found: &ChainFindings) -> ChainJudgement {
     if verdict == JointVerdict::Effects && !two {
         let near = CHAIN.alike.max((CHAIN.alike_share * gain).min(CHAIN.alike_most));
         let rigid = |j: &usize| h.frame.plant.drives.len() > *j && !h.frame.plant.flexible(*j);
-        if h.id == "motor-friction" && h.joints().iter().all(rigid) {
+        if h.dry_friction() == Some(DryFriction::Plain) && h.joints().iter().all(rigid) {
             // One body where there is no spring.
             verdict = JointVerdict::Ambiguous;
             set.push(("load-friction", "load".to_owned()));

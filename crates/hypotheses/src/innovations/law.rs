@@ -61,6 +61,15 @@ impl Refinement {
     pub const ORDER: Self = Self { name: "h", step: 1.0, order: true };
 }
 
+/// Dry friction of a motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DryFriction {
+    /// One level.
+    Plain,
+    /// A level that falls with speed.
+    Falling,
+}
+
 /// An effect as columns. The first amplitude is the effect; companions absorb the form of its law and have no name.
 pub trait EffectLaw: Sync {
     /// Its id in the list of effects.
@@ -76,6 +85,34 @@ pub trait EffectLaw: Sync {
     /// Which numbers of a shape a pattern search moves, in which order.
     fn refined(&self, _shape: &LawShape) -> Vec<Refinement> {
         Vec::new()
+    }
+    /// Whether the same cause at further joints is one effect.
+    fn spreads(&self) -> bool {
+        false
+    }
+    /// Terms with a longer length than the effect's own, which only add up: how many terms there are, and which of them those are.
+    fn companions(&self) -> (usize, &'static [usize]) {
+        (0, &[])
+    }
+    /// Which dry friction of a motor it is; `None`: none.
+    fn dry_friction(&self) -> Option<DryFriction> {
+        None
+    }
+    /// Whether it is a reading that is late: its fit puts the readings back, in a frame of its own.
+    fn is_late(&self) -> bool {
+        false
+    }
+    /// Whether it is impulses, which no grid searches and which have no shape to refine.
+    fn is_impulses(&self) -> bool {
+        false
+    }
+    /// Whether its fit takes a plant of another structure.
+    fn is_structure(&self) -> bool {
+        false
+    }
+    /// Whether its forms are fitted each by itself.
+    fn forms_apart(&self) -> bool {
+        false
     }
     /// The value nearest to `value` that a number may have.
     fn bounded(&self, _along: &PlantAlong<'_>, _shape: &LawShape, _name: &str, value: f64) -> f64 {

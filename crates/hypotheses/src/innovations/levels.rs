@@ -95,3 +95,19 @@ pub const CHAIN: ChainLevels = ChainLevels {
     alike_share: 0.01,
     alike_most: 15.0,
 };
+
+/// The heavy tail of the sizes of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeTail {
+    /// Width of its prior, in usual ones.
+    pub wide: f64,
+    /// Nats that it costs.
+    pub cost: f64,
+    /// Nats by which it has to be better than the usual width, in addition to its cost.
+    pub better: f64,
+    /// Nats below the base from which on it is not tried.
+    pub hopeless: f64,
+}
+
+/// Of the reference program for arms, as [`CHAIN`].
+pub const TAIL: SizeTail = SizeTail { wide: 6.0, cost: 1.0, better: 0.5, hopeless: 5.0 };

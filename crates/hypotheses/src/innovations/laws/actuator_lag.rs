@@ -59,6 +59,9 @@ impl EffectLaw for ActuatorLagColumns {
     fn id(&self) -> &'static str {
         "actuator-lag"
     }
+    fn spreads(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let forms = [("lag", self.lags), ("two", self.two), ("delay", self.delays)];
         let all = |joints: &Vec<usize>| -> Vec<LawShape> {

@@ -36,6 +36,9 @@ impl EffectLaw for CurrentSaturationColumns {
     fn id(&self) -> &'static str {
         "current-saturation"
     }
+    fn spreads(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let at = |(k, j): (usize, &JointPlace)| {
             let shape = |x: &f64| LawShape::new("actuator", "limit", &[("limit", x * j.drive)]).at(&[k]);

@@ -51,6 +51,9 @@ impl EffectLaw for ExternalForceColumns {
     fn id(&self) -> &'static str {
         "external-force"
     }
+    fn is_impulses(&self) -> bool {
+        true
+    }
     fn shapes(&self, _: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         Vec::new()
     }

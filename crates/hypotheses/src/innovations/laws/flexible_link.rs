@@ -54,6 +54,9 @@ impl EffectLaw for FlexibleLinkColumns {
     fn id(&self) -> &'static str {
         "flexible-link"
     }
+    fn is_structure(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         match self {
             Self::Joint => along.at_springs(|_| {

@@ -51,6 +51,12 @@ impl EffectLaw for LoadFrictionColumns {
     fn id(&self) -> &'static str {
         "load-friction"
     }
+    fn spreads(&self) -> bool {
+        true
+    }
+    fn companions(&self) -> (usize, &'static [usize]) {
+        (3, &[2])
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let mut all = Vec::new();
         for (k, j) in along.joints.iter().enumerate() {

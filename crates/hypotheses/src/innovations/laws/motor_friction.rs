@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::FilterColumn;
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerm, LawTerms, Refinement};
+use crate::innovations::law::{DryFriction, EffectLaw, LawTerm, LawTerms, Refinement};
 use crate::innovations::run_along::JointMotion;
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
@@ -93,6 +93,15 @@ impl MotorFrictionColumns {
 impl EffectLaw for MotorFrictionColumns {
     fn id(&self) -> &'static str {
         "motor-friction"
+    }
+    fn spreads(&self) -> bool {
+        true
+    }
+    fn companions(&self) -> (usize, &'static [usize]) {
+        (4, &[2, 3])
+    }
+    fn dry_friction(&self) -> Option<DryFriction> {
+        Some(DryFriction::Plain)
     }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let shape =

@@ -25,6 +25,9 @@ impl EffectLaw for NonlinearStiffnessColumns {
     fn id(&self) -> &'static str {
         "nonlinear-stiffness"
     }
+    fn forms_apart(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         along.at_springs(|j| {
             let bent = |x: f64| match self {

@@ -48,6 +48,9 @@ impl EffectLaw for SensorDelayColumns {
     fn id(&self) -> &'static str {
         "sensor-delay"
     }
+    fn is_late(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let mut all = Vec::new();
         for group in &along.late_together {

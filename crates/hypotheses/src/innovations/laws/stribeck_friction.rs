@@ -1,7 +1,7 @@
 //! Friction that falls with speed out of rest.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{DryFriction, EffectLaw, LawTerms, Refinement};
 use crate::innovations::laws::motor_friction::MotorFrictionColumns;
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
@@ -58,6 +58,15 @@ fn falls(along: &PlantAlong<'_>, shape: &LawShape, joint: usize) -> impl Fn(f64)
 impl EffectLaw for StribeckFrictionColumns {
     fn id(&self) -> &'static str {
         "stribeck-friction"
+    }
+    fn spreads(&self) -> bool {
+        true
+    }
+    fn companions(&self) -> (usize, &'static [usize]) {
+        (5, &[2, 3])
+    }
+    fn dry_friction(&self) -> Option<DryFriction> {
+        Some(DryFriction::Falling)
     }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let mut all = Vec::new();

@@ -34,6 +34,9 @@ impl EffectLaw for TorqueRippleColumns {
     fn id(&self) -> &'static str {
         "torque-ripple"
     }
+    fn spreads(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, orders: &[OrderPeaks]) -> Vec<LawShape> {
         let mut all = Vec::new();
         for (k, (joint, peaks)) in along.joints.iter().zip(orders).enumerate() {
