@@ -17,6 +17,7 @@ use super::chain_pushes::pushed_places;
 use super::chain_screen::{LOOKS, best_of_families, chain_bank, chain_screening, chain_survey};
 use super::law::DryFriction;
 use super::laws::{LawRef, arm_law_of};
+use super::search::has_own_parameters;
 use super::shape::LawShape;
 
 /// Rounds of the nominal model, of the refitted one, of plain friction in place of Stribeck's.
@@ -92,7 +93,6 @@ pub struct ChainFindings {
 fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static str> {
     let recordings = || loaded.recordings.values();
     let sensors = || recordings().flat_map(|r| &r.channels).map(|c| &c.sensor);
-    let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
     let table = structures.plant.plant().table();
     let other = |r: &Recording| {
         let mut others = (0..table.inputs.len()).filter(|k| !table.driving.contains(k));
@@ -102,7 +102,7 @@ fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static s
         (!loaded.case.effects.is_empty(), "known effects"),
         (sensors().any(|s| s.late.is_some()), "unknown delays"),
         (sensors().any(|s| s.delay != 0.0), "declared delays"),
-        (recordings().any(own), "parameters of single recordings"),
+        (recordings().any(has_own_parameters), "parameters of single recordings"),
         (recordings().any(other), "recorded forces on base or tip"),
     ];
     known.into_iter().find(|k| k.0).map(|k| k.1)
