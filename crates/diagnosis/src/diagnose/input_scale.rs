@@ -1,5 +1,7 @@
 //! The gain of each input, recording by recording, before any cause is looked for: another unit, the opposite sign.
 
+use serde::Serialize;
+
 use super::acting::Acting;
 use super::dead;
 use crate::engine::search::CaseSearch;
@@ -63,6 +65,48 @@ impl ScaleGain {
     }
 }
 
+/// The gain of an input in a recording, as it is reported.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InputGain {
+    /// Recording.
+    pub recording: String,
+    /// FMU variable.
+    pub input: String,
+    /// By how many times the recorded input the nominal model needs it; 1: as recorded.
+    pub gain: f64,
+    /// Standard deviation of the gain.
+    pub standard_deviation: f64,
+}
+
+/// The gain of each recorded input, recording by recording, in the output in which it acts most.
+pub fn gains(search: &CaseSearch<'_>) -> Vec<InputGain> {
+    let names = search.case.subject.inputs();
+    let runs = Acting::all(search);
+    let recorded = |input: &usize| runs.iter().any(|r| !r.prescribed.inputs[*input].is_empty());
+    let of = |input: usize| {
+        let one = |s: Seen<'_>| {
+            let gain = s.gain?;
+            Some(InputGain {
+                recording: s.name.to_owned(),
+                input: names[input].clone(),
+                gain: gain.value,
+                standard_deviation: gain.deviation,
+            })
+        };
+        where_it_acts(&runs, &[input]).into_iter().filter_map(one).collect::<Vec<_>>()
+    };
+    (0..names.len()).filter(recorded).flat_map(of).collect()
+}
+
+/// What inputs do in the output in which they act most over all recordings: one that is dead acts nowhere.
+fn where_it_acts<'a>(runs: &[Acting<'a>], inputs: &[usize]) -> Vec<Seen<'a>> {
+    let mut all: Vec<Seen<'_>> = runs.iter().filter_map(|run| seen(run, inputs)).flatten().collect();
+    let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
+    let most = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b)));
+    all.retain(|s| Some(s.output) == most);
+    all
+}
+
 /// What an input does in a channel of a recording.
 struct Seen<'a> {
     name: &'a str,
@@ -95,13 +139,7 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
     // All of them alike first: those of one drive are in one unit.
     let all = (recorded.len() > 1).then(|| recorded.clone());
     for inputs in all.into_iter().chain(each) {
-        let all: Vec<Seen<'_>> = runs.iter().filter_map(|run| seen(run, &inputs)).flatten().collect();
-        // Where it acts most over all recordings: one that is dead acts nowhere.
-        let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
-        let Some(at) = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b))) else {
-            continue;
-        };
-        let seen: Vec<Seen<'_>> = all.into_iter().filter(|s| s.output == at).collect();
+        let seen = where_it_acts(runs, &inputs);
         let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
         let channel = (inputs.len() == 1).then(|| called.clone());
         let judged_files = judged(&seen, &called);
