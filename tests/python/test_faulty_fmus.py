@@ -188,6 +188,7 @@ KNOWN = [
     (3, "me", False, "writes", "set_states", 2), (2, "cs", True, "pending", "step", 2), (2, "me", False, "chatter", "derivatives", 1), (3, "me", False, "noise", "derivatives", 1),
     (2, "cs", False, "session", "step", 2), (3, "cs", True, "session", "step", 2), (2, "cs", False, "long", "step", 2),
     (3, "me", True, "atexit_hangs", "derivatives", 1),
+    (2, "cs", False, "memory", "enter", 1), (3, "me", False, "file_size", "exit_initialization", 1), (3, "cs", False, "files", "terminate", 1),
     (2, "cs", False, "close2", "instantiate", 1), (3, "me", False, "huge", "states", 1), (3, "me", True, "huge", "number", 1),
 ]
 

@@ -80,18 +80,18 @@ pub enum CosimError {
         /// What is wrong, with the column.
         reason: String,
     },
-    /// An FMU changed the working folder of the process, which gives names of files another meaning.
+    /// An FMU changed the working directory of the process, which gives names of files another meaning, or lowered its limits.
     #[error(
-        "at t = {} s: the FMU of {who} changed the working directory to {to}; it is changed back, and the run ends: let the FMU \
-         have a process of its own", ShortNumber(*.time)
+        "at t = {} s: the FMU of {who} {what}; that is undone, and the run ends: let the FMU have a process of its own (--isolate)",
+        ShortNumber(*.time)
     )]
-    Moved {
+    Surroundings {
         /// Time in s.
         time: f64,
         /// Which instance, or instances one of which it was.
         who: String,
-        /// Where to.
-        to: PathBuf,
+        /// What it changed, such as "changed the working directory to /".
+        what: String,
     },
     /// The user ended the run, through a [sink](crate::ResultSink) that watches for it.
     #[error("at t = {} s: interrupted", ShortNumber(*.time))]

@@ -16,7 +16,7 @@
 //! # Ok::<(), trueup_cosim::CosimError>(())
 //! ```
 
-use trueup_fmi_import::{ExperimentSetup, Folder};
+use trueup_fmi_import::{ExperimentSetup, ProcessSurroundings};
 use trueup_numerics::ShortNumber;
 
 use crate::adaptive::{self, Adaptive};
@@ -46,19 +46,20 @@ const SETTLED: f64 = 0.01;
 /// Halvings of a step whose repetition does not settle.
 const HALVINGS: u32 = 10;
 
-/// The working directory is what it was; else it is that again, and one of these FMUs had changed it.
+/// Working directory and limits of the process are what they were; else they are that again, and one of these FMUs had
+/// changed them.
 fn stays<'a>(
-    folder: &Folder,
+    surroundings: &ProcessSurroundings,
     time: f64,
     nodes: impl Iterator<Item = &'a InstanceNode>,
 ) -> Result<(), CosimError> {
-    let Some(to) = folder.left() else { return Ok(()) };
+    let Some(what) = surroundings.restored() else { return Ok(()) };
     let within = nodes.filter(|node| !node.planned.fmu.is_isolated());
     let names: Vec<_> = within
         .map(|node| format!("\"{}\" ({})", node.slave.name(), node.planned.fmu.file().display()))
         .collect();
     let one = if names.len() == 1 { "instance" } else { "one of the instances" };
-    Err(CosimError::Moved { time, who: format!("{one} {}", names.join(", ")), to })
+    Err(CosimError::Surroundings { time, who: format!("{one} {}", names.join(", ")), what })
 }
 
 /// Whether an event in one FMU can end the step of all of them; a note where it cannot.
@@ -89,7 +90,7 @@ pub struct Master {
     ready: Option<Ready>,
     cuts: EventCuts,
     log: RunLog,
-    folder: Folder,
+    surroundings: ProcessSurroundings,
 }
 
 /// Instantiated, not yet initialized.
@@ -118,7 +119,7 @@ impl Master {
         let mut event_mode = Vec::new();
         let alone = units.len() == 1;
         let shares = !alone && shares_events(&mut plan, &rules, algorithm);
-        let folder = Folder::now();
+        let surroundings = ProcessSurroundings::now();
         for (planned, rule) in std::mem::take(&mut plan.components).into_iter().zip(rules) {
             let slave_of = |event_mode: bool| {
                 let asks = follows && rule.is_some_and(|rule| rule.way == InputFollowing::Intermediate);
@@ -144,7 +145,7 @@ impl Master {
             let at = |source| CosimError::Call { time: start, source };
             configure(&mut node.slave, &node.planned.structural).map_err(at)?;
             node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
-            stays(&folder, start, std::iter::once(&node))?;
+            stays(&surroundings, start, std::iter::once(&node))?;
             nodes.push(node);
             shared.push(lines);
             event_mode.push(with_events);
@@ -154,7 +155,7 @@ impl Master {
         let cuts = EventCuts::new(&nodes, &plan.driven, inputs, &plan.grid, &mut plan.notes);
         let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
         let ready = Some(Ready { nodes, shared, event_mode, shares });
-        Ok(Self { plan, units, order, ready, cuts, log, folder })
+        Ok(Self { plan, units, order, ready, cuts, log, surroundings })
     }
 
     /// What was chosen and, after a run, what it did; also of a run that failed.
@@ -186,11 +187,11 @@ impl Master {
             self.log.notes.extend(told);
         }
         let time = self.log.time;
-        let stayed = stays(&self.folder, time, coupling.nodes().iter());
+        let stayed = stays(&self.surroundings, time, coupling.nodes().iter());
         done.and(stayed)?;
         for node in coupling.nodes() {
             node.slave.terminate().map_err(|source| CosimError::Call { time, source })?;
-            stays(&self.folder, time, std::iter::once(&*node))?;
+            stays(&self.surroundings, time, std::iter::once(&*node))?;
         }
         Ok(self.log.clone())
     }
@@ -208,7 +209,7 @@ impl Master {
             let experiment = ExperimentSetup { tolerance, start, stop: Some(grid.stop) };
             let entered = node.slave.enter_initialization_mode(experiment);
             entered.map_err(|source| CosimError::Call { time: start, source })?;
-            stays(&self.folder, start, std::iter::once(&*node))?;
+            stays(&self.surroundings, start, std::iter::once(&*node))?;
         }
         let mut recorder = Recorder::new(&mut nodes, recorded)?;
         sink.begin(recorder.columns())?;
@@ -221,7 +222,7 @@ impl Master {
         for node in &mut nodes {
             let left = node.slave.exit_initialization_mode();
             left.map_err(|source| CosimError::Call { time: start, source })?;
-            stays(&self.folder, start, std::iter::once(&*node))?;
+            stays(&self.surroundings, start, std::iter::once(&*node))?;
         }
         let rolls_back = matches!(self.log.algorithm, Algorithm::Iterative | Algorithm::Adaptive);
         let (units, step) = (&self.units, grid.step);

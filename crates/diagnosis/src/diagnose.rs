@@ -31,8 +31,7 @@ mod yours;
 
 use std::borrow::Cow;
 
-use trueup_hypotheses::innovations::search::search_joint;
-use trueup_hypotheses::innovations::verdict::judge;
+use trueup_hypotheses::innovations::findings::search_case;
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 use trueup_models::effect::PlantKind;
@@ -317,10 +316,9 @@ fn evidence(
     search: &CaseSearch<'_>,
     options: &DiagnoseOptions,
 ) -> Result<(EngineDecision, JudgedCase), String> {
-    let findings = search_joint(loaded).map_err(|e| e.to_string())?;
-    let judged = judge(&findings).ok_or("no hypothesis of the innovations engine could be compared")?;
-    let decision = DecisionBuilder::new(search, &findings, options.effort).build(&judged, &options.limits)?;
-    Ok((decision, JudgedCase::from(&judged)))
+    let findings = search_case(loaded).map_err(|e| e.to_string())?;
+    let decision = DecisionBuilder::new(search, &findings, options.effort).build(&options.limits)?;
+    Ok((decision, JudgedCase::from(&findings.judged)))
 }
 
 /// By the evidence of the innovations.

@@ -377,7 +377,7 @@ fn columns_along_the_trajectory_of_an_arm_sum_to_the_torques() {
             run.put(run.states.clone(), run.forces.clone(), own);
         }
         frame.linearise(&[]).unwrap();
-        let columns = frame.parameter_columns().unwrap();
+        let columns = frame.parameter_columns();
         assert!(frame.unknown.iter().filter(|u| u.logarithm).count() > 3);
         for (k, run) in frame.runs.iter().enumerate() {
             let mut sum = run.own.clone();

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use trueup_estimation::innovations::evidence::log_evidence;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
-use trueup_hypotheses::innovations::candidate::EffectCandidate;
+use trueup_hypotheses::innovations::candidate::ScreenedShape;
 use trueup_hypotheses::innovations::hypothesis::FittedEffect;
 use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
 use trueup_hypotheses::innovations::pairs::FittedPair;
@@ -100,12 +100,12 @@ fn frozen(frame: &mut InnovationsFrame, fitted: &FittedNull) -> Value {
     })
 }
 
-fn screened(candidates: &[EffectCandidate], alone: f64) -> Vec<Value> {
-    let mut all: Vec<&EffectCandidate> = candidates.iter().filter(|c| c.is_possible()).collect();
+fn screened(candidates: &[ScreenedShape], alone: f64) -> Vec<Value> {
+    let mut all: Vec<&ScreenedShape> = candidates.iter().filter(|c| c.is_possible()).collect();
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let one = |c: &&EffectCandidate| {
+    let one = |c: &&ScreenedShape| {
         json!({ "effect": c.law.id(), "place": c.shape.place, "shape": shape(&c.shape), "gain": c.evidence - alone,
-            "q": c.q, "amplitudes": c.amplitudes })
+            "q": c.intensities, "amplitudes": c.amplitudes })
     };
     all.iter().take(20).map(one).collect()
 }

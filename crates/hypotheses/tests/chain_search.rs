@@ -2,8 +2,12 @@
 
 use trueup_hypotheses::innovations::chain_effect::{LatentLevels, rank_friction};
 use trueup_hypotheses::innovations::chain_form::EffectForm;
+use trueup_hypotheses::innovations::law::DryFriction;
 use trueup_hypotheses::innovations::laws::arm_law_of;
 use trueup_hypotheses::innovations::shape::LawShape;
+
+const PLAIN: Option<DryFriction> = Some(DryFriction::Plain);
+const FALLING: Option<DryFriction> = Some(DryFriction::Falling);
 
 fn friction_at(joints: [usize; 2]) -> EffectForm {
     let law = arm_law_of("motor-friction", "motor-friction").unwrap();
@@ -40,7 +44,7 @@ fn stribecks_friction_leads_only_if_it_leaves_less_than_the_plain_one() {
     let ranked = |plain: f64, stribeck: [f64; 2], of_plain: f64| {
         let [mut a, mut b] = [plain, stribeck[0]];
         let (of_plain, of_stribeck) = (left(of_plain), left(stribeck[1]));
-        let all = vec![("motor-friction", &mut a, &of_plain), ("stribeck-friction", &mut b, &of_stribeck)];
+        let all = vec![(PLAIN, &mut a, &of_plain), (FALLING, &mut b, &of_stribeck)];
         rank_friction(all, 0.0);
         assert_eq!(a, plain);
         b
@@ -54,7 +58,7 @@ fn stribecks_friction_leads_only_if_it_leaves_less_than_the_plain_one() {
     assert_eq!(ranked(300.0, [400.0, 2.0], 2.0), 388.0);
     let mut alone = 400.0;
     let of = left(10.0);
-    rank_friction(vec![("stribeck-friction", &mut alone, &of)], 0.0);
+    rank_friction(vec![(FALLING, &mut alone, &of)], 0.0);
     assert_eq!(alone, 400.0);
 }
 

@@ -58,25 +58,109 @@ fn columns(plant: &dyn Plant, at: At<f64>, force: &[f64], along: &[AlongTrajecto
     all
 }
 
-/// Solves for forces on these coordinates that give their rates these changes; `by_force` is B.
-fn forces_for(
-    plant: &dyn Plant,
-    by_force: &[f64],
-    coordinates: &[usize],
-    changes: &mut [&mut [f64]],
-) -> Result<(), PlantError> {
-    let (all, own, c) = (plant.coordinates(), coordinates.len(), plant.coordinates().len());
-    let mut inverse_mass: Vec<f64> = Vec::with_capacity(own * own);
-    for row in coordinates {
-        inverse_mass.extend(coordinates.iter().map(|column| by_force[all[*row].rate * c + column]));
+/// Rates of the velocities of some coordinates by forces on them, with its factors: of all coordinates the inverse of the mass matrix,
+/// which depends on positions and parameters only.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InverseMass {
+    /// Coordinates x coordinates, row by row.
+    pub by_force: Vec<f64>,
+    factors: Vec<f64>,
+    pivots: Vec<usize>,
+}
+
+impl InverseMass {
+    /// Of these coordinates; `by_force` is B.
+    fn among(plant: &dyn Plant, by_force: &[f64], coordinates: &[usize]) -> Result<Self, PlantError> {
+        let (all, own, c) = (plant.coordinates(), coordinates.len(), plant.coordinates().len());
+        let mut rows: Vec<f64> = Vec::with_capacity(own * own);
+        for row in coordinates {
+            rows.extend(coordinates.iter().map(|column| by_force[all[*row].rate * c + column]));
+        }
+        let (mut factors, mut pivots) = (rows.clone(), vec![0; own]);
+        lu_factor(&mut factors, own, &mut pivots).map_err(|e| {
+            let name = coordinates.get(e.index).map_or("", |k| all[*k].name.as_str());
+            PlantError(format!(
+                "no force moves the coordinate {name:?} by itself here; let its friction slide"
+            ))
+        })?;
+        Ok(Self { by_force: rows, factors, pivots })
     }
-    let mut pivots = vec![0; own];
-    lu_factor(&mut inverse_mass, own, &mut pivots).map_err(|e| {
-        let name = coordinates.get(e.index).map_or("", |k| all[*k].name.as_str());
-        PlantError(format!("no force moves the coordinate {name:?} by itself here; let its friction slide"))
-    })?;
-    changes.iter_mut().for_each(|change| lu_solve(&inverse_mass, own, &pivots, change));
-    Ok(())
+
+    /// Of all coordinates, from the first columns of rates.
+    fn of_columns(plant: &dyn Plant, columns: &[Vec<f64>]) -> Result<Self, PlantError> {
+        let (n, c) = (columns.first().map_or(0, Vec::len), plant.coordinates().len());
+        let by_force: Vec<f64> = (0..n).flat_map(|row| columns[..c].iter().map(move |b| b[row])).collect();
+        Self::among(plant, &by_force, &(0..c).collect::<Vec<_>>())
+    }
+
+    /// Of all coordinates.
+    ///
+    /// # Errors
+    /// Coordinates that a force does not move by itself (held by friction, or by a base that is fixed).
+    pub fn of(plant: &dyn Plant, at: At<f64>) -> Result<Self, PlantError> {
+        let along: Vec<_> = (0..plant.coordinates().len()).map(AlongTrajectory::Force).collect();
+        Self::of_columns(plant, &columns(plant, at, &[], &along))
+    }
+
+    /// The same under forces, and in one pass the accelerations by these states: a row of them for each coordinate.
+    ///
+    /// # Errors
+    /// As [`InverseMass::of`].
+    pub fn with_tangent(
+        plant: &dyn Plant,
+        at: At<f64>,
+        force: &[f64],
+        states: &[usize],
+    ) -> Result<(Self, Vec<f64>), PlantError> {
+        let c = plant.coordinates().len();
+        let along =
+            (0..c).map(AlongTrajectory::Force).chain(states.iter().copied().map(AlongTrajectory::State));
+        let columns = columns(plant, at, force, &along.collect::<Vec<_>>());
+        let mut by_state = Vec::with_capacity(c * states.len());
+        for row in plant.coordinates() {
+            by_state.extend(columns[c..].iter().map(|column| column[row.rate]));
+        }
+        Ok((Self::of_columns(plant, &columns)?, by_state))
+    }
+
+    /// Solves for the forces that give the rates these changes; `changes` becomes them.
+    pub fn forces_for(&self, changes: &mut [f64]) {
+        lu_solve(&self.factors, self.pivots.len(), &self.pivots, changes);
+    }
+
+    /// The mass matrix, row by row.
+    pub fn mass(&self) -> Vec<f64> {
+        let n = self.pivots.len();
+        let mut mass = vec![0.0; n * n];
+        let mut column = vec![0.0; n];
+        for k in 0..n {
+            column.fill(0.0);
+            column[k] = 1.0;
+            self.forces_for(&mut column);
+            (0..n).for_each(|i| mass[n * i + k] = column[i]);
+        }
+        mass
+    }
+
+    /// [`force_of_changes`] where this is at hand.
+    pub fn force_of_changes(
+        &self,
+        plant: &dyn Plant,
+        at: At<f64>,
+        force: &[f64],
+        changes: &[(usize, f64)],
+    ) -> Vec<f64> {
+        let along: Vec<_> = changes.iter().map(|(k, unit)| AlongTrajectory::Parameter(*k, *unit)).collect();
+        self.forces_of_columns(plant, &columns(plant, at, force, &along))
+    }
+
+    fn forces_of_columns(&self, plant: &dyn Plant, columns: &[Vec<f64>]) -> Vec<f64> {
+        let rates = plant.coordinates().iter().map(|c| c.rate);
+        let mut all: Vec<f64> =
+            columns.iter().flat_map(|column| rates.clone().map(|row| column[row])).collect();
+        all.chunks_mut(self.pivots.len().max(1)).for_each(|change| self.forces_for(change));
+        all
+    }
 }
 
 /// The tangent under these forces (one per coordinate; empty: none), the coordinates of `stuck` (empty: none) held by whatever
@@ -108,7 +192,7 @@ pub fn tangent(
         let mut dx = vec![0.0; n];
         plant.rates(at, &force, &mut dx);
         let mut reaction: Vec<f64> = reacting.iter().map(|k| -dx[all[*k].rate]).collect();
-        forces_for(plant, &by_force, &reacting, &mut [&mut reaction])?;
+        InverseMass::among(plant, &by_force, &reacting)?.forces_for(&mut reaction);
         reacting.iter().zip(reaction).for_each(|(k, r)| force[*k] += r);
     }
     let mut by_state =
@@ -162,16 +246,10 @@ pub fn force_of_changes(
     force: &[f64],
     changes: &[(usize, f64)],
 ) -> Result<Vec<f64>, PlantError> {
-    let (n, c) = (at.x.len(), plant.coordinates().len());
+    let c = plant.coordinates().len();
     let along = (0..c)
         .map(AlongTrajectory::Force)
         .chain(changes.iter().map(|(k, unit)| AlongTrajectory::Parameter(*k, *unit)));
     let columns = columns(plant, at, force, &along.collect::<Vec<_>>());
-    let by_force: Vec<f64> = (0..n).flat_map(|row| columns[..c].iter().map(move |b| b[row])).collect();
-    let rates = plant.coordinates().iter().map(|c| c.rate);
-    let mut all: Vec<f64> =
-        columns[c..].iter().flat_map(|column| rates.clone().map(|row| column[row])).collect();
-    let mut each: Vec<&mut [f64]> = all.chunks_mut(c.max(1)).collect();
-    forces_for(plant, &by_force, &(0..c).collect::<Vec<_>>(), &mut each)?;
-    Ok(all)
+    Ok(InverseMass::of_columns(plant, &columns)?.forces_of_columns(plant, &columns[c..]))
 }

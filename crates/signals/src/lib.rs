@@ -46,8 +46,8 @@ pub use columns::{ColumnMapping, ColumnRule};
 pub use error::SignalsError;
 pub use figures::ChannelFigures;
 pub use finding::{Finding, FindingKind, Severity};
-pub use names::{base_name, element_name};
-pub use read::{InputColumn, InputTable, RECORDING_ENDS, names_recording, recording_file};
+pub use names::{RECORDING_ENDS, base_name, element_name, names_recording};
+pub use read::{InputColumn, InputTable, recording_file};
 pub use recording::{
     Channel, ChannelSettings, DeclaredFigures, Interpolation, PriorGuess, Recording, SensorData,
 };

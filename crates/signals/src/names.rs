@@ -1,4 +1,4 @@
-//! Names of variables and their elements.
+//! Names of variables and their elements, and of files of recordings.
 
 /// `linkMass` of `linkMass[1]`; a name without an index as it is.
 pub fn base_name(name: &str) -> &str {
@@ -52,6 +52,16 @@ pub(crate) fn short(x: f64) -> String {
     let x: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     let plain = x == 0.0 || (1e-4..1e7).contains(&x.abs());
     if plain { format!("{x}") } else { format!("{x:e}") }
+}
+
+/// Ends of names of recordings.
+pub const RECORDING_ENDS: [&str; 9] =
+    [".csv", ".txt", ".tsv", ".parquet", ".mat", ".h5", ".hdf5", ".mcap", ".zst"];
+
+/// Whether a recording may have this name: it has one of the [`RECORDING_ENDS`], in upper or lower case.
+pub fn names_recording(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    RECORDING_ENDS.iter().any(|end| lower.ends_with(end))
 }
 
 #[cfg(test)]

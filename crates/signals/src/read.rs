@@ -81,16 +81,6 @@ pub(crate) fn plain_table(file: &Path, findings: &mut Vec<Finding>) -> Option<Re
     Some(table)
 }
 
-/// Ends of names of recordings.
-pub const RECORDING_ENDS: [&str; 9] =
-    [".csv", ".txt", ".tsv", ".parquet", ".mat", ".h5", ".hdf5", ".mcap", ".zst"];
-
-/// Whether a recording may have this name: it has one of the [`RECORDING_ENDS`], in upper or lower case.
-pub fn names_recording(name: &str) -> bool {
-    let lower = name.to_lowercase();
-    RECORDING_ENDS.iter().any(|end| lower.ends_with(end))
-}
-
 /// The columns of a file, by the end of its name.
 fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> Option<ReadTable> {
     if let Some((whole, episode)) = episode(file) {

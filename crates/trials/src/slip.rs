@@ -15,20 +15,18 @@ impl Slip {
         let deformed = vec![0.0; yields.len()];
         Self { elements: yields, deformed, from: 0.0 }
     }
-    fn each(&self, x: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.elements.iter().zip(&self.deformed).map(move |((limit, torque), z)| {
-            let z = (z + x - self.from).clamp(-limit, *limit);
-            (z, torque * z / limit)
-        })
-    }
     /// Torque against the displacement `x`.
     pub(crate) fn torque(&self, x: f64) -> f64 {
-        self.each(x).map(|(_, torque)| torque).sum()
+        let one = |((limit, torque), z): (&(f64, f64), &f64)| {
+            torque * (z + x - self.from).clamp(-limit, *limit) / limit
+        };
+        self.elements.iter().zip(&self.deformed).map(one).sum()
     }
     /// The displacement is `x` now.
     pub(crate) fn commit(&mut self, x: f64) {
-        let now: Vec<f64> = self.each(x).map(|(z, _)| z).collect();
-        self.deformed = now;
+        for ((limit, _), z) in self.elements.iter().zip(&mut self.deformed) {
+            *z = (*z + x - self.from).clamp(-limit, *limit);
+        }
         self.from = x;
     }
     /// Relaxed at `x`.

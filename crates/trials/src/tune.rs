@@ -2,10 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+/// Parameters and first state of a response.
+pub(crate) type TuningPoint = (Vec<f64>, Vec<f64>);
+
 /// Responses of a simulation without effects.
 pub(crate) trait TuningBench {
-    /// Response of run `run`, every channel divided by its scale.
-    fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64>;
+    /// Responses of run `run` at each point, every channel divided by its scale.
+    fn responses(&self, run: usize, points: &[TuningPoint]) -> Vec<Vec<f64>>;
 }
 
 /// A fit.
@@ -47,13 +50,12 @@ pub(crate) fn tune(
     let first = |r: usize, x: &[f64]| -> Vec<f64> {
         (0..k).map(|i| initial[r][i] + x[p + r * k + i] * initial_steps[i]).collect()
     };
-    let response = |r: usize, x: &[f64]| bench.response(r, &values(x), &first(r, x));
-    let residuals = |x: &[f64]| -> Vec<Vec<f64>> {
-        let of = |r: usize| {
-            let y = response(r, x);
-            measured[r].iter().zip(&y).map(|(m, y)| if m.is_finite() { m - y } else { 0.0 }).collect()
-        };
-        (0..runs).map(of).collect()
+    let point = |r: usize, x: &[f64]| (values(x), first(r, x));
+    let responses =
+        |x: &[f64]| -> Vec<Vec<f64>> { (0..runs).flat_map(|r| bench.responses(r, &[point(r, x)])).collect() };
+    let residuals = |y: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        let of = |(m, y): (&f64, &f64)| if m.is_finite() { m - y } else { 0.0 };
+        measured.iter().zip(y).map(|(m, y)| m.iter().zip(y).map(of).collect()).collect()
     };
     let columns = p + runs * k;
     let doubt = |i: usize| match i {
@@ -66,25 +68,30 @@ pub(crate) fn tune(
         sum_of_squares(residual) + x.iter().zip(&doubts).map(|(x, doubt)| (x / doubt).powi(2)).sum::<f64>()
     };
     let mut x = vec![0.0; columns];
-    let mut best = residuals(&x);
+    let mut nominal = responses(&x);
+    let mut best = residuals(&nominal);
     let readings = best.iter().map(Vec::len).sum::<usize>() as f64;
     let mut damping = FREELY;
     for _ in 0..ROUNDS {
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
         for r in 0..runs {
-            let nominal = response(r, &x);
-            let slope = |i: usize| -> (usize, Vec<f64>) {
+            let own: Vec<usize> = (0..p).chain(p + r * k..p + (r + 1) * k).collect();
+            let moved = |i: &usize| {
                 let mut moved = x.clone();
-                moved[i] += 1.0;
-                let moved = response(r, &moved);
-                let pairs = moved.iter().zip(&nominal).zip(&measured[r]);
-                (i, pairs.map(|((a, b), m)| if m.is_finite() { a - b } else { 0.0 }).collect())
+                moved[*i] += 1.0;
+                point(r, &moved)
             };
-            let slopes: Vec<_> = (0..p).chain(p + r * k..p + (r + 1) * k).map(slope).collect();
-            for (i, a) in &slopes {
+            let moved = bench.responses(r, &own.iter().map(moved).collect::<Vec<_>>());
+            let slope = |moved: &Vec<f64>| -> Vec<f64> {
+                let pairs = moved.iter().zip(&nominal[r]).zip(&measured[r]);
+                pairs.map(|((a, b), m)| if m.is_finite() { a - b } else { 0.0 }).collect()
+            };
+            let slopes: Vec<Vec<f64>> = moved.iter().map(slope).collect();
+            for (at, (i, a)) in own.iter().zip(&slopes).enumerate() {
                 right[*i] += a.iter().zip(&best[r]).map(|(a, b)| a * b).sum::<f64>();
-                for (j, b) in &slopes {
+                // Below the diagonal: more of it is not read.
+                for (j, b) in own.iter().zip(&slopes).take(at + 1) {
                     normal[(*i, *j)] += a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
                 }
             }
@@ -104,17 +111,18 @@ pub(crate) fn tune(
             if values(&moved).iter().zip(start).any(far) {
                 return None;
             }
-            let after = residuals(&moved);
+            let shown = responses(&moved);
+            let after = residuals(&shown);
             let new = cost(&after, &moved);
-            (new < old).then_some((new, moved, after))
+            (new < old).then_some((new, moved, shown, after))
         };
         let mut found = None;
         while found.is_none() && damping <= MOST {
             found = step(damping);
             damping *= if found.is_some() { 0.03 } else { 10.0 };
         }
-        let Some((new, moved, after)) = found else { break };
-        (x, best) = (moved, after);
+        let Some((new, moved, shown, after)) = found else { break };
+        (x, nominal, best) = (moved, shown, after);
         if new > ENOUGH * old || new < NOTHING * readings {
             break;
         }

@@ -10,12 +10,12 @@ use trueup_estimation::innovations::gram::BaseGram;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryPlant;
 use trueup_hypotheses::innovations::along::PlantAlong;
+use trueup_hypotheses::innovations::candidate::ScreenedShape;
 use trueup_hypotheses::innovations::chain_along::{ChainSizes, FrameMechanics, along_chain};
 use trueup_hypotheses::innovations::chain_orders::chain_orders;
-use trueup_hypotheses::innovations::chain_screen::{
-    ChainScreening, LOOKS, ScreenedShape, best_of_families, chain_shapes, survey,
-};
+use trueup_hypotheses::innovations::chain_screen::{LOOKS, best_of_families, chain_shapes, chain_survey};
 use trueup_hypotheses::innovations::laws::arm_law_of;
+use trueup_hypotheses::innovations::screen::Screening;
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_models::plants;
 use trueup_signals::Loaded;
@@ -218,7 +218,7 @@ fn columns(
     let usual = ChainSizes::of(frame);
     sizes(&usual, &golden["usual"], said);
     let q = numbers(&golden["intensities"]);
-    let (nuisances, _) = frame.nuisances()?;
+    let (nuisances, _) = frame.nuisances();
     let packed = frame.packed(&nuisances);
     let base = frame.pass_base(&packed, &q);
     let with_hinge = |theta: &[f64], link: usize, at: f64| hinged(frame, theta, link, at);
@@ -289,7 +289,7 @@ fn columns(
 fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) -> Result<(), Box<dyn Error>> {
     let usual = ChainSizes::of(frame);
     let q = frame.intensities.clone();
-    let (nuisances, priors) = frame.nuisances()?;
+    let (nuisances, priors) = frame.nuisances();
     let packed = frame.packed(&nuisances);
     let scores: Vec<Vec<f64>> = {
         let gains = frame.all_gains(&q, true);
@@ -310,7 +310,7 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     let with_hinge = |theta: &[f64], link: usize, at: f64| hinged(frame, theta, link, at);
     let mechanics = FrameMechanics::new(frame, &with_hinge);
     let along = along_chain(frame, &usual, &mechanics);
-    let mut all = chain_shapes(&along, &orders);
+    let mut all = chain_shapes(&along, &orders, |_, _| true);
     let count = |what: &str, own: usize, said: &mut OffNumbers| {
         if golden[what].as_u64() != Some(own as u64) {
             said.0.push(format!("{what}: {own}, golden {}", golden[what]));
@@ -318,7 +318,7 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     };
     count("shapes", all.len(), said);
     count("columns", all.iter().map(|c| c.terms.applied.columns.len()).sum(), said);
-    let base = survey(frame, &mut ChainScreening::of(packed, priors), &mut all, &q, LOOKS);
+    let base = chain_survey(frame, &mut Screening::new(packed, priors), &mut all, &q, LOOKS);
     let golden_base = golden["base"].as_f64().unwrap_or(f64::NAN);
     if !((base - golden_base).abs() <= NATS) {
         said.0.push(format!("screen: base {base}, golden {golden_base}"));

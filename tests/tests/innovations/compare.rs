@@ -9,7 +9,7 @@ use trueup_estimation::innovations::column::FilterColumn;
 use trueup_estimation::innovations::evidence::log_evidence;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep};
-use trueup_hypotheses::innovations::candidate::EffectCandidate;
+use trueup_hypotheses::innovations::candidate::ScreenedShape;
 use trueup_hypotheses::innovations::joint_along::along_joint;
 use trueup_hypotheses::innovations::laws::law_of;
 use trueup_hypotheses::innovations::levels::LogisticWeights;
@@ -333,14 +333,14 @@ fn same_shape(own: &LawShape, golden: &LawShape, tolerance: f64) -> bool {
         && golden.values.iter().all(|(name, v)| (own.value(name) - v).abs() <= tolerance * v.abs())
 }
 
-fn screen(candidates: &[EffectCandidate], alone: f64, golden: &Value, said: &mut Complaints) {
+fn screen(candidates: &[ScreenedShape], alone: f64, golden: &Value, said: &mut Complaints) {
     // The program that made the numbers sums a screen in single precision: at its base it shows how far that is off.
     let base = golden["screen_base"].as_f64().unwrap_or(f64::NAN);
     let rounding = (base - golden["base"]["L"].as_f64().unwrap_or(f64::NAN)).abs();
     said.within("screen base", alone, &golden["screen_base"], 0.1 + rounding);
     for g in list(&golden["screen"]) {
         let shape = shape_of(text(g, "effect"), text(g, "place"), &g["shape"]);
-        let same = |c: &&EffectCandidate| {
+        let same = |c: &&ScreenedShape| {
             c.law.id() == text(g, "effect")
                 && c.shape.form == shape.form
                 && same_shape(&c.shape, &shape, 1e-6)
@@ -407,7 +407,8 @@ fn verdict(found: &JointFindings, golden: &Value, said: &mut Complaints) {
     });
     let set: Vec<(&str, &str)> =
         list(&g["set"]).iter().map(|s| (s[0].as_str().unwrap_or(""), s[1].as_str().unwrap_or(""))).collect();
-    said.say(own.set != set, || format!("verdict: {:?}, golden {set:?}", own.set));
+    let named: Vec<(&str, &str)> = own.set.iter().map(|(id, place)| (*id, &**place)).collect();
+    said.say(named != set, || format!("verdict: {:?}, golden {set:?}", own.set));
     said.within("verdict p", own.probability, &g["p"], 0.01);
     if let (Some(own), true) = (own.second, g["p_second"].is_number()) {
         said.within("verdict p of the second", own, &g["p_second"], 0.01);

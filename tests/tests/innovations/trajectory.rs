@@ -190,7 +190,7 @@ fn linear(
 ) -> Result<(), Box<dyn Error>> {
     let (n, channels) = (frame.coordinates(), frame.channels());
     let size = 3 * n + channels;
-    let (columns, priors) = frame.nuisances()?;
+    let (columns, priors) = frame.nuisances();
     let q = frame.intensities.clone();
     let gains = frame.all_gains(&q, true);
     let packed = frame.packed(&columns);

@@ -207,7 +207,9 @@ fn a_change_of_the_working_directory_is_told_and_undone() {
         std::fs::write(folder.path().join("results.csv"), "of an earlier run\n").unwrap();
         let (code, said) = failing(folder.path(), CHDIR, &["--log", "run.log"]);
         assert_eq!(code, Some(1), "{said}");
-        for word in ["changed the working directory to /", "\"right\"", "results.partial.csv"] {
+        for word in
+            ["changed the working directory to /", "that is undone", "\"right\"", "results.partial.csv"]
+        {
             assert!(said.contains(word), "{word}: {said}");
         }
         assert_eq!(left(folder.path()), ["results.partial.csv", "results.previous.csv", "run.log"]);

@@ -27,9 +27,25 @@ impl AnySizes {
     }
 }
 
+/// Sums that a product of vectors has side by side.
+const SIDE: usize = 8;
+
+/// Product of two vectors of the same length. The order of its sums does not depend on the vector units of the processor.
 #[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let (a, b) = (a.chunks_exact(SIDE), b.chunks_exact(SIDE));
+    let mut sum = 0.0;
+    for (a, b) in a.remainder().iter().zip(b.remainder()) {
+        sum += a * b;
+    }
+    let mut sums = [0.0; SIDE];
+    for (a, b) in a.zip(b) {
+        for i in 0..SIDE {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    sum + (((a + e) + (c + g)) + ((b + f) + (d + h)))
 }
 
 /// `to` plus `factor` times `x`.
@@ -37,6 +53,29 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(super) fn add(to: &mut [f64], factor: f64, x: &[f64]) {
     for (to, x) in to.iter_mut().zip(x) {
         *to += factor * x;
+    }
+}
+
+/// `to` = sum of `factors` times the first rows of a matrix; what is added up stays in registers.
+#[inline(always)]
+pub(super) fn combine(to: &mut [f64], factors: &[f64], rows: &[f64], width: usize) {
+    let mut first = 0;
+    let mut blocks = to.chunks_exact_mut(SIDE);
+    for to in &mut blocks {
+        let mut sums = [0.0; SIDE];
+        for (k, factor) in factors.iter().enumerate() {
+            let row = &rows[width * k + first..][..SIDE];
+            for i in 0..SIDE {
+                sums[i] += factor * row[i];
+            }
+        }
+        to.copy_from_slice(&sums);
+        first += SIDE;
+    }
+    let to = blocks.into_remainder();
+    to.fill(0.0);
+    for (k, factor) in factors.iter().enumerate() {
+        add(to, *factor, &rows[width * k + first..][..to.len()]);
     }
 }
 
@@ -99,11 +138,7 @@ fn predict(
     let a = |i: usize| &step.a[all * i..all * (i + 1)];
     let pushed = |i: usize| step.b[n.forces * i + on];
     for i in 0..plain {
-        let to = &mut moved[all * i..all * (i + 1)];
-        to.fill(0.0);
-        for (k, f) in a(i)[..n.coupled].iter().enumerate().filter(|(_, f)| **f != 0.0) {
-            add(to, *f, &p[all * k..all * (k + 1)]);
-        }
+        combine(&mut moved[all * i..all * (i + 1)], &a(i)[..n.coupled], p, all);
     }
     for i in 0..plain {
         for j in 0..=i {
@@ -197,6 +232,19 @@ fn add_lanes<S: Simd>(simd: S, to: &mut FilterLane, factor: f64, x: &FilterLane)
     }
 }
 
+/// Sum of `factors` times `rows`, all lanes; what is added up stays in registers.
+#[inline(always)]
+fn combine_lanes<S: Simd>(simd: S, to: &mut FilterLane, factors: &[f64], rows: &[FilterLane]) {
+    for (part, to) in S::as_mut_simd_f32s(to).0.iter_mut().enumerate() {
+        let mut sum = simd.splat_f32s(0.0);
+        for (factor, row) in factors.iter().zip(rows) {
+            let x = S::as_simd_f32s(row).0[part];
+            sum = simd.add_f32s(sum, simd.mul_f32s(simd.splat_f32s(*factor as f32), x));
+        }
+        *to = sum;
+    }
+}
+
 /// Whitened innovations of a block of columns.
 #[inline(always)]
 pub(super) fn lanes<S: Simd>(simd: S, stream: &mut LaneStream<'_>) {
@@ -210,9 +258,7 @@ pub(super) fn lanes<S: Simd>(simd: S, stream: &mut LaneStream<'_>) {
         if t > 0 {
             let step = &input.steps[input.order.after(t - 1)];
             for (i, next) in next.iter_mut().enumerate() {
-                *next = ZERO;
-                let a = step.a[n.all * i..][..n.coupled].iter().zip(&z);
-                a.filter(|(f, _)| **f != 0.0).for_each(|(f, z)| add_lanes(simd, next, *f, z));
+                combine_lanes(simd, next, &step.a[n.all * i..][..n.coupled], &z);
                 for k in (0..n.forces).filter(|k| !block.forces[*k].is_empty()) {
                     add_lanes(simd, next, step.b[n.forces * i + k], force(k, t - 1));
                 }

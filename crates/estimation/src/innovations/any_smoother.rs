@@ -4,7 +4,7 @@
 //! step has the score (1 - f^2) r^2 per unit of its intensity, of which the model expects (1 - f^2) W. Their ratio over a recording
 //! is 1 where the evidence is stationary in that intensity.
 
-use super::any_size::{AnySizes, add, dot, error_of, moved};
+use super::any_size::{AnySizes, add, combine, dot, error_of, moved};
 use super::filter_data::{DataColumn, FilterGains, SmoothedRecording};
 
 /// Smooths a recording; `powers`: with the powers of the latents' scores.
@@ -51,7 +51,8 @@ pub(super) fn smooth(g: &FilterGains<'_>, data: &DataColumn, powers: bool) -> Sm
             }
         }
         for i in 0..all {
-            states[all * t + i] -= dot(&g.predicted[all * (all * t + i)..][..all], &l); // (EST-6)
+            // The covariance is symmetric: by its rows.
+            add(&mut states[all * t..][..all], -l[i], &g.predicted[all * (all * t + i)..][..all]); // (EST-6)
         }
         if t > 0 {
             let step = &input.steps[input.order.after(t - 1)];
@@ -93,9 +94,8 @@ impl ExpectedPower {
     #[inline(always)]
     fn reading(&mut self, h: &[f64], gain: &[f64], variance: f64) {
         let all = self.n.all;
-        for (i, x) in self.row.iter_mut().enumerate() {
-            *x = dot(&self.covariance[all * i..][..all], gain);
-        }
+        // The covariance is symmetric: by its rows.
+        combine(&mut self.row, gain, &self.covariance, all);
         let own = 1.0 / variance + dot(gain, &self.row);
         for (i, h_i) in h.iter().enumerate() {
             let to = &mut self.covariance[all * i..][..all];
@@ -124,24 +124,24 @@ impl ExpectedPower {
         let AnySizes { all, plain, coupled, .. } = self.n;
         for i in 0..all {
             let (from, to) = (&self.covariance[all * i..][..all], &mut self.product[all * i..][..all]);
-            to.fill(0.0);
-            for k in 0..plain {
-                add(&mut to[..coupled], from[k], &a[all * k..][..coupled]);
-            }
+            combine(&mut to[..coupled], &from[..plain], a, all);
+            to[coupled..].fill(0.0);
             for k in plain..all {
                 to[k] += a[(all + 1) * k] * from[k];
             }
         }
-        self.covariance.fill(0.0);
-        for k in 0..plain {
-            let from = &self.product[all * k..][..all];
-            for i in 0..coupled {
-                add(&mut self.covariance[all * i..][..all], a[all * k + i], from);
+        for i in 0..all {
+            let to = &mut self.covariance[all * i..][..all];
+            if i < coupled {
+                let column = &mut self.row[..plain];
+                column.iter_mut().enumerate().for_each(|(k, x)| *x = a[all * k + i]);
+                combine(to, column, &self.product, all);
+            } else {
+                to.fill(0.0);
             }
-        }
-        for k in plain..all {
-            let from = &self.product[all * k..][..all];
-            add(&mut self.covariance[all * k..][..all], a[(all + 1) * k], from);
+            if i >= plain {
+                add(to, a[(all + 1) * i], &self.product[all * i..][..all]);
+            }
         }
     }
 }

@@ -100,6 +100,18 @@ impl OwnForces {
         Self { forces: vec![vec![0.0; nodes]; coordinates], readings: vec![Vec::new(); channels] }
     }
 
+    /// Of columns at these amplitudes, in a recording of `nodes`.
+    pub fn of<'a>(
+        columns: impl IntoIterator<Item = &'a FilterColumn>,
+        amplitudes: &[f64],
+        recording: usize,
+        [coordinates, channels, nodes]: [usize; 3],
+    ) -> Self {
+        let mut own = Self::none(coordinates, channels, nodes);
+        columns.into_iter().zip(amplitudes).for_each(|(c, a)| own.add(&c[recording], *a));
+        own
+    }
+
     /// Takes its reading errors from readings by node and channel.
     pub fn correct(&self, readings: &mut [f64]) {
         for (c, error) in self.readings.iter().enumerate() {

@@ -129,12 +129,9 @@ impl InnovationsFrame {
 
     /// Forces and reading errors of columns at these amplitudes, one entry a recording.
     pub fn own_forces(&self, columns: &[&FilterColumn], amplitudes: &[f64]) -> Vec<OwnForces> {
-        let one = |(k, r): (usize, &super::recording::NodeRecording)| {
-            let mut own = OwnForces::none(self.coordinates(), self.channels(), r.nodes);
-            columns.iter().zip(amplitudes).for_each(|(c, a)| own.add(&c[k], *a));
-            own
-        };
-        self.runs.iter().enumerate().map(one).collect()
+        let sizes = |nodes: usize| [self.coordinates(), self.channels(), nodes];
+        let runs = self.runs.iter().enumerate();
+        runs.map(|(k, r)| OwnForces::of(columns.iter().copied(), amplitudes, k, sizes(r.nodes))).collect()
     }
 
     /// Equivalent stiffness and damping of the laws in each spring, by slopes from step to step.

@@ -158,7 +158,7 @@ impl InnovationsFrame {
     }
 
     /// Steps and rows about the parameters in hand, where they are not those.
-    fn linearise(&mut self) {
+    pub fn linearise(&mut self) {
         let point: Vec<f64> = self.theta.iter().chain(&self.feedback.0).copied().collect();
         let linear = LinearPoint { plant: &*self.plant, theta: &self.theta, feedback: &self.feedback };
         let driven = self.driven();
@@ -306,8 +306,8 @@ impl InnovationsFrame {
         (PackedColumns::new(self.data(), &columns, self.channels()), priors)
     }
 
-    /// Passes a base at each of these intensities.
-    pub fn pass_bank(&mut self, packed: &PackedColumns, all: &[Vec<f64>]) -> Vec<PassedBase> {
+    /// Passes a base at each of these intensities, with the steps of the last [`linearise`](Self::linearise).
+    pub fn pass_bank(&self, packed: &PackedColumns, all: &[Vec<f64>]) -> Vec<PassedBase> {
         let mut passed: Vec<PassedBase> = all.iter().map(|_| PassedBase::default()).collect();
         let grams = self.pass_each(packed, all, |k, gains, e| {
             passed[k].gains.push((gains.gain.clone(), gains.variance.clone()));
@@ -319,12 +319,11 @@ impl InnovationsFrame {
 
     /// Matrices of a base at each of these intensities; `take` gets gains and innovations of each, recording by recording.
     fn pass_each(
-        &mut self,
+        &self,
         packed: &PackedColumns,
         all: &[Vec<f64>],
         mut take: impl FnMut(usize, &FilterGains<'_>, &[f64]),
     ) -> Vec<BaseGram> {
-        self.linearise();
         let mut grams: Vec<BaseGram> = all.iter().map(|_| packed.nothing()).collect();
         for k in 0..self.runs.len() {
             let inputs = all.iter().map(|q| self.filter_input(k, q)).collect();
@@ -336,6 +335,7 @@ impl InnovationsFrame {
 
     /// Passes a base at these intensities.
     pub fn pass_base(&mut self, packed: &PackedColumns, q: &[f64]) -> PassedBase {
+        self.linearise();
         self.pass_bank(packed, &[q.to_vec()]).pop().unwrap_or_default()
     }
 
@@ -356,6 +356,7 @@ impl InnovationsFrame {
         (packed, priors): &(PackedColumns, AmplitudePriors),
         all: &[Vec<f64>],
     ) -> Vec<SetEvidence> {
+        self.linearise();
         let grams = self.pass_each(packed, all, |_, _, _| ());
         grams.iter().map(|gram| log_evidence(gram, priors)).collect()
     }

@@ -44,13 +44,18 @@ pub(super) struct KernelSizes {
     pub(super) by_mode: bool,
 }
 
+/// Runs the kernel for any sizes. A closure in its place would be compiled apart, without the vector units.
+pub(super) fn run_any_size<K: SizedKernel>(kernel: K) -> K::Output {
+    Arch::new().dispatch(AnySize(kernel))
+}
+
 /// Runs a kernel: one that is made for these sizes, or the one for any.
 pub(super) fn run<K: SizedKernel>(sizes: KernelSizes, kernel: K) -> K::Output {
     let arch = Arch::new();
     match (sizes.states, sizes.forces) {
-        _ if !sizes.by_mode => arch.dispatch(AnySize(kernel)),
+        _ if !sizes.by_mode => run_any_size(kernel),
         (6, 2) => arch.dispatch(Vectorised::<K, 6, 2>(kernel)),
         (8, 2) => arch.dispatch(Vectorised::<K, 8, 2>(kernel)),
-        _ => arch.dispatch(AnySize(kernel)),
+        _ => run_any_size(kernel),
     }
 }

@@ -1,25 +1,26 @@
 //! Smoothed states of a recording (modified Bryson-Frazier), with the scores of its forces and readings.
 
-use pulp::{Arch, Simd};
+use pulp::Simd;
 
 use super::any_smoother;
 use super::filter::{Square, arrays, dot, error_of, moved, row};
 use super::filter_data::{DataColumn, FilterGains, SmoothedRecording};
-use super::kernel::{SizedKernel, run};
+use super::kernel::{SizedKernel, run, run_any_size};
 
 /// Smooths a recording; `data` has its forces as they push and its first state.
 pub fn smooth_recording(gains: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
-    run(gains.input.sizes(), Smoothing { gains, data })
+    run(gains.input.sizes(), Smoothing { gains, data, powers: false })
 }
 
 /// The same with the powers of the latents' scores.
 pub fn smooth_with_powers(gains: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
-    Arch::new().dispatch(|| any_smoother::smooth(gains, data, true))
+    run_any_size(Smoothing { gains, data, powers: true })
 }
 
 struct Smoothing<'a> {
     gains: &'a FilterGains<'a>,
     data: &'a DataColumn,
+    powers: bool,
 }
 
 impl SizedKernel for Smoothing<'_> {
@@ -30,7 +31,7 @@ impl SizedKernel for Smoothing<'_> {
     }
     #[inline(always)]
     fn run_any<S: Simd>(self, _: S) -> SmoothedRecording {
-        any_smoother::smooth(self.gains, self.data, false)
+        any_smoother::smooth(self.gains, self.data, self.powers)
     }
 }
 

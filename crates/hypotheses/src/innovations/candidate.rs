@@ -5,54 +5,71 @@ use trueup_estimation::innovations::frame::InnovationsFrame;
 
 use super::along::PlantAlong;
 use super::joint_along::{UsualSizes, along_joint};
+use super::law::LawTerms;
 use super::laws::LawRef;
+use super::levels::TAIL;
 use super::shape::LawShape;
 
-/// A law with a shape.
+/// A law with a shape, and its evidence.
 #[derive(Clone)]
-pub struct EffectCandidate {
+pub struct ScreenedShape {
     /// Which law.
     pub law: LawRef,
     /// Its shape.
     pub shape: LawShape,
     /// Columns along the trajectory, with priors.
-    pub applied: AppliedLaw,
-    /// Amplitudes that can only be positive.
-    pub positive: Vec<usize>,
-    /// Best log evidence in addition to the base; minus infinity: none with an amplitude that can be.
+    pub terms: LawTerms,
+    /// Whether sizes have the heavy tail's prior: mean-1 amplitudes excepted.
+    pub wide: bool,
+    /// Best log evidence with the prior of the tail; minus infinity: none with amplitudes that can be.
     pub evidence: f64,
     /// Amplitudes there.
     pub amplitudes: Vec<f64>,
     /// Intensities there.
-    pub q: Vec<f64>,
+    pub intensities: Vec<f64>,
 }
 
-impl EffectCandidate {
-    /// Along a trajectory; `None` where a channel that it needs was not recorded.
+impl ScreenedShape {
+    /// Along a trajectory; `None`: the plant cannot have it.
     pub fn new(law: LawRef, along: &PlantAlong<'_>, shape: LawShape) -> Option<Self> {
         let terms = law.terms(along, &shape)?;
-        Some(Self {
-            law,
-            shape,
-            applied: terms.applied,
-            positive: terms.positive,
-            evidence: f64::NEG_INFINITY,
-            amplitudes: Vec::new(),
-            q: Vec::new(),
-        })
+        Some(Self { terms, ..Self::empty(law, shape) })
     }
-    /// The same along the present trajectory of a frame, its evidence kept.
-    pub fn again(&self, frame: &InnovationsFrame, sizes: &UsualSizes) -> Option<Self> {
-        let made = Self::new(self.law, &along_joint(frame, sizes), self.shape.clone())?;
-        Some(Self { applied: made.applied, ..self.clone() })
+    /// Without columns.
+    pub(super) fn empty(law: LawRef, shape: LawShape) -> Self {
+        let (amplitudes, intensities, terms) = (Vec::new(), Vec::new(), LawTerms::default());
+        Self { law, shape, terms, wide: false, evidence: f64::NEG_INFINITY, amplitudes, intensities }
     }
-    /// Whether any amplitude was found that can be.
+    /// Whether it explains anything with amplitudes that can be.
     pub fn is_possible(&self) -> bool {
         self.evidence > f64::NEG_INFINITY
+    }
+    /// The same along the present trajectory of a joint's frame, its evidence kept.
+    pub fn again(&self, frame: &InnovationsFrame, sizes: &UsualSizes) -> Option<Self> {
+        let made = Self::new(self.law, &along_joint(frame, sizes), self.shape.clone())?;
+        Some(Self { terms: made.terms, ..self.clone() })
     }
     /// Effect and place.
     pub fn key(&self) -> (&'static str, &'static str) {
         (self.law.id(), self.shape.place)
+    }
+    /// The one with more evidence; this one where both have the same.
+    pub(super) fn or_better(self, other: Self) -> Self {
+        if other.evidence > self.evidence { other } else { self }
+    }
+    /// Effect and place, of readings the channels; the form where forms are apart, or where each is asked for.
+    pub fn family(&self, each_form: bool) -> (&'static str, &'static str, &[usize], &'static str) {
+        let form = if each_form || self.law.forms_apart() { self.shape.form } else { "" };
+        (self.law.id(), self.shape.place, &self.shape.channels, form)
+    }
+    /// Prior standard deviations, `wide` or not: a law whose shape determines its size keeps it.
+    pub fn deviations(&self, wide: bool) -> Vec<f64> {
+        let pairs = self.terms.applied.deviation.iter().zip(&self.terms.applied.mean);
+        pairs.map(|(d, mean)| if wide && *mean != 1.0 { TAIL.wide * d } else { *d }).collect()
+    }
+    /// Whether amplitudes that can only be positive are.
+    pub(super) fn can_be(&self, amplitudes: &[f64]) -> bool {
+        self.terms.positive.iter().all(|k| amplitudes.get(*k).is_some_and(|a| *a > 0.0))
     }
 }
 

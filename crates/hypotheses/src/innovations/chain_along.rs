@@ -119,7 +119,9 @@ pub fn along_chain<'a>(
             torque: frame.intake.usual_torque[input],
             gear_error: GEAR_ERROR * twist,
             stiffness,
+            stiffness_name: "jointStiffness",
             damping,
+            link_inertia: 0.0,
             least_damping: damping.max(LEAST_DAMPING * stiffness * twist / twist_rate),
             turns: 1.0,
             rotor_turns: parameter(&format!("gearRatio[{}]", input + 1)),
@@ -205,9 +207,9 @@ fn run_along(frame: &TrajectoryFrame, r: &TrajectoryRun, channels: &[ChannelPlac
         if !matches!(channels[c].shows, ShownBy::Tip(_) | ShownBy::Output) {
             return Vec::new();
         }
-        let output = [frame.intake.channels[c].output];
+        let output = frame.intake.channels[c].output;
         let at = |t: usize| TrajectoryPoint { theta: &frame.theta, state: r.state(t), torque: &rest };
-        (0..nodes.len()).map(|t| frame.plant.outputs(at(t), &output).0[0]).collect()
+        (0..nodes.len()).map(|t| frame.plant.output(at(t), output)).collect()
     };
     let moments = |c: usize| r.readings.moments.iter().skip(c).step_by(width).map(|m| m[0]).collect();
     RunAlong {
@@ -263,23 +265,24 @@ impl<'a> FrameMechanics<'a> {
         for t in 0..r.nodes.len() {
             let at = |node: usize| {
                 let state = self.with_rest(r.state(node), hinge);
-                let mass = plant.mass_matrix(&theta, &state).ok()?;
-                Some((state, DMatrix::from_row_slice(n, n, &mass)))
+                let inverse = plant.inverse_mass(&theta, &state).ok()?;
+                let mass = DMatrix::from_row_slice(n, n, &inverse.mass());
+                Some((state, inverse, mass))
             };
             let begin = next.take().or_else(|| at(t))?;
             let end = at((t + 1).min(r.nodes.len() - 1))?;
             let mut torque = 0.0;
-            for (k, (state, _)) in [&begin, &end].into_iter().enumerate() {
+            for (k, (state, inverse, _)) in [&begin, &end].into_iter().enumerate() {
                 let a = self.with_rest(r.acceleration(t, k), hinge);
-                torque += 0.5 * plant.needed(&theta, state, &a).ok()?[hinge];
+                torque += 0.5 * plant.needed_by(&theta, state, &a, inverse)[hinge];
             }
-            let mass = 0.5 * (&begin.1 + &end.1);
+            let mass = 0.5 * (&begin.2 + &end.2);
             let point = TrajectoryPoint { theta: &theta, state: &begin.0, torque: &rest };
-            let gradient = plant.outputs(point, &tip).1;
+            let slopes = plant.outputs_along(point, &tip, hinge);
             out.torque.push(torque);
             out.inertia.iter_mut().zip(&kept).for_each(|(m, k)| m.push(mass[(*k, hinge)]));
             out.mobility.push(mass.try_inverse()?[(hinge, hinge)]);
-            out.tip.iter_mut().zip(gradient.chunks(2 * n)).for_each(|(j, g)| j.push(g[hinge]));
+            out.tip.iter_mut().zip(slopes).for_each(|(j, slope)| j.push(slope));
             next = Some(end);
         }
         Some(out)
@@ -295,12 +298,11 @@ impl ChainMechanics for FrameMechanics<'_> {
         for t in 0..r.nodes.len() {
             let at: Vec<f64> = if frame.plant.floats() {
                 // All bodies accelerate alike.
-                let mass = frame.plant.mass_matrix(&frame.theta, r.state(t)).ok()?;
-                column(&mass, n, axis)
+                column(&r.inverse_mass(t).mass(), n, axis)
             } else {
                 let rest = vec![0.0; frame.plant.drives.len()];
                 let point = TrajectoryPoint { theta: &frame.theta, state: r.state(t), torque: &rest };
-                frame.plant.sensitivity(point, &vec![0.0; n], &[(gravity?, 1.0)]).ok()?
+                frame.plant.sensitivity(point, &vec![0.0; n], &[(gravity?, 1.0)], r.inverse_mass(t))
             };
             forces.iter_mut().zip(at).for_each(|(all, f)| all.push(f));
         }

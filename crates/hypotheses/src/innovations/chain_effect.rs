@@ -5,6 +5,7 @@ use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 
 use super::chain_form::EffectForm;
 use super::hypothesis::best_of_alike;
+use super::law::DryFriction;
 use super::shape::LawShape;
 
 /// Nats that the prior of each push costs.
@@ -110,6 +111,14 @@ impl ChainEffect {
     pub fn key(&self) -> EffectKey<'_> {
         (self.id, self.shape.place, &self.shape.channels)
     }
+    /// Whether it is impulses.
+    pub fn is_impulses(&self) -> bool {
+        self.form.as_ref().is_some_and(EffectForm::is_pushes)
+    }
+    /// Which dry friction of a motor it is.
+    pub fn dry_friction(&self) -> Option<DryFriction> {
+        self.form.as_ref().and_then(|f| f.law.dry_friction())
+    }
     /// Joints at which it acts.
     pub fn joints(&self) -> Vec<usize> {
         match &self.form {
@@ -139,16 +148,16 @@ pub fn best_of_each(all: Vec<ChainEffect>) -> Vec<ChainEffect> {
     best_of_alike(all, |a, b| a.key() == b.key(), |h| h.evidence)
 }
 
-/// A hypothesis to which Stribeck's rule applies: its id, evidence and what it leaves.
-pub type RankedEvidence<'a> = (&'static str, &'a mut f64, &'a LatentLevels);
+/// A hypothesis to which Stribeck's rule applies: which friction it is, its evidence and what it leaves.
+pub type RankedEvidence<'a> = (Option<DryFriction>, &'a mut f64, &'a LatentLevels);
 
 /// Stribeck's friction contains the plain one: it has to be worth it, and to leave less to the latents. `null`: evidence without any.
 pub fn rank_friction(all: Vec<RankedEvidence<'_>>, null: f64) {
-    let plain = all.iter().find(|h| h.0 == "motor-friction").map(|h| (*h.1, h.2.clone()));
+    let plain = all.iter().find(|h| h.0 == Some(DryFriction::Plain)).map(|h| (*h.1, h.2.clone()));
     let Some((evidence, left)) = plain else { return };
     let (nats, share, power, calm) = STRIBECK;
     let cost = nats.max(share * (evidence - null));
-    for h in all.into_iter().filter(|h| h.0 == "stribeck-friction") {
+    for h in all.into_iter().filter(|h| h.0 == Some(DryFriction::Falling)) {
         let largest = h.2.forces.iter().copied().fold(0.0, f64::max);
         let less = h.2.strength() < power * left.strength() || largest < calm;
         *h.1 = if less { *h.1 } else { h.1.min(evidence) } - cost;

@@ -8,13 +8,16 @@ use trueup_estimation::innovations::trajectory::structures::PlantStructures;
 use trueup_signals::Loaded;
 
 use super::along::PlantAlong;
+use super::candidate::ScreenedShape;
 use super::chain_along::{ChainSizes, FrameMechanics, along_chain};
 use super::chain_effect::ChainEffect;
 use super::chain_form::{EffectForm, FormPart};
 use super::chain_orders::chain_orders;
-use super::chain_screen::{ChainScreening, ScreenedShape, chain_bank, chain_shapes, with_laws};
+use super::chain_screen::{chain_bank, chain_screening, chain_shapes, with_laws};
 use super::law::Refinement;
+use super::laws::LawRef;
 use super::pairs::held;
+use super::screen::Screening;
 use super::shape::LawShape;
 use super::slope::as_matrices;
 
@@ -24,15 +27,6 @@ const ROUNDS: [usize; 2] = [5, 3];
 const SEARCH: (usize, usize, [&str; 4]) = (2, 2, ["d", "delay", "gap", "limit"]);
 /// Neighbours in steps: relative, and of an order in orders.
 const AROUND: [[f64; 4]; 2] = [[-1.0, -0.5, 0.5, 1.0], [-0.6, -0.3, 0.3, 0.6]];
-/// Effects that may be at several joints.
-pub(super) const SEVERAL: [&str; 6] = [
-    "torque-ripple",
-    "motor-friction",
-    "stribeck-friction",
-    "load-friction",
-    "actuator-lag",
-    "current-saturation",
-];
 /// Nats that one more joint has to gain.
 pub(super) const MORE_JOINTS: f64 = 12.0;
 /// Latents in floors above which something is left to explain.
@@ -119,28 +113,25 @@ impl ChainFits<'_> {
     }
 
     /// The shape by pattern search at intensities, all neighbours in one pass, in addition to the laws that are fitted.
-    ///
-    /// # Errors
-    /// See [`TrajectoryError`].
     pub fn refined(
         &self,
         frame: &mut TrajectoryFrame,
         mut form: EffectForm,
         q: &[f64],
         standing: &[AppliedLaw],
-    ) -> Result<EffectForm, TrajectoryError> {
+    ) -> EffectForm {
         if form.is_pushes() {
-            return Ok(form);
+            return form;
         }
-        let mut screening = ChainScreening::new(frame, standing)?;
+        let mut screening = chain_screening(frame, standing);
         let frame = &*frame;
         self.along(frame, |along| {
             for part in 0..form.parts.len() {
                 for r in form.law.refined(&form.parts[part].shape) {
-                    form = refined_by(along, frame, form, part, r, q, &mut screening)?;
+                    form = refined_by(along, frame, form, part, r, q, &mut screening);
                 }
             }
-            Ok(form)
+            form
         })
     }
 
@@ -155,7 +146,7 @@ impl ChainFits<'_> {
         q: &[f64],
     ) -> Result<ChainEffect, TrajectoryError> {
         let mut frame = from.clone();
-        let form = self.refined(&mut frame, form, q, &[])?;
+        let form = self.refined(&mut frame, form, q, &[]);
         let (form, fit) = self.fit_trimmed(&mut frame, &[], form, q, ROUNDS[0])?;
         Ok(ChainEffect::of_law(form, fit, frame))
     }
@@ -172,7 +163,7 @@ impl ChainFits<'_> {
             return Ok(h);
         };
         let mut frame = h.frame.clone();
-        let form = self.refined(&mut frame, form, &h.fit.intensities, &[])?;
+        let form = self.refined(&mut frame, form, &h.fit.intensities, &[]);
         let fit = self.fit(&mut frame, std::slice::from_ref(&form), &h.fit.intensities, ROUNDS[1])?;
         Ok(if fit.evidence > h.of_fit { ChainEffect::of_law(form, fit, frame) } else { h })
     }
@@ -183,14 +174,13 @@ impl ChainFits<'_> {
     /// See [`TrajectoryError`].
     pub fn extended(&self, mut h: ChainEffect) -> Result<ChainEffect, TrajectoryError> {
         let mut more = false;
-        while let Some(form) = h.form.clone().filter(|_| SEVERAL.contains(&h.id) && !h.apart) {
+        while let Some(form) = h.form.clone().filter(|f| f.law.spreads() && !h.apart) {
             if h.left.largest_of_all() <= LEFT {
                 break;
             }
             let mut frame = h.frame.clone();
             let standing = held(self.applied(&frame, std::slice::from_ref(&form)), &h.fit.amplitudes);
-            let Some((found, q, gain)) =
-                self.another_joint(&mut frame, &form, &h.fit.intensities, &standing)?
+            let Some((found, q, gain)) = self.another_joint(&mut frame, &form, &h.fit.intensities, &standing)
             else {
                 break;
             };
@@ -215,31 +205,34 @@ impl ChainFits<'_> {
         form: &EffectForm,
         q: &[f64],
         standing: &[AppliedLaw],
-    ) -> Result<Option<(FormPart, Vec<f64>, f64)>, TrajectoryError> {
+    ) -> Option<(FormPart, Vec<f64>, f64)> {
         if form.parts.iter().any(|p| p.shape.joints.len() != 1) {
-            return Ok(None);
+            return None;
         }
-        let mut all = self.shapes(frame);
-        all.retain(|c| {
+        let mut all = self.shapes(frame, |law, shape| {
             let new = |j: &usize| form.parts.iter().all(|p| p.shape.joints[0] != *j);
-            c.law.id() == form.law.id() && c.shape.joints.len() == 1 && c.shape.joints.iter().all(new)
+            law.id() == form.law.id() && shape.joints.len() == 1 && shape.joints.iter().all(new)
         });
         if all.is_empty() {
-            return Ok(None);
+            return None;
         }
         let bank = chain_bank(frame, q, &[1.0, 0.2]);
-        let alone = ChainScreening::new(frame, standing)?.look(frame, &mut all, &bank);
+        let alone = chain_screening(frame, standing).look(frame, &mut all, &bank);
         let best = all.into_iter().filter(ScreenedShape::is_possible).reduce(ScreenedShape::or_better);
-        Ok(best.map(|b| {
+        best.map(|b| {
             let part = FormPart { shape: b.shape, wide: b.wide, left_out: Vec::new() };
             (part, b.intensities, b.evidence - alone)
-        }))
+        })
     }
 
-    /// All shapes along the present trajectory of a frame, with the orders of its scores.
-    pub fn shapes(&self, frame: &TrajectoryFrame) -> Vec<ScreenedShape> {
+    /// All shapes that are wanted along the present trajectory of a frame, with the orders of its scores.
+    pub fn shapes(
+        &self,
+        frame: &TrajectoryFrame,
+        wanted: impl Fn(LawRef, &LawShape) -> bool,
+    ) -> Vec<ScreenedShape> {
         let orders = chain_orders(frame);
-        self.along(frame, |along| chain_shapes(along, &orders))
+        self.along(frame, |along| chain_shapes(along, &orders, wanted))
     }
 }
 
@@ -251,8 +244,8 @@ fn refined_by(
     part: usize,
     Refinement { name, mut step, order }: Refinement,
     q: &[f64],
-    screening: &mut ChainScreening,
-) -> Result<EffectForm, TrajectoryError> {
+    screening: &mut Screening,
+) -> EffectForm {
     let rounds = SEARCH.0 + if SEARCH.2.contains(&name) { SEARCH.1 } else { 0 };
     for _ in 0..rounds {
         let shape = form.parts[part].shape.clone();
@@ -282,19 +275,12 @@ fn refined_by(
             own.wide = candidates[k].wide || own.wide && !single;
         }
     }
-    Ok(form)
+    form
 }
 
 /// Scores along the trajectory of a frame with fitted laws at their amplitudes, the trajectory staying as it is.
-///
-/// # Errors
-/// See [`TrajectoryError`].
-pub fn scored(
-    frame: &mut TrajectoryFrame,
-    q: &[f64],
-    standing: &[AppliedLaw],
-) -> Result<(), TrajectoryError> {
-    let (columns, priors) = with_laws(frame, standing)?;
+pub fn scored(frame: &mut TrajectoryFrame, q: &[f64], standing: &[AppliedLaw]) {
+    let (columns, priors) = with_laws(frame, standing);
     let packed = frame.packed(&columns);
     let gains = frame.all_gains(q, true);
     let (_, found) = frame.evidence_with(&packed, &priors, &gains);
@@ -302,7 +288,6 @@ pub fn scored(
     let scores: Vec<Vec<f64>> = frame.smoothed(&gains, Some(&own)).into_iter().map(|s| s.scores).collect();
     drop(gains);
     frame.runs.iter_mut().zip(scores).for_each(|(r, s)| r.scores = s);
-    Ok(())
 }
 
 /// A frame of the case with this plant: the nominal parameters, and those with which it begins.

@@ -3,15 +3,12 @@
 use trueup_estimation::innovations::column::AppliedLaw;
 
 use super::along::PlantAlong;
-use super::chain_screen::ScreenedShape;
+use super::candidate::ScreenedShape;
 use super::law::LawTerms;
-use super::laws::{ARM_PUSHES, LawRef};
+use super::laws::LawRef;
 use super::shape::LawShape;
 use super::slope::LawSlopes;
 
-/// Terms of laws of friction with companions of longer lengths, and which terms those are.
-const LONGER: [(&str, usize, &[usize]); 3] =
-    [("motor-friction", 4, &[2, 3]), ("stribeck-friction", 5, &[2, 3]), ("load-friction", 3, &[2])];
 /// A companion below this share of the level is left out: lengths only add up.
 const LEAST: f64 = -0.08;
 
@@ -52,7 +49,7 @@ impl EffectForm {
     }
     /// Whether it is impulses, which have no shape to refine.
     pub fn is_pushes(&self) -> bool {
-        self.law.id() == ARM_PUSHES.id()
+        self.law.is_impulses()
     }
     /// Impulses.
     pub fn pulses(&self) -> usize {
@@ -114,12 +111,12 @@ impl EffectForm {
     }
     /// Without the companions of dry friction that came out negative; `None`: there are none.
     pub fn trimmed(&self, amplitudes: &[f64]) -> Option<Self> {
-        let (_, count, longer) = LONGER.iter().find(|l| l.0 == self.law.id())?;
+        let (count, longer) = self.law.companions();
         let mut less = self.clone();
         let mut own = amplitudes.iter();
         let mut any = false;
         for part in &mut less.parts {
-            let kept: Vec<usize> = (0..*count).filter(|k| !part.left_out.contains(k)).collect();
+            let kept: Vec<usize> = (0..count).filter(|k| !part.left_out.contains(k)).collect();
             let values: Vec<(usize, f64)> =
                 kept.into_iter().map(|k| (k, own.next().copied().unwrap_or(0.0))).collect();
             let level = values.first().map_or(0.0, |v| v.1.abs());

@@ -7,14 +7,17 @@ use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
-use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, rank_friction};
-use super::chain_fits::{ChainFits, LEFT, MORE_JOINTS, SEVERAL, scored};
+use super::candidate::ScreenedShape;
+use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, place_of, rank_friction};
+use super::chain_fits::{ChainFits, LEFT, MORE_JOINTS, scored};
 use super::chain_form::EffectForm;
 use super::chain_pushes::pushed_places;
-use super::chain_screen::{ChainScreening, ScreenedShape, best_of_families, chain_bank, survey, with_laws};
+use super::chain_screen::{best_of_families, chain_bank, chain_screening, chain_survey, with_laws};
+use super::law::DryFriction;
 use super::laws::arm_law_of;
 use super::pairs::held;
 use super::shape::LawShape;
+use super::verdict::ReportedEffect;
 
 /// Factors of the intensities of the survey in addition to a first effect.
 const LOOKS: (f64, &[f64]) = (0.2, &[1.0]);
@@ -47,6 +50,14 @@ pub struct ChainPair {
     frame: TrajectoryFrame,
 }
 
+impl ChainPair {
+    /// Effects and places as they are reported.
+    pub fn named(&self) -> [ReportedEffect; 2] {
+        let second = (self.second.law.id(), place_of(&self.first.frame, self.second.shape()));
+        [(self.first.id, self.first.place()), second]
+    }
+}
+
 /// What a search for second effects found.
 #[derive(Default)]
 pub struct ChainSeconds {
@@ -66,23 +77,22 @@ impl ChainFits<'_> {
         let q = &h.fit.intensities;
         let own: Vec<EffectForm> = h.form.iter().cloned().collect();
         let standing = held(self.applied(&here, &own), &h.fit.amplitudes);
-        scored(&mut here, q, &standing)?;
-        let mut all = self.shapes(&here);
+        scored(&mut here, q, &standing);
         let motor = |place: &str| place == "motor-friction";
-        all.retain(|c| {
-            let alike = motor(h.shape.place) && motor(c.shape.place);
-            c.law.id() != h.id && c.law.id() != "flexible-link" && !alike
+        let mut all = self.shapes(&here, |law, shape| {
+            let alike = motor(h.shape.place) && motor(shape.place);
+            law.id() != h.id && !law.is_structure() && !alike
         });
-        let mut screening = ChainScreening::new(&mut here, &standing)?;
-        let base = survey(&here, &mut screening, &mut all, q, LOOKS);
+        let mut screening = chain_screening(&mut here, &standing);
+        let base = chain_survey(&here, &mut screening, &mut all, q, LOOKS);
         let families: Vec<ScreenedShape> = best_of_families(&all).into_iter().take(GAIN.1).cloned().collect();
         let mut out = ChainSeconds::default();
         self.beside(h, &here, &own, &standing, &families, base, &mut out)?;
         let quiet = |p: &ChainPair| p.left.largest() < LEFT || p.left.power() < QUIET * h.left.power();
-        if h.id != "external-force" && !out.pairs.iter().any(quiet) {
+        if !h.is_impulses() && !out.pairs.iter().any(quiet) {
             let mut more = Vec::new();
             for place in pushed_places(&here, q) {
-                let Some(form) = self.pushes(&here, q, place, &standing)? else { continue };
+                let Some(form) = self.pushes(&here, q, place, &standing) else { continue };
                 let found = self.along(&here, |along| form.candidate(along));
                 let mut found: Vec<ScreenedShape> = found.into_iter().collect();
                 screening.look(&here, &mut found, &chain_bank(&here, q, &[1.0, 0.2]));
@@ -95,7 +105,7 @@ impl ChainFits<'_> {
         }
         self.plain_second(h, &own, &mut out)?;
         rank_friction(
-            out.pairs.iter_mut().map(|p| (p.second.law.id(), &mut p.evidence, &p.left)).collect(),
+            out.pairs.iter_mut().map(|p| (p.second.law.dry_friction(), &mut p.evidence, &p.left)).collect(),
             h.evidence,
         );
         Ok(out)
@@ -108,8 +118,10 @@ impl ChainFits<'_> {
         own: &[EffectForm],
         out: &mut ChainSeconds,
     ) -> Result<(), TrajectoryError> {
-        let plain = |p: &ChainPair| p.second.law.id() == "motor-friction";
-        let Some(first) = out.pairs.first().filter(|p| p.second.law.id() == "stribeck-friction") else {
+        let plain = |p: &ChainPair| p.second.law.dry_friction() == Some(DryFriction::Plain);
+        let Some(first) =
+            out.pairs.first().filter(|p| p.second.law.dry_friction() == Some(DryFriction::Falling))
+        else {
             return Ok(());
         };
         let law = arm_law_of("motor-friction", "motor-friction");
@@ -137,17 +149,17 @@ impl ChainFits<'_> {
         for c in found {
             let mut z = here.clone();
             let second = &c.terms.applied;
-            if !standing.is_empty() && spanned(&mut z, q, standing, second, &c.amplitudes)? > SAME {
+            if !standing.is_empty() && spanned(&mut z, q, standing, second, &c.amplitudes) > SAME {
                 continue;
             }
             if let [first] = standing
                 && !h.apart
-                && spanned(&mut z, q, std::slice::from_ref(second), first, &h.fit.amplitudes)? > SAME
+                && spanned(&mut z, q, std::slice::from_ref(second), first, &h.fit.amplitudes) > SAME
             {
                 out.alone.push(c.clone());
                 continue;
             }
-            let form = self.refined(&mut z, EffectForm::of(c), &c.intensities, standing)?;
+            let form = self.refined(&mut z, EffectForm::of(c), &c.intensities, standing);
             let pair = self.together(h, z, own, form, &c.intensities)?;
             out.pairs.push(self.widened(h, own, pair)?);
             fitted += 1;
@@ -179,12 +191,12 @@ impl ChainFits<'_> {
         own: &[EffectForm],
         mut pair: ChainPair,
     ) -> Result<ChainPair, TrajectoryError> {
-        while SEVERAL.contains(&pair.second.law.id()) && pair.left.largest_of_all() > LEFT {
+        while pair.second.law.spreads() && pair.left.largest_of_all() > LEFT {
             let mut z = pair.frame.clone();
             let both: Vec<EffectForm> = own.iter().chain([&pair.second]).cloned().collect();
             let standing = held(self.applied(&z, &both), &pair.fit.amplitudes);
-            scored(&mut z, &pair.fit.intensities, &standing)?;
-            let found = self.another_joint(&mut z, &pair.second, &pair.fit.intensities, &standing)?;
+            scored(&mut z, &pair.fit.intensities, &standing);
+            let found = self.another_joint(&mut z, &pair.second, &pair.fit.intensities, &standing);
             let Some((part, q, _)) = found.filter(|f| f.2 >= MORE_JOINTS) else { break };
             let form = EffectForm { parts: [&pair.second.parts[..], &[part]].concat(), ..pair.second };
             let next = self.together(h, pair.frame.clone(), own, form, &q)?;
@@ -210,8 +222,8 @@ fn spanned(
     by: &[AppliedLaw],
     law: &AppliedLaw,
     amplitudes: &[f64],
-) -> Result<f64, TrajectoryError> {
-    let (mut columns, priors) = with_laws(frame, by)?;
+) -> f64 {
+    let (mut columns, priors) = with_laws(frame, by);
     let (others, parameters) =
         (columns.len(), columns.len() - by.iter().map(|l| l.columns.len()).sum::<usize>());
     let priors = priors.with_laws(std::slice::from_ref(law), &mut columns);
@@ -232,5 +244,5 @@ fn spanned(
         let pairs = along.iter().zip(eigen.eigenvalues.iter()).filter(|(_, e)| **e > RANK * most);
         whole - pairs.map(|(x, e)| x * x / e).sum::<f64>()
     };
-    Ok(1.0 - rest(others) / rest(parameters))
+    1.0 - rest(others) / rest(parameters)
 }

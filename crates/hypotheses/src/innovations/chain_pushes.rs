@@ -6,12 +6,12 @@ use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::numeric::median;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::nodes::START;
-use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
+use super::candidate::ScreenedShape;
 use super::chain_effect::{EACH_PUSH, LatentLevels};
 use super::chain_fits::{ChainFits, LEFT, scored};
 use super::chain_form::EffectForm;
-use super::chain_screen::{ChainScreening, ScreenedShape, chain_bank};
+use super::chain_screen::{chain_bank, chain_screening};
 use super::laws::ARM_PUSHES;
 use super::shape::LawShape;
 
@@ -57,28 +57,23 @@ fn shape_of((place, joint): PushedPlace, pulses: Vec<[f64; 2]>) -> LawShape {
 
 impl ChainFits<'_> {
     /// The impulses on a place that explain most in addition to the laws that are fitted.
-    ///
-    /// # Errors
-    /// See [`TrajectoryError`].
     pub fn pushes(
         &self,
         frame: &TrajectoryFrame,
         q: &[f64],
         place: PushedPlace,
         standing: &[AppliedLaw],
-    ) -> Result<Option<EffectForm>, TrajectoryError> {
+    ) -> Option<EffectForm> {
         let all: Vec<usize> = (0..frame.runs.len()).collect();
-        let together = self.pursue(frame, q, place, standing, &all, MOST[0])?;
-        let alone: Vec<FoundPulses> = all
-            .iter()
-            .map(|k| self.pursue(frame, q, place, standing, &[*k], MOST[1]))
-            .collect::<Result<_, _>>()?;
+        let together = self.pursue(frame, q, place, standing, &all, MOST[0]);
+        let alone: Vec<FoundPulses> =
+            all.iter().map(|k| self.pursue(frame, q, place, standing, &[*k], MOST[1])).collect();
         let mut shape = shape_of(place, together.pulses);
         if alone.iter().map(|a| a.gain).sum::<f64>() > together.gain {
             shape.pulses = alone.iter().flat_map(|a| a.pulses.clone()).collect();
             shape.only = alone.iter().enumerate().flat_map(|(k, a)| vec![k; a.pulses.len()]).collect();
         }
-        Ok((!shape.pulses.is_empty()).then(|| EffectForm::new(ARM_PUSHES, shape)))
+        (!shape.pulses.is_empty()).then(|| EffectForm::new(ARM_PUSHES, shape))
     }
 
     fn pursue(
@@ -89,14 +84,14 @@ impl ChainFits<'_> {
         standing: &[AppliedLaw],
         recordings: &[usize],
         most: usize,
-    ) -> Result<FoundPulses, TrajectoryError> {
+    ) -> FoundPulses {
         let mut z = frame.of_recordings(recordings);
         let some = |law: &AppliedLaw| {
             let of = |c: &Vec<_>| recordings.iter().map(|k| Clone::clone(&c[*k])).collect();
             AppliedLaw { columns: law.columns.iter().map(of).collect(), ..law.clone() }
         };
         let standing: Vec<AppliedLaw> = standing.iter().map(some).collect();
-        let mut screening = ChainScreening::new(&mut z, &standing)?;
+        let mut screening = chain_screening(&mut z, &standing);
         let first = screening.look(&z, &mut [], &chain_bank(&z, q, &[1.0, 0.3, 0.1]));
         let (mut last, mut best): (f64, Option<ScreenedShape>) = (first, None);
         let made = |z: &TrajectoryFrame, sets: Vec<Vec<[f64; 2]>>| -> Vec<ScreenedShape> {
@@ -110,7 +105,7 @@ impl ChainFits<'_> {
             let own = best.as_ref().map_or_else(|| q.to_vec(), |b| b.intensities.clone());
             let laws: Vec<AppliedLaw> =
                 standing.iter().chain(best.iter().map(|b| &b.terms.applied)).cloned().collect();
-            scored(&mut z, &own, &laws)?;
+            scored(&mut z, &own, &laws);
             let with = |p: [f64; 2]| [&mine[..], &[p]].concat();
             let mut all = made(&z, self.matched(&z, place).into_iter().map(with).collect());
             screening.look(&z, &mut all, &chain_bank(&z, &own, &[1.0, 0.2]));
@@ -136,7 +131,7 @@ impl ChainFits<'_> {
         }
         let pulses = best.map_or_else(Vec::new, |b| b.shape.pulses);
         let gain = last - first - EACH_PUSH * pulses.len() as f64;
-        Ok(FoundPulses { pulses, gain })
+        FoundPulses { pulses, gain }
     }
 
     /// Begin and width of raised cosines that match the scores of a place best.

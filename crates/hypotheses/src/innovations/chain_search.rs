@@ -5,15 +5,17 @@ use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 use trueup_estimation::innovations::trajectory::structures::{CasePlantError, PlantStructures};
-use trueup_signals::Loaded;
+use trueup_signals::{Loaded, Recording};
 
+use super::candidate::ScreenedShape;
 use super::chain_along::ChainSizes;
 use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, best_of_each, rank_friction};
 use super::chain_fits::{ChainFits, LEFT, scored};
 use super::chain_form::EffectForm;
 use super::chain_pairs::{ChainPair, plain_shape};
 use super::chain_pushes::pushed_places;
-use super::chain_screen::{ChainScreening, LOOKS, ScreenedShape, best_of_families, chain_bank, survey};
+use super::chain_screen::{LOOKS, best_of_families, chain_bank, chain_screening, chain_survey};
+use super::law::DryFriction;
 use super::laws::{LawRef, arm_law_of};
 use super::shape::LawShape;
 
@@ -82,6 +84,28 @@ pub struct ChainFindings {
     pub effects: Vec<ChainEffect>,
     /// Pairs, best first.
     pub pairs: Vec<ChainPair>,
+    /// Usual sizes: units of the amplitudes.
+    pub sizes: ChainSizes,
+}
+
+/// What of a case the engine does not know.
+fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static str> {
+    let recordings = || loaded.recordings.values();
+    let sensors = || recordings().flat_map(|r| &r.channels).map(|c| &c.sensor);
+    let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
+    let table = structures.plant.plant().table();
+    let other = |r: &Recording| {
+        let mut others = (0..table.inputs.len()).filter(|k| !table.driving.contains(k));
+        others.any(|k| r.channel(&table.inputs[k].name).is_some())
+    };
+    let known = [
+        (!loaded.case.effects.is_empty(), "known effects"),
+        (sensors().any(|s| s.late.is_some()), "unknown delays"),
+        (sensors().any(|s| s.delay != 0.0), "declared delays"),
+        (recordings().any(own), "parameters of single recordings"),
+        (recordings().any(other), "recorded forces on base or tip"),
+    ];
+    known.into_iter().find(|k| k.0).map(|k| k.1)
 }
 
 /// Fits the model alone; leaves a frame where hypotheses begin.
@@ -92,17 +116,15 @@ pub fn chain_null(
     loaded: &Loaded,
     structures: &PlantStructures,
 ) -> Result<(TrajectoryFrame, ChainNull), ChainSearchError> {
-    let case = &loaded.case;
-    if !case.effects.is_empty() {
-        let file = case.file.display().to_string();
-        return Err(ChainSearchError::Known { file, what: "known effects" });
+    if let Some(what) = not_known(loaded, structures) {
+        return Err(ChainSearchError::Known { file: loaded.case.file.display().to_string(), what });
     }
     let mut frame = TrajectoryFrame::new(loaded, structures.plant.clone(), &structures.nominal, &[])?;
     frame.start()?;
     let q = frame.intensities.clone();
     let nominal = frame.clone().fit(&|_| Vec::new(), None, &q, ROUNDS[0], true)?.evidence;
     let fit = frame.fit(&|_| Vec::new(), None, &q, ROUNDS[1], false)?;
-    scored(&mut frame, &fit.intensities, &[])?;
+    scored(&mut frame, &fit.intensities, &[]);
     let left = LatentLevels::of(&frame, &fit.intensities);
     Ok((frame, ChainNull { nominal, fit, left }))
 }
@@ -117,9 +139,9 @@ pub fn search_chain(
 ) -> Result<ChainFindings, ChainSearchError> {
     let (mut frame, null) = chain_null(loaded, structures)?;
     let fits = ChainFits { loaded, structures, sizes: ChainSizes::of(&frame) };
-    let mut shapes = fits.shapes(&frame);
-    let mut screening = ChainScreening::new(&mut frame, &[])?;
-    let base = survey(&frame, &mut screening, &mut shapes, &null.fit.intensities, LOOKS);
+    let mut shapes = fits.shapes(&frame, |_, _| true);
+    let mut screening = chain_screening(&mut frame, &[]);
+    let base = chain_survey(&frame, &mut screening, &mut shapes, &null.fit.intensities, LOOKS);
     drop(screening);
     let first: Vec<ScreenedShape> = best_of_families(&shapes).into_iter().cloned().collect();
     let mut search = ChainSearch { fits, frame, null, base, first, effects: Vec::new() };
@@ -129,8 +151,8 @@ pub fn search_chain(
     search.pushed()?;
     search.effects = best_of_each(std::mem::take(&mut search.effects));
     let pairs = search.pairs()?;
-    let ChainSearch { null, base, first, effects, .. } = search;
-    Ok(ChainFindings { null, base, screen: first, effects, pairs })
+    let ChainSearch { fits, null, base, first, effects, .. } = search;
+    Ok(ChainFindings { null, base, screen: first, effects, pairs, sizes: fits.sizes })
 }
 
 /// A search under way.
@@ -164,7 +186,7 @@ impl ChainSearch<'_> {
     /// The first of the screen, refined and fitted.
     fn leaders(&mut self, families: &[ScreenedShape], most: usize) -> Result<(), ChainSearchError> {
         let best = families.first().map_or(0.0, |f| self.screened(f));
-        for c in families.iter().filter(|c| c.law.id() != "flexible-link").take(most) {
+        for c in families.iter().filter(|c| !c.law.is_structure()).take(most) {
             let top = self.best_gain();
             let leads = |h: &&ChainEffect| self.gain(h) > ALL[1] * top;
             let calm = self.effects.iter().filter(leads).any(|h| self.explains_all(&h.left));
@@ -185,10 +207,11 @@ impl ChainSearch<'_> {
         let mut all = best_of_each(std::mem::take(&mut self.effects));
         let top = all.first().map_or(0.0, |h| h.evidence - null);
         let better = |fits: &ChainFits<'_>, h: ChainEffect| -> Result<ChainEffect, TrajectoryError> {
-            let chosen = top > AGAIN.0 && h.evidence - null > AGAIN.1 * top && h.id != "external-force";
+            let chosen = top > AGAIN.0 && h.evidence - null > AGAIN.1 * top && !h.is_impulses();
             if chosen { fits.extended(fits.polished(h)?) } else { Ok(h) }
         };
-        let stribeck = all.iter().position(|h| h.id == "stribeck-friction").map(|k| all.remove(k));
+        let stribeck =
+            all.iter().position(|h| h.dry_friction() == Some(DryFriction::Falling)).map(|k| all.remove(k));
         let mut all: Vec<ChainEffect> =
             all.into_iter().map(|h| better(&self.fits, h)).collect::<Result<_, _>>()?;
         let laws = ["motor-friction", "stribeck-friction"].map(|id| arm_law_of(id, "motor-friction"));
@@ -199,7 +222,7 @@ impl ChainSearch<'_> {
                 let fit =
                     self.fits.fit(&mut frame, std::slice::from_ref(&form), &sb.fit.intensities, ROUNDS[2])?;
                 let own = ChainEffect::of_law(form, fit, frame);
-                let others = all.iter().filter(|h| h.id == "motor-friction");
+                let others = all.iter().filter(|h| h.dry_friction() == Some(DryFriction::Plain));
                 let best = others.reduce(|a, b| if b.evidence > a.evidence { b } else { a }).cloned();
                 let best = match best {
                     Some(best) if best.evidence >= own.evidence => best,
@@ -213,7 +236,7 @@ impl ChainSearch<'_> {
             }
         }
         let mut all = best_of_each(all);
-        rank_friction(all.iter_mut().map(|h| (h.id, &mut h.evidence, &h.left)).collect(), null);
+        rank_friction(all.iter_mut().map(|h| (h.dry_friction(), &mut h.evidence, &h.left)).collect(), null);
         self.effects = best_of_each(all);
         Ok(())
     }
@@ -235,7 +258,7 @@ impl ChainSearch<'_> {
         let mut all: Vec<ScreenedShape> =
             self.fits.along(&frame, |along| forms.iter().filter_map(|f| f.candidate(along)).collect());
         let bank = chain_bank(&frame, q, &[1.0, 0.3]);
-        ChainScreening::new(&mut frame, &[])?.look(&frame, &mut all, &bank);
+        chain_screening(&mut frame, &[]).look(&frame, &mut all, &bank);
         let best = (0..all.len()).reduce(|a, b| if all[b].evidence > all[a].evidence { b } else { a });
         let Some(k) = best else { return Ok(None) };
         let mut form = forms[k].clone();
@@ -248,7 +271,7 @@ impl ChainSearch<'_> {
     fn apart(&mut self) -> Result<(), ChainSearchError> {
         let q = self.null.fit.intensities.clone();
         let best = self.first.first().map_or(0.0, |f| self.screened(f));
-        let late = self.first.iter().filter(|c| c.law.id() == "sensor-delay").take(LATE.0);
+        let late = self.first.iter().filter(|c| c.law.is_late()).take(LATE.0);
         let late: Vec<ScreenedShape> =
             late.filter(|c| self.screened(c) > LATE.1 && self.screened(c) > LATE.2 * best).cloned().collect();
         for c in late {
@@ -282,11 +305,11 @@ impl ChainSearch<'_> {
         let q = self.null.fit.intensities.clone();
         let mut all = Vec::new();
         for place in pushed_places(&self.frame, &q) {
-            let Some(form) = self.fits.pushes(&self.frame, &q, place, &[])? else { continue };
+            let Some(form) = self.fits.pushes(&self.frame, &q, place, &[]) else { continue };
             let mut found: Vec<ScreenedShape> =
                 self.fits.along(&self.frame, |along| form.candidate(along)).into_iter().collect();
             let bank = chain_bank(&self.frame, &q, &[1.0, 0.3, 0.1]);
-            ChainScreening::new(&mut self.frame, &[])?.look(&self.frame, &mut found, &bank);
+            chain_screening(&mut self.frame, &[]).look(&self.frame, &mut found, &bank);
             found.iter_mut().for_each(|f| f.evidence -= EACH_PUSH * form.pulses() as f64);
             all.extend(found);
         }

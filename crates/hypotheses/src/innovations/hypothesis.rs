@@ -8,7 +8,7 @@ use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intensity::power;
 
-use super::candidate::{EffectCandidate, applied};
+use super::candidate::{ScreenedShape, applied};
 use super::joint_along::UsualSizes;
 use super::laws::LawRef;
 use super::pushes::EACH;
@@ -58,9 +58,13 @@ impl FittedEffect {
     pub fn laws(&self, sizes: &UsualSizes) -> Vec<AppliedLaw> {
         applied(&self.parts, &self.frame.borrow(), sizes)
     }
+    /// Whether it is impulses.
+    pub fn is_impulses(&self) -> bool {
+        self.parts.first().is_some_and(|(law, _)| law.is_impulses())
+    }
     /// Whether it is one law whose shape determines all, so that both shapes of a pair can be refined.
     pub fn is_plain(&self) -> bool {
-        self.parts.len() == 1 && self.parts[0].0.id() == self.id && self.id != "sensor-delay"
+        matches!(&self.parts[..], [(law, _)] if law.id() == self.id && !law.is_late())
     }
 }
 
@@ -106,13 +110,13 @@ pub(super) fn best_of_alike<H>(
 /// Fits a candidate from the start of its frame.
 pub fn fit_candidate(
     frame: &SharedFrame,
-    candidate: &EffectCandidate,
+    candidate: &ScreenedShape,
     sizes: &UsualSizes,
     rounds: usize,
 ) -> FittedEffect {
     let parts = [(candidate.law, candidate.shape.clone())];
     let make = |f: &InnovationsFrame| applied(&parts, f, sizes);
-    let fit = frame.borrow_mut().fit(&make, &candidate.q, rounds, true);
+    let fit = frame.borrow_mut().fit(&make, &candidate.intensities, rounds, true);
     FittedEffect::of_law(frame, candidate.law, candidate.shape.clone(), fit)
 }
 

@@ -76,6 +76,8 @@ pub struct ChainLevels {
     pub alike_share: f64,
     /// See `alike`.
     pub alike_most: f64,
+    /// Share of right verdicts: the probability of what is named, and of what is not named that it is none.
+    pub right: f64,
 }
 
 /// Of the reference program for arms: chosen on its tables of 28 sealed arms and 27 of another simulator (right: 25 and 24); twelve of
@@ -94,4 +96,22 @@ pub const CHAIN: ChainLevels = ChainLevels {
     alike: 6.0,
     alike_share: 0.01,
     alike_most: 15.0,
+    // By the rule of succession: (25 + 24 + 1) / (28 + 27 + 2).
+    right: 0.88,
 };
+
+/// The heavy tail of the sizes of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeTail {
+    /// Width of its prior, in usual ones.
+    pub wide: f64,
+    /// Nats that it costs.
+    pub cost: f64,
+    /// Nats by which it has to be better than the usual width, in addition to its cost.
+    pub better: f64,
+    /// Nats below the base from which on it is not tried.
+    pub hopeless: f64,
+}
+
+/// Of the reference program for arms, as [`CHAIN`].
+pub const TAIL: SizeTail = SizeTail { wide: 6.0, cost: 1.0, better: 0.5, hopeless: 5.0 };

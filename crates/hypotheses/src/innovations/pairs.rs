@@ -4,10 +4,10 @@ use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 
-use super::candidate::{EffectCandidate, applied};
+use super::candidate::{ScreenedShape, applied};
 use super::hypothesis::FittedEffect;
 use super::joint_along::{UsualSizes, along_joint};
-use super::laws::{LawRef, PUSHES};
+use super::laws::LawRef;
 use super::pushes::{EACH, pursue};
 use super::screen::{all_shapes, families, refine, sift};
 use super::shape::LawShape;
@@ -86,7 +86,7 @@ fn seconds(z: &mut InnovationsFrame, h: &mut FittedEffect, null: f64, sizes: &Us
     let alone = sift(z, &mut all, &h.fit.q, &standing);
     let (mut found, _) = families(&all);
     for place in ["load", "actuator"] {
-        if h.id != PUSHES.id() && place != h.place {
+        if !h.is_impulses() && place != h.place {
             found.extend(pursue(z, sizes, &h.fit.q, place, &standing));
         }
     }
@@ -95,7 +95,7 @@ fn seconds(z: &mut InnovationsFrame, h: &mut FittedEffect, null: f64, sizes: &Us
     let (same, elsewhere): (Vec<_>, Vec<_>) = found.into_iter().partition(|c| c.shape.place == h.place);
     let best = elsewhere.first().map_or(f64::NEG_INFINITY, |c| c.evidence);
     let same = same.into_iter().take(1).filter(|c| c.evidence > best);
-    let chosen: Vec<EffectCandidate> = elsewhere.into_iter().take(ELSEWHERE).chain(same).collect();
+    let chosen: Vec<ScreenedShape> = elsewhere.into_iter().take(ELSEWHERE).chain(same).collect();
     let mut out = SecondEffects::default();
     for c in chosen {
         if c.evidence < alone + GAIN {
@@ -103,7 +103,7 @@ fn seconds(z: &mut InnovationsFrame, h: &mut FittedEffect, null: f64, sizes: &Us
         }
         along_own(z, h, sizes);
         let Some(mut second) = c.again(z, sizes) else { continue };
-        if second.law.id() != PUSHES.id() {
+        if !second.law.is_impulses() {
             second = refine(z, second, sizes, &standing, 2);
         }
         let before = h.of_fit;
@@ -119,13 +119,13 @@ fn seconds(z: &mut InnovationsFrame, h: &mut FittedEffect, null: f64, sizes: &Us
 fn together(
     z: &mut InnovationsFrame,
     h: &mut FittedEffect,
-    second: &EffectCandidate,
+    second: &ScreenedShape,
     sizes: &UsualSizes,
 ) -> FittedPair {
     let of_first = h.fit.amplitudes.len();
     let mut parts = h.parts.clone();
     parts.push((second.law, second.shape.clone()));
-    let mut fit = z.fit(&|f| applied(&parts, f, sizes), &second.q, 8, false);
+    let mut fit = z.fit(&|f| applied(&parts, f, sizes), &second.intensities, 8, false);
     if fit.evidence - h.of_fit > GAIN && h.is_plain() {
         let refined = both_again(z, &parts, &fit, sizes);
         let more = z.fit(&|f| applied(&refined, f, sizes), &fit.q, 3, false);
@@ -186,13 +186,13 @@ fn both_again(
     let (a, b) = fit.amplitudes.split_at(first);
     for (own, other, amplitudes) in [(0, 1, b), (1, 0, a)] {
         let (law, shape) = parts[own].clone();
-        if law.id() == PUSHES.id() {
+        if law.is_impulses() {
             continue;
         }
         let standing = held(applied(&parts[other..=other], z, sizes), amplitudes);
-        let made = EffectCandidate::new(law, &along_joint(z, sizes), shape);
+        let made = ScreenedShape::new(law, &along_joint(z, sizes), shape);
         if let Some(mut c) = made {
-            c.q.clone_from(&fit.q);
+            c.intensities.clone_from(&fit.q);
             parts[own].1 = refine(z, c, sizes, &standing, 2).shape;
         }
     }

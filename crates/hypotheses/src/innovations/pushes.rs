@@ -6,7 +6,7 @@ use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intake::START;
 
-use super::candidate::EffectCandidate;
+use super::candidate::ScreenedShape;
 use super::joint_along::{UsualSizes, along_joint};
 use super::laws::{PUSHES, pushes_at};
 use super::screen::{Screening, bank};
@@ -31,21 +31,22 @@ pub fn pursue(
     q: &[f64],
     place: &'static str,
     standing: &[AppliedLaw],
-) -> Option<EffectCandidate> {
+) -> Option<ScreenedShape> {
     let score = usize::from(place != "actuator");
     let standing_columns: Vec<FilterColumn> = standing.iter().flat_map(|l| l.columns.clone()).collect();
     let standing_amplitudes: Vec<f64> = standing.iter().flat_map(|l| l.mean.clone()).collect();
-    let mut best: Option<EffectCandidate> = None;
-    let make = |frame: &InnovationsFrame, all: &[Vec<[f64; 2]>]| -> Vec<EffectCandidate> {
+    let mut best: Option<ScreenedShape> = None;
+    let make = |frame: &InnovationsFrame, all: &[Vec<[f64; 2]>]| -> Vec<ScreenedShape> {
         let along = along_joint(frame, sizes);
         let shapes = all.iter().map(|p| pushes_at(place, p.clone()));
-        shapes.filter_map(|s| EffectCandidate::new(PUSHES, &along, s)).collect()
+        shapes.filter_map(|s| ScreenedShape::new(PUSHES, &along, s)).collect()
     };
     for _ in 0..MOST {
         let got = best.as_ref().map_or_else(Vec::new, |b| b.shape.pulses.clone());
-        let current = best.as_ref().map_or_else(|| q.to_vec(), |b| b.q.clone());
+        let current = best.as_ref().map_or_else(|| q.to_vec(), |b| b.intensities.clone());
         if let Some(b) = &best {
-            let columns: Vec<&FilterColumn> = b.applied.columns.iter().chain(&standing_columns).collect();
+            let columns: Vec<&FilterColumn> =
+                b.terms.applied.columns.iter().chain(&standing_columns).collect();
             let amplitudes: Vec<f64> = b.amplitudes.iter().chain(&standing_amplitudes).copied().collect();
             let own = frame.own_forces(&columns, &amplitudes);
             frame.smooth(&current, Some(own));
@@ -53,10 +54,9 @@ pub fn pursue(
         let sets: Vec<Vec<[f64; 2]>> =
             places(frame, score).into_iter().map(|p| [&got[..], &[p]].concat()).collect();
         let mut all = make(frame, &sets);
-        let mut screening = Screening::new(frame, standing);
+        let mut screening = Screening::of_joint(frame, standing);
         screening.look(frame, &mut all, &bank(&current, &[1.0]));
-        let better = |a: EffectCandidate, b: EffectCandidate| if b.evidence > a.evidence { b } else { a };
-        let Some(mut found) = all.into_iter().reduce(better) else { break };
+        let Some(mut found) = all.into_iter().reduce(ScreenedShape::or_better) else { break };
         for [by, factor] in STEPS {
             let Some([begin, width]) = found.shape.pulses.last().copied() else { break };
             let mut sets = Vec::new();
@@ -69,7 +69,7 @@ pub fn pursue(
                 }
             }
             let mut all = make(frame, &sets);
-            screening.look(frame, &mut all, &[found.q.clone()]);
+            screening.look(frame, &mut all, &[found.intensities.clone()]);
             found = all.into_iter().fold(found, |a, b| if b.evidence >= a.evidence { b } else { a });
         }
         if best.as_ref().is_some_and(|b| found.evidence - b.evidence < GAIN) {

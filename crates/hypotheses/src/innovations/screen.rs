@@ -3,19 +3,17 @@
 use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
-use trueup_estimation::innovations::gram::{PackedColumns, PassedBase};
+use trueup_estimation::innovations::gram::{GroupGram, PackedColumns, PassedBase};
 
-use super::candidate::EffectCandidate;
+use super::candidate::ScreenedShape;
 use super::joint_along::{UsualSizes, along_joint};
 use super::law::Refinement;
 use super::laws::LAWS;
+use super::levels::TAIL;
 use super::spectrum::OrderPeaks;
 
 /// Intensity of the second look of a screen, over that of the first.
 const QUIETER: f64 = 0.3;
-/// Candidates of each form that are looked at with all intensities.
-const OF_EACH: usize = 4;
-
 /// Intensities with each latent at these factors, and all of them at 0.3; increasing.
 pub fn bank(q: &[f64], factors: &[f64]) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
@@ -36,11 +34,43 @@ fn quieter(q: &[f64]) -> Vec<f64> {
 }
 
 /// Candidates of all laws along the present trajectory of a frame.
-pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<EffectCandidate> {
+pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<ScreenedShape> {
     let along = along_joint(frame, sizes);
     let orders = [OrderPeaks::of(frame, &along)];
     let shapes = LAWS.iter().flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
-    shapes.filter_map(|(l, s)| EffectCandidate::new(l, &along, s)).collect()
+    shapes.filter_map(|(l, s)| ScreenedShape::new(l, &along, s)).collect()
+}
+
+/// A frame along whose present trajectory candidates are compared with a base.
+pub trait ScreenedFrame {
+    /// Priors of sizes that are tried: the usual one, and with the heavy tail.
+    const TAILS: &'static [bool];
+    /// Passes a base at each of these intensities.
+    fn pass(&self, packed: &PackedColumns, bank: &[Vec<f64>]) -> Vec<PassedBase>;
+    /// Gram matrices of groups in addition to a base that was passed at the same intensities.
+    fn pass_groups(
+        &self,
+        packed: &PackedColumns,
+        base: &PassedBase,
+        groups: &[&[FilterColumn]],
+        q: &[f64],
+    ) -> Vec<GroupGram>;
+}
+
+impl ScreenedFrame for InnovationsFrame {
+    const TAILS: &'static [bool] = &[false];
+    fn pass(&self, packed: &PackedColumns, bank: &[Vec<f64>]) -> Vec<PassedBase> {
+        self.pass_bank(packed, bank)
+    }
+    fn pass_groups(
+        &self,
+        packed: &PackedColumns,
+        base: &PassedBase,
+        groups: &[&[FilterColumn]],
+        q: &[f64],
+    ) -> Vec<GroupGram> {
+        InnovationsFrame::pass_groups(self, packed, base, groups, q)
+    }
 }
 
 /// A base along the present trajectory of a frame, to which candidates are compared. What was passed at an intensity is kept:
@@ -52,37 +82,55 @@ pub struct Screening {
 }
 
 impl Screening {
-    /// Data, nuisances and accepted laws.
-    pub fn new(frame: &InnovationsFrame, standing: &[AppliedLaw]) -> Self {
-        let (packed, priors) = frame.packed(standing);
+    /// Of data, nuisances and accepted laws.
+    pub fn new(packed: PackedColumns, priors: AmplitudePriors) -> Self {
         Self { packed, priors, passed: Vec::new() }
     }
+    /// The same in a joint's frame.
+    pub fn of_joint(frame: &mut InnovationsFrame, standing: &[AppliedLaw]) -> Self {
+        frame.linearise();
+        let (packed, priors) = frame.packed(standing);
+        Self::new(packed, priors)
+    }
 
-    /// Looks at candidates at these intensities; returns the evidence of the base alone.
-    pub fn look(
+    /// Looks at candidates at these intensities; returns the best evidence of the base alone.
+    pub fn look<F: ScreenedFrame>(
         &mut self,
-        frame: &mut InnovationsFrame,
-        candidates: &mut [EffectCandidate],
+        frame: &F,
+        candidates: &mut [ScreenedShape],
         bank: &[Vec<f64>],
     ) -> f64 {
         let mut alone = f64::NEG_INFINITY;
         candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
+        // What needs the tail once keeps it.
+        let tails: Vec<&[bool]> =
+            candidates.iter().map(|c| if c.wide { &[true][..] } else { F::TAILS }).collect();
         let new = bank.iter().filter(|q| !self.passed.iter().any(|p| p.0 == **q));
         let new: Vec<Vec<f64>> = new.cloned().collect();
-        let passed = frame.pass_bank(&self.packed, &new);
+        let passed = frame.pass(&self.packed, &new);
         self.passed.extend(new.into_iter().zip(passed));
         for q in bank {
             let Some((_, base)) = self.passed.iter().find(|p| p.0 == *q) else { continue };
-            let groups: Vec<&[FilterColumn]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
+            let groups: Vec<&[FilterColumn]> =
+                candidates.iter().map(|c| &c.terms.applied.columns[..]).collect();
             let groups = frame.pass_groups(&self.packed, base, &groups, q);
             alone = alone.max(log_evidence(&base.gram, &self.priors).log);
-            for (c, group) in candidates.iter_mut().zip(&groups) {
-                let with = self.priors.with(&c.applied.mean, &c.applied.deviation);
-                let found = log_evidence(&base.gram.with(group), &with);
-                let own = &found.amplitudes[self.priors.mean.len()..];
-                let can_be = c.positive.iter().all(|i| own.get(*i).is_some_and(|a| *a > 0.0));
-                if found.log > c.evidence && can_be {
-                    (c.evidence, c.amplitudes, c.q) = (found.log, own.to_vec(), q.clone());
+            for ((c, group), tails) in candidates.iter_mut().zip(&groups).zip(&tails) {
+                let gram = base.gram.with(group);
+                for wide in tails.iter().copied() {
+                    let with = self.priors.with(&c.terms.applied.mean, &c.deviations(wide));
+                    let found = log_evidence(&gram, &with);
+                    let own = &found.amplitudes[self.priors.mean.len()..];
+                    let cost = if wide { TAIL.cost } else { 0.0 };
+                    // A tail that was not needed before has to be better.
+                    let more = if wide && tails.len() > 1 { TAIL.better } else { 0.0 };
+                    if found.log - cost > c.evidence + more && c.can_be(own) {
+                        (c.evidence, c.amplitudes, c.wide) = (found.log - cost, own.to_vec(), wide);
+                        c.intensities.clone_from(q);
+                    }
+                    if found.log < alone - TAIL.hopeless {
+                        break;
+                    }
                 }
             }
         }
@@ -90,49 +138,83 @@ impl Screening {
     }
 }
 
-/// Looks at all candidates at two intensities, then at the best of each form at the others too.
-pub fn sift(
-    frame: &mut InnovationsFrame,
-    candidates: &mut [EffectCandidate],
-    q: &[f64],
-    standing: &[AppliedLaw],
+/// What a screen looks at again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScreenRules {
+    /// Shapes of each family.
+    pub shapes: usize,
+    /// Families.
+    pub families: usize,
+    /// Nats below the base from which on a shape is not.
+    pub below: f64,
+    /// Whether each form of an effect at a place is a family.
+    pub each_form: bool,
+}
+
+/// Of joints: the best of each form.
+const AGAIN: ScreenRules =
+    ScreenRules { shapes: 4, families: usize::MAX, below: f64::INFINITY, each_form: true };
+
+/// Looks at all candidates at the first intensities, then at the best of each family at the others; returns the evidence of the base.
+pub fn survey<F: ScreenedFrame>(
+    frame: &F,
+    screening: &mut Screening,
+    candidates: &mut [ScreenedShape],
+    [first, rest]: [&[Vec<f64>]; 2],
+    rules: ScreenRules,
 ) -> f64 {
-    let first = bank(q, &[1.0]);
-    let rest: Vec<Vec<f64>> = bank(q, &[1.0, 0.1]).into_iter().filter(|b| !first.contains(b)).collect();
-    let mut screening = Screening::new(frame, standing);
-    let mut alone = screening.look(frame, candidates, &first);
+    let mut alone = screening.look(frame, candidates, first);
     let mut order: Vec<usize> = (0..candidates.len()).filter(|k| candidates[*k].is_possible()).collect();
     order.sort_by(|a, b| candidates[*b].evidence.total_cmp(&candidates[*a].evidence));
-    let mut kept: Vec<usize> = Vec::new();
+    let mut families: Vec<(usize, usize)> = Vec::new();
+    let mut kept = Vec::new();
     for k in order {
-        let same = |j: &&usize| {
-            let (a, b) = (&candidates[**j], &candidates[k]);
-            a.key() == b.key() && a.shape.form == b.shape.form
+        let family = |k: usize| candidates[k].family(rules.each_form);
+        let count = match families.iter_mut().find(|f| family(f.0) == family(k)) {
+            Some((_, count)) => {
+                *count += 1;
+                *count
+            }
+            None => {
+                families.push((k, 1));
+                1
+            }
         };
-        if kept.iter().filter(same).count() < OF_EACH {
+        let near = candidates[k].evidence > alone - rules.below;
+        if count <= rules.shapes && families.len() <= rules.families && near {
             kept.push(k);
         }
     }
-    if rest.is_empty() || kept.is_empty() {
-        return alone;
-    }
-    let mut again: Vec<EffectCandidate> = kept.iter().map(|k| candidates[*k].clone()).collect();
-    alone = alone.max(screening.look(frame, &mut again, &rest));
+    let mut again: Vec<ScreenedShape> = kept.iter().map(|k| candidates[*k].clone()).collect();
+    alone = alone.max(screening.look(frame, &mut again, rest));
     for (k, c) in kept.into_iter().zip(again) {
-        if c.evidence >= candidates[k].evidence {
+        if c.evidence > candidates[k].evidence {
             candidates[k] = c;
         }
     }
     alone
 }
 
+/// Surveys candidates in a joint's frame: at two intensities first.
+pub fn sift(
+    frame: &mut InnovationsFrame,
+    candidates: &mut [ScreenedShape],
+    q: &[f64],
+    standing: &[AppliedLaw],
+) -> f64 {
+    let first = bank(q, &[1.0]);
+    let rest: Vec<Vec<f64>> = bank(q, &[1.0, 0.1]).into_iter().filter(|b| !first.contains(b)).collect();
+    let mut screening = Screening::of_joint(frame, standing);
+    survey(frame, &mut screening, candidates, [&first, &rest], AGAIN)
+}
+
 /// The best of each effect and place, best first; and the best of their other forms.
-pub fn families(candidates: &[EffectCandidate]) -> (Vec<EffectCandidate>, Vec<EffectCandidate>) {
-    let mut all: Vec<&EffectCandidate> = candidates.iter().filter(|c| c.is_possible()).collect();
+pub fn families(candidates: &[ScreenedShape]) -> (Vec<ScreenedShape>, Vec<ScreenedShape>) {
+    let mut all: Vec<&ScreenedShape> = candidates.iter().filter(|c| c.is_possible()).collect();
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let (mut first, mut others): (Vec<EffectCandidate>, Vec<EffectCandidate>) = (Vec::new(), Vec::new());
+    let (mut first, mut others): (Vec<ScreenedShape>, Vec<ScreenedShape>) = (Vec::new(), Vec::new());
     for c in all {
-        let same = |o: &EffectCandidate| o.key() == c.key() && o.shape.form == c.shape.form;
+        let same = |o: &ScreenedShape| o.key() == c.key() && o.shape.form == c.shape.form;
         if !first.iter().any(|o| o.key() == c.key()) {
             first.push(c.clone());
         } else if !first.iter().chain(&others).any(same) {
@@ -150,13 +232,13 @@ const AROUND_ORDER: [f64; 6] = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0];
 /// Shape by pattern search at the candidate's intensities, all neighbours in one pass.
 pub fn refine(
     frame: &mut InnovationsFrame,
-    candidate: EffectCandidate,
+    candidate: ScreenedShape,
     sizes: &UsualSizes,
     standing: &[AppliedLaw],
     rounds: usize,
-) -> EffectCandidate {
+) -> ScreenedShape {
     let mut best = candidate;
-    let mut screening = Screening::new(frame, standing);
+    let mut screening = Screening::of_joint(frame, standing);
     for Refinement { name, step, order } in best.law.refined(&best.shape) {
         let mut step = if order { step * sizes.order() } else { step };
         for _ in 0..rounds {
@@ -169,15 +251,13 @@ pub fn refine(
             };
             let shapes = near.into_iter().map(|v| best.law.bounded(&along, &best.shape, name, v));
             let shapes = shapes.map(|v| best.shape.with(name, v)).chain([best.shape.clone()]);
-            let made = shapes.filter_map(|s| EffectCandidate::new(best.law, &along, s));
-            let mut all: Vec<EffectCandidate> = made.collect();
-            let q = [best.q.clone()];
+            let made = shapes.filter_map(|s| ScreenedShape::new(best.law, &along, s));
+            let mut all: Vec<ScreenedShape> = made.collect();
+            let q = [best.intensities.clone()];
             screening.look(frame, &mut all, &q);
             step *= 0.5;
-            let found = all.into_iter().filter(EffectCandidate::is_possible);
-            if let Some(found) = found.reduce(|a, b| if b.evidence > a.evidence { b } else { a }) {
-                best = found;
-            }
+            let found = all.into_iter().filter(ScreenedShape::is_possible);
+            best = found.reduce(ScreenedShape::or_better).unwrap_or(best);
         }
     }
     best

@@ -11,11 +11,11 @@ use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
 use trueup_signals::{Loaded, Recording};
 
-use super::candidate::{EffectCandidate, applied};
+use super::candidate::{ScreenedShape, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
 use super::joint_along::{UsualSizes, along_joint};
 use super::late::late_channel;
-use super::laws::{PUSHES, law_of, stribeck};
+use super::laws::{law_of, stribeck};
 use super::null::{FittedNull, fit_null};
 use super::pairs::{FittedPair, beside};
 use super::pushes::pursue;
@@ -126,7 +126,7 @@ pub fn search_from(
     frame: &SharedFrame,
     plant: &TwoMassPlant,
     null: FittedNull,
-    mut candidates: Vec<EffectCandidate>,
+    mut candidates: Vec<ScreenedShape>,
     alone: f64,
 ) -> JointFindings {
     let (q, sizes) = (&null.begin, &null.sizes);
@@ -146,7 +146,7 @@ pub fn search_from(
     let mut effects = best_each(effects.into_iter().map(play).collect());
     effects.extend(late_channels(frame, &null, &first, alone, effects.first()));
     let top = first.first().map_or(alone, |c| c.evidence);
-    for c in first.iter().take(4).filter(|c| c.law.id() == "flexible-link" && !plant.rigid) {
+    for c in first.iter().take(4).filter(|c| c.law.is_structure() && !plant.rigid) {
         if c.evidence > alone + (0.3 * (top - alone)).max(5.0) {
             effects.extend(with_tip(&frame.borrow(), plant, c));
         }
@@ -181,24 +181,24 @@ pub fn search_from(
 fn leaders(
     frame: &SharedFrame,
     null: &FittedNull,
-    first: &[EffectCandidate],
-    forms: &[EffectCandidate],
+    first: &[ScreenedShape],
+    forms: &[ScreenedShape],
     alone: f64,
 ) -> Vec<FittedEffect> {
     let (q, sizes) = (&null.begin, &null.sizes);
-    let mut chosen: Vec<(EffectCandidate, usize, bool)> = Vec::new();
+    let mut chosen: Vec<(ScreenedShape, usize, bool)> = Vec::new();
     for (k, c) in first.iter().take(LEADERS[0]).enumerate() {
         chosen.push((c.clone(), ROUNDS[usize::from(k >= LEADERS[1])], false));
     }
-    let leads = |c: &&EffectCandidate| first.iter().take(4).any(|f| f.key() == c.key());
+    let leads = |c: &&ScreenedShape| first.iter().take(4).any(|f| f.key() == c.key());
     chosen.extend(forms.iter().take(3).filter(leads).map(|c| (c.clone(), ROUNDS[1], false)));
     if frame.borrow().release > RELEASE {
         let f = frame.borrow();
         let along = along_joint(&f, sizes);
         for (speed, k) in AFTER_RELEASE {
             let shape = stribeck(speed * sizes.motor_speed, k);
-            let made = law_of("stribeck-friction").and_then(|l| EffectCandidate::new(l, &along, shape));
-            chosen.extend(made.map(|c| (EffectCandidate { q: q.clone(), ..c }, ROUNDS[1], true)));
+            let made = law_of("stribeck-friction").and_then(|l| ScreenedShape::new(l, &along, shape));
+            chosen.extend(made.map(|c| (ScreenedShape { intensities: q.clone(), ..c }, ROUNDS[1], true)));
         }
     }
     let mut out = Vec::new();
@@ -207,7 +207,7 @@ fn leaders(
             continue;
         }
         frame.borrow_mut().reset(q);
-        let c = if as_it_is || c.law.id() == PUSHES.id() {
+        let c = if as_it_is || c.law.is_impulses() {
             c
         } else {
             let Some(c) = c.again(&frame.borrow(), sizes) else { continue };
@@ -234,8 +234,8 @@ fn polish(frame: &SharedFrame, h: &FittedEffect, sizes: &UsualSizes) -> FittedEf
         f.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q);
     }
     let mut refined = (law, shape.clone());
-    if let Some(mut c) = EffectCandidate::new(law, &along_joint(f, sizes), shape) {
-        c.q.clone_from(&h.fit.q);
+    if let Some(mut c) = ScreenedShape::new(law, &along_joint(f, sizes), shape) {
+        c.intensities.clone_from(&h.fit.q);
         refined.1 = refine(f, c, sizes, &[], 2).shape;
     }
     let parts = [refined];
@@ -248,11 +248,11 @@ fn polish(frame: &SharedFrame, h: &FittedEffect, sizes: &UsualSizes) -> FittedEf
 fn late_channels(
     frame: &SharedFrame,
     null: &FittedNull,
-    first: &[EffectCandidate],
+    first: &[ScreenedShape],
     alone: f64,
     leader: Option<&FittedEffect>,
 ) -> Vec<FittedEffect> {
-    let late = |c: &&EffectCandidate| c.law.id() == "sensor-delay";
+    let late = |c: &&ScreenedShape| c.law.is_late();
     let far = first.iter().filter(late).map(|c| c.evidence).fold(0.0, f64::max);
     let fall = leader.map_or(0.0, |h| 1.0 - h.power() / power(&null.q));
     let loud = null.q.iter().any(|q| *q > 0.02) && fall < 0.8;

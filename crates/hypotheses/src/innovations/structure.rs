@@ -6,7 +6,7 @@ use std::rc::Rc;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::two_mass::{LoadTip, TwoMassPlant, parameter};
 
-use super::candidate::EffectCandidate;
+use super::candidate::ScreenedShape;
 use super::hypothesis::{FittedEffect, of_structure};
 use super::joint_along::{UsualSizes, along_joint};
 use super::laws::law_of;
@@ -60,11 +60,11 @@ impl TipSearch<'_> {
 pub fn with_tip(
     f: &InnovationsFrame,
     plant: &TwoMassPlant,
-    screened: &EffectCandidate,
+    screened: &ScreenedShape,
 ) -> Option<FittedEffect> {
     let amplitude = screened.amplitudes.first().copied().unwrap_or(0.0).clamp(0.005, 4.0);
     let share = amplitude / (1.0 + amplitude);
-    let mut search = TipSearch { of: f, plant, q: &screened.q, tried: Vec::new(), best: None };
+    let mut search = TipSearch { of: f, plant, q: &screened.intensities, tried: Vec::new(), best: None };
     for k in [1.0, 0.3] {
         let frequency = screened.shape.value("f") * (1.0 - share * k).sqrt();
         search.look(LoadTip { share: share * k, frequency, damping: screened.shape.value("z").min(0.03) });
@@ -104,11 +104,11 @@ pub fn with_friction(
     f.reset(&f.q.clone());
     let shape = LawShape::new("motor-friction", "level", &[]);
     let law = law_of("motor-friction");
-    let made = law.and_then(|l| EffectCandidate::new(l, &along_joint(f, sizes), shape.clone()));
-    let mut all: Vec<EffectCandidate> = made.into_iter().collect();
+    let made = law.and_then(|l| ScreenedShape::new(l, &along_joint(f, sizes), shape.clone()));
+    let mut all: Vec<ScreenedShape> = made.into_iter().collect();
     let q = f.q.clone();
-    Screening::new(f, &[]).look(f, &mut all, &bank(&q, &[1.0, 0.1]));
-    let Some(found) = all.into_iter().find(EffectCandidate::is_possible) else { return Vec::new() };
+    Screening::of_joint(f, &[]).look(f, &mut all, &bank(&q, &[1.0, 0.1]));
+    let Some(found) = all.into_iter().find(ScreenedShape::is_possible) else { return Vec::new() };
     let mut out = Vec::new();
     for k in [1.0, 0.5] {
         let unit = f.plant.usual_force();

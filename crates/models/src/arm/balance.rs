@@ -24,11 +24,18 @@ pub(super) struct ArmForces<T> {
 
 impl PlanarManipulator {
     pub(super) fn motion<'a, T: Scalar>(&self, at: &At<'a, T>) -> ArmMotion<'a, T> {
+        let mut motion = ArmMotion::unmoved(at);
+        self.move_to(at, &mut motion);
+        motion
+    }
+    /// [`Self::motion`] in place: what is returned is copied.
+    pub(super) fn move_to<'a, T: Scalar>(&self, at: &At<'a, T>, motion: &mut ArmMotion<'a, T>) {
         let n = self.links();
         let (q, rest) = at.x.split_at(self.dofs());
         let v = &rest[..self.dofs()];
-        let chain = self.chain(at.p);
-        let turned = chain.turned(q, v);
+        (motion.q, motion.v) = (q, v);
+        motion.chain = self.chain(at.p);
+        motion.turned = motion.chain.turned(q, v);
         let base = BaseMotion {
             t: at.t,
             position: [q[0], q[1]],
@@ -36,7 +43,7 @@ impl PlanarManipulator {
             velocity: [v[0], v[1]],
             rate: v[2],
         };
-        let mut drives = [DriveTrain::default(); MAX_LINKS];
+        let ArmMotion { turned, drives, .. } = motion;
         for j in 0..n {
             let (motor, joint) = (self.motor(j), 3 + j);
             let command = at.u[input::joint_torque(n) + j];
@@ -67,19 +74,22 @@ impl PlanarManipulator {
                 d.levels = self.levels(at, j, d, friction::direction(SMOOTH, d.omega));
             }
         }
-        ArmMotion { q, v, chain, turned, drives }
     }
 
     /// M* + J* (ARM-2, ARM-5, ARM-6).
     pub(super) fn mass<T: Scalar>(&self, p: &[T], motion: &ArmMotion<T>) -> Symmetric<T> {
-        let n = self.links();
         let mut m = Symmetric::zero();
-        motion.chain.add_mass(&motion.turned, &mut m);
+        self.add_mass(p, motion, &mut m);
+        m
+    }
+    /// The same into a matrix of zeros: a matrix that is returned is copied.
+    fn add_mass<T: Scalar>(&self, p: &[T], motion: &ArmMotion<T>, m: &mut Symmetric<T>) {
+        let n = self.links();
+        motion.chain.add_mass(&motion.turned, m);
         for j in 0..n {
             let share = rotor::share(p[parameter::motor_coupling(n)], p[parameter::gear_ratio(n) + j]);
-            rotor::add_inertia(&mut m, j, self.motor(j), p[parameter::motor_inertia(n) + j], share);
+            rotor::add_inertia(m, j, self.motor(j), p[parameter::motor_inertia(n) + j], share);
         }
-        m
     }
 
     pub(super) fn spring<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>) -> Spring<T> {
@@ -186,7 +196,8 @@ impl PlanarManipulator {
         force: &[T],
     ) -> ArmForces<T> {
         let n = self.links();
-        let mass = self.mass(at.p, motion);
+        let mut mass = Symmetric::zero();
+        self.add_mass(at.p, motion, &mut mass);
         let mut springs = [Spring::default(); MAX_LINKS];
         let mut f = self.forces(at, motion, &mass, &mut springs);
         f[self.fixed_rows()..].iter_mut().zip(force).for_each(|(own, more)| *own += *more);

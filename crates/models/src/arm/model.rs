@@ -281,7 +281,8 @@ impl PlanarManipulator {
 
     /// The same with forces on the rows that a base has free, in their order, N and N.m; empty: none.
     pub(super) fn rates_under<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], force: &[T], dx: &mut [T]) {
-        let motion = self.motion(&at);
+        let mut motion = ArmMotion::unmoved(&at);
+        self.move_to(&at, &mut motion);
         let b = self.balance_led(&at, &motion, led, force);
         dx[..self.dofs].copy_from_slice(motion.v);
         dx[..self.fixed_rows()].fill(T::zero());

@@ -4,6 +4,9 @@ use super::MAX_DOFS;
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
+/// Rows of usual arms.
+const USUAL_ROWS: usize = 9;
+
 /// A symmetric matrix; the lower triangle, row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Symmetric<T> {
@@ -42,8 +45,16 @@ impl<T: Scalar> Symmetric<T> {
     /// # Errors
     /// The first row that shows M not to be positive definite; the solution is NaN then.
     pub fn solve(&self, free: &[usize], b: &mut [T]) -> Result<(), usize> {
+        // Clearing the largest matrix costs more than the solution of a usual one.
+        if free.len() <= USUAL_ROWS {
+            self.solve_in(&mut [T::zero(); USUAL_ROWS * USUAL_ROWS], free, b)
+        } else {
+            self.solve_in(&mut [T::zero(); MAX_DOFS * MAX_DOFS], free, b)
+        }
+    }
+    fn solve_in(&self, factors: &mut [T], free: &[usize], b: &mut [T]) -> Result<(), usize> {
         let n = free.len();
-        let (mut factors, mut rhs) = ([T::zero(); MAX_DOFS * MAX_DOFS], [T::zero(); MAX_DOFS]);
+        let mut rhs = [T::zero(); MAX_DOFS];
         for (i, row) in free.iter().enumerate() {
             rhs[i] = b[*row];
             for (j, column) in free[..=i].iter().enumerate() {

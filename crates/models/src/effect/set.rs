@@ -246,6 +246,9 @@ impl EffectSet {
     }
     /// Rates of the states at a joint into the plant's `dx`.
     pub fn rates<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>, s: &Spring<T>, dx: &mut [T]) {
+        if self.placed.is_empty() {
+            return;
+        }
         let mut d = DriveTrain { torque: d.command, ..*d };
         for e in self.at_joint(joint) {
             let l = e.local(at, joint);

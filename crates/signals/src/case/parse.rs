@@ -8,10 +8,10 @@ use super::Case;
 use crate::error::{SignalsError, verdict};
 use crate::finding::{Finding, FindingKind};
 use crate::keys;
-use crate::names::{base_name, suggestion};
+use crate::names::{base_name, names_recording, suggestion};
 use crate::read::columns::rules;
 use crate::read::toml::{TomlReader, text};
-use crate::read::{doubts, names_recording, parameters};
+use crate::read::{doubts, parameters};
 use crate::variable::{SignalVariable, VariableRole};
 
 impl Case {

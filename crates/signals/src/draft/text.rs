@@ -132,7 +132,8 @@ impl DraftText<'_> {
         let has = |name: &str| self.columns.iter().flatten().any(|a| a.variable == name);
         let missing: Vec<_> = drives.filter(|v| !has(&v.name)).collect();
         let mut columns = self.logs.iter().flat_map(|l| &l.columns);
-        let reference = columns.find(|c| c.meaning.command && c.meaning.quantity == Some(Quantity::Angle));
+        let angle = |q: Option<Quantity>| matches!(q, Some(Quantity::Angle | Quantity::Position));
+        let reference = columns.find(|c| c.meaning.command && angle(c.meaning.quantity));
         if let Some(command) = reference
             && !missing.is_empty()
         {

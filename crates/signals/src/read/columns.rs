@@ -3,12 +3,11 @@
 use glob::Pattern;
 use toml::de::{DeTable, DeValue};
 
-use super::names_recording;
 use super::toml::{TomlNode, TomlReader};
 use crate::columns::{ColumnMapping, ColumnRule, Columns};
 use crate::finding::FindingKind;
 use crate::keys;
-use crate::names::{base_name, suggestion};
+use crate::names::{base_name, names_recording, suggestion};
 use crate::unit::SignalUnit;
 use crate::variable::{SignalVariable, VariableRole};
 

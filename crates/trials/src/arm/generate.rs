@@ -75,21 +75,25 @@ fn one(split: TrialSplit, seed: u64, index: usize, turn: usize, d: &mut SeededDr
         base.flexible[0] = false;
     }
     let (mut effects, mut left) = (Vec::new(), 1.0);
+    // The first two runs with the effects so far; with more than one effect they are not known.
+    let mut first = plain;
     for c in &choices {
         let target = d.log(weakest, strongest);
-        let (effect, reached) = size(&s, base, c, &floor, target)?;
-        if reached < 0.85 * weakest || reached > 1.6 * strongest {
+        let sized = size(&s, base, c, &floor, target)?;
+        if sized.ratio < 0.85 * weakest || sized.ratio > 1.6 * strongest {
             return None;
         }
-        left = reached;
-        effects.push(effect);
+        left = sized.ratio;
+        first = if effects.is_empty() { sized.runs } else { Vec::new() };
+        effects.push(sized.effect);
     }
-    let all: Vec<usize> = (0..s.motions.len()).collect();
-    let runs = s.runs(values, &effects, &all);
+    let rest: Vec<usize> = (first.len()..s.motions.len()).collect();
+    let mut runs = first;
+    runs.extend(s.runs(values, &effects, &rest));
     if !finite(&runs) {
         return None;
     }
-    if !effects.is_empty() {
+    if effects.len() > 1 {
         left = ratio(&s, &values, base, &effects, &runs[..2], &floor, ALL);
         if left.is_nan() || left < 0.8 * weakest {
             return None;

@@ -8,6 +8,7 @@ mod rig;
 mod run;
 mod scene;
 mod size;
+mod solve;
 mod state;
 mod write;
 

@@ -1,14 +1,11 @@
 //! A satellite with an arm of three links, floating in the plane (file 000), by Jacobians of every body's centre of
 //! mass: M = sum of J' m J, what is left at zero acceleration by recursion.
 
-use nalgebra::{SMatrix, SVector};
-
 use super::law::{ArmLaw, ArmLawEffect};
+use super::solve::{TrialMatrix, TrialVector, factor, solve};
 pub(crate) use super::state::{ArmState, COORDINATES, LINKS};
 use crate::slip::Slip;
 
-type TrialMatrix = SMatrix<f64, COORDINATES, COORDINATES>;
-type TrialVector = SVector<f64, COORDINATES>;
 type PlanarPoint = [f64; 2];
 
 /// Parameters that the case may declare known.
@@ -47,8 +44,7 @@ pub(crate) const TEST_BED: ArmValues = ArmValues {
     flexible: [true, false, false],
 };
 
-fn turn(angle: f64, a: PlanarPoint) -> PlanarPoint {
-    let (s, c) = angle.sin_cos();
+fn turn((s, c): (f64, f64), a: PlanarPoint) -> PlanarPoint {
     [c * a[0] - s * a[1], s * a[0] + c * a[1]]
 }
 fn plus(a: PlanarPoint, b: PlanarPoint) -> PlanarPoint {
@@ -61,6 +57,30 @@ struct BodyPoint {
     at: PlanarPoint,
     columns: [PlanarPoint; COORDINATES],
     left: PlanarPoint,
+}
+
+/// Where the bodies are and how they turn: sine and cosine of their attitude, its rate, their first joint and its
+/// acceleration when no coordinate accelerates.
+struct ArmPose {
+    turned: [(f64, f64); LINKS + 1],
+    spin: [f64; LINKS + 1],
+    pivot: [PlanarPoint; LINKS + 1],
+    left: [PlanarPoint; LINKS + 1],
+}
+
+impl ArmPose {
+    /// The point `own` of body `body`.
+    fn spot(&self, body: usize, own: PlanarPoint) -> BodyPoint {
+        let (arm, spin) = (turn(self.turned[body], own), self.spin[body]);
+        let at = plus(self.pivot[body], arm);
+        let left = plus(self.left[body], [-spin * spin * arm[0], -spin * spin * arm[1]]);
+        let mut columns = [[0.0; 2]; COORDINATES];
+        (columns[0], columns[1]) = ([1.0, 0.0], [0.0, 1.0]);
+        for k in 0..=body {
+            columns[2 + k] = [-(at[1] - self.pivot[k][1]), at[0] - self.pivot[k][0]];
+        }
+        BodyPoint { at, columns, left }
+    }
 }
 
 /// The arm with what its simulation lacks.
@@ -83,29 +103,32 @@ impl TrialArm {
         if self.values.flexible[j] { 3 + LINKS + j } else { 3 + j }
     }
 
-    fn spot(&self, x: &ArmState, body: usize, own: PlanarPoint) -> BodyPoint {
+    /// How many coordinates count: behind them are motors of rigid joints only.
+    fn counted(&self) -> usize {
+        let last = self.values.flexible.iter().rposition(|spring| *spring);
+        3 + LINKS + last.map_or(0, |j| j + 1)
+    }
+
+    fn pose(&self, x: &ArmState) -> ArmPose {
         let v = &self.values;
         let rate = |k: usize| x[COORDINATES + 2 + k];
         let (mut angle, mut spin) = (x[2], rate(0));
-        let mut pivots = [[x[0], x[1]]; LINKS + 1];
         let (mut at, mut left) = ([x[0], x[1]], [0.0, 0.0]);
-        for k in 1..=body {
-            let arm = turn(angle, if k == 1 { v.mount } else { [v.length[k - 2], 0.0] });
+        let mut pose = ArmPose {
+            turned: [angle.sin_cos(); LINKS + 1],
+            spin: [spin; LINKS + 1],
+            pivot: [at; LINKS + 1],
+            left: [left; LINKS + 1],
+        };
+        for k in 1..=LINKS {
+            let arm = turn(pose.turned[k - 1], if k == 1 { v.mount } else { [v.length[k - 2], 0.0] });
             at = plus(at, arm);
             left = plus(left, [-spin * spin * arm[0], -spin * spin * arm[1]]);
-            pivots[k] = at;
             angle += x[2 + k];
             spin += rate(k);
+            (pose.turned[k], pose.spin[k], pose.pivot[k], pose.left[k]) = (angle.sin_cos(), spin, at, left);
         }
-        let arm = turn(angle, own);
-        at = plus(at, arm);
-        left = plus(left, [-spin * spin * arm[0], -spin * spin * arm[1]]);
-        let mut columns = [[0.0; 2]; COORDINATES];
-        (columns[0], columns[1]) = ([1.0, 0.0], [0.0, 1.0]);
-        for k in 0..=body {
-            columns[2 + k] = [-(at[1] - pivots[k][1]), at[0] - pivots[k][0]];
-        }
-        BodyPoint { at, columns, left }
+        pose
     }
 
     fn bodies(&self, t: f64) -> [(f64, f64, PlanarPoint); LINKS + 1] {
@@ -120,34 +143,35 @@ impl TrialArm {
         all
     }
 
-    /// Tip of the last link: position and Jacobian columns.
-    fn tip(&self, x: &ArmState) -> BodyPoint {
-        self.spot(x, LINKS, [self.values.length[LINKS - 1], 0.0])
-    }
-
-    /// Mass matrix, generalized forces of the motion, momentum of every body about the origin.
-    fn inertia(&self, t: f64, x: &ArmState) -> (TrialMatrix, TrialVector) {
-        let (mut m, mut f) = (TrialMatrix::zeros(), TrialVector::zeros());
+    /// Mass matrix (on and below its diagonal) and generalized forces of the motion.
+    fn inertia(&self, t: f64, pose: &ArmPose) -> (TrialMatrix, TrialVector) {
+        let mut m: TrialMatrix = [[0.0; COORDINATES]; COORDINATES];
+        let mut f: TrialVector = [0.0; COORDINATES];
         let field = self.effects.iter().fold([0.0; 2], |a, e| plus(a, e.field()));
         for (body, (mass, inertia, own)) in self.bodies(t).into_iter().enumerate() {
-            let s = self.spot(x, body, own);
-            for i in 0..=2 + body {
-                let a = s.columns[i];
-                f[i] -= mass * (a[0] * (s.left[0] - field[0]) + a[1] * (s.left[1] - field[1]));
-                for j in 0..=2 + body {
-                    let b = s.columns[j];
-                    m[(i, j)] += mass * (a[0] * b[0] + a[1] * b[1]);
-                    if i >= 2 && j >= 2 {
-                        m[(i, j)] += inertia;
+            let s = pose.spot(body, own);
+            let last = 2 + body;
+            for j in 0..=last {
+                let b = s.columns[j];
+                f[j] -= mass * (b[0] * (s.left[0] - field[0]) + b[1] * (s.left[1] - field[1]));
+                for (i, a) in s.columns.iter().enumerate().take(last + 1).skip(j) {
+                    m[j][i] += mass * (a[0] * b[0] + a[1] * b[1]);
+                    if j >= 2 {
+                        m[j][i] += inertia;
                     }
                 }
             }
         }
         for j in 0..LINKS {
             let row = self.rotor(j);
-            m += row * row.transpose() * self.values.motor_inertia[j];
+            let those = || (2..=2 + j).chain([self.motor(j)]);
+            for b in those() {
+                for a in those().filter(|a| *a >= b) {
+                    m[b][a] += row[a] * row[b] * self.values.motor_inertia[j];
+                }
+            }
             if !self.values.flexible[j] {
-                m[(3 + LINKS + j, 3 + LINKS + j)] = 1.0;
+                m[3 + LINKS + j][3 + LINKS + j] = 1.0;
             }
         }
         (m, f)
@@ -155,7 +179,7 @@ impl TrialArm {
 
     /// Rate of a rotor as it counts in the energy: share of its carrier's rate plus its own.
     fn rotor(&self, j: usize) -> TrialVector {
-        let mut row = TrialVector::zeros();
+        let mut row = [0.0; COORDINATES];
         let share = if self.values.paper { 1.0 } else { 1.0 / self.values.gear_ratio };
         for k in 0..=j {
             row[2 + k] = share;
@@ -186,8 +210,9 @@ impl TrialArm {
     }
 
     /// Rates under joint torques `past(joint, t)`.
-    pub(crate) fn rates(&self, t: f64, x: &ArmState, past: &dyn Fn(usize, f64) -> f64) -> ArmState {
-        let (mut m, mut f) = self.inertia(t, x);
+    pub(crate) fn rates(&self, t: f64, x: &ArmState, past: impl Fn(usize, f64) -> f64) -> ArmState {
+        let pose = self.pose(x);
+        let (mut m, mut f) = self.inertia(t, &pose);
         for j in 0..LINKS {
             let (motor, q) = (self.motor(j), 3 + j);
             let omega = x[COORDINATES + motor];
@@ -211,15 +236,17 @@ impl TrialArm {
                 f[q] += e.joint(t, x, s);
             }
         }
-        let tip = self.tip(x);
         let at = 2 * COORDINATES;
         let mut own = [0.0; 2];
         for (e, s) in self.effects.iter().zip(&self.slips) {
             let (force, moment) = e.base(t, x, s);
             (f[0], f[1], f[2]) = (f[0] + force[0], f[1] + force[1], f[2] + moment);
             let push = e.tip(t);
-            for i in 0..=2 + LINKS {
-                f[i] += tip.columns[i][0] * push[0] + tip.columns[i][1] * push[1];
+            if push != [0.0; 2] {
+                let tip = pose.spot(LINKS, [self.values.length[LINKS - 1], 0.0]);
+                for i in 0..=2 + LINKS {
+                    f[i] += tip.columns[i][0] * push[0] + tip.columns[i][1] * push[1];
+                }
             }
             if let Some((inertia, w, ratio)) = e.appendage() {
                 // A body turning on a spring: J (dd eta + dd q_0) = -spring.
@@ -232,37 +259,48 @@ impl TrialArm {
             f[3 + LINKS + j] = 0.0;
         }
         // Not positive definite: NaN, and the case is drawn again.
-        let a = m.cholesky().map_or_else(|| TrialVector::repeat(f64::NAN), |c| c.solve(&f));
-        m.fill(0.0);
-        let mut dx = [0.0; 2 * COORDINATES + 2];
-        for i in 0..COORDINATES {
-            dx[i] = x[COORDINATES + i];
-            dx[COORDINATES + i] = a[i];
+        let n = self.counted();
+        if factor(&mut m, n) {
+            solve(&m, n, &mut f)
+        } else {
+            f = [f64::NAN; COORDINATES]
         }
+        let mut dx = [0.0; 2 * COORDINATES + 2];
+        dx[..COORDINATES].copy_from_slice(&x[COORDINATES..2 * COORDINATES]);
+        dx[COORDINATES..2 * COORDINATES].copy_from_slice(&f[..COORDINATES]);
         for j in (0..LINKS).filter(|j| !self.values.flexible[*j]) {
             (dx[3 + LINKS + j], dx[COORDINATES + 3 + LINKS + j]) = (0.0, 0.0);
         }
         if own[0] > 0.0 {
             dx[at] = x[at + 1];
-            dx[at + 1] = -own[1] / own[0] - a[2];
+            dx[at + 1] = -own[1] / own[0] - f[2];
         }
         dx
     }
 
     /// Inertia about motor `j` with everything else free, for a controller.
     pub(crate) fn felt(&self, x: &ArmState, j: usize) -> f64 {
-        let (m, _) = self.inertia(0.0, x);
-        let i = self.motor(j);
-        m.cholesky().map_or(1.0, |c| 1.0 / c.inverse()[(i, i)])
+        let (mut m, _) = self.inertia(0.0, &self.pose(x));
+        let (i, n) = (self.motor(j), self.counted());
+        let mut unit = [0.0; COORDINATES];
+        unit[i] = 1.0;
+        if factor(&mut m, n) {
+            solve(&m, n, &mut unit);
+        }
+        1.0 / unit[i]
     }
 
     pub(crate) fn commit(&mut self, x: &ArmState) {
-        let places: Vec<f64> = self.effects.iter().map(|e| e.place(x, self.motor(e.joint))).collect();
-        self.slips.iter_mut().zip(places).for_each(|(s, p)| s.commit(p));
+        self.remember(x, Slip::commit);
     }
     pub(crate) fn rest(&mut self, x: &ArmState) {
-        let places: Vec<f64> = self.effects.iter().map(|e| e.place(x, self.motor(e.joint))).collect();
-        self.slips.iter_mut().zip(places).for_each(|(s, p)| s.rest(p));
+        self.remember(x, Slip::rest);
+    }
+    fn remember(&mut self, x: &ArmState, how: impl Fn(&mut Slip, f64)) {
+        let motor: [usize; LINKS] = std::array::from_fn(|j| self.motor(j));
+        for (e, s) in self.effects.iter().zip(&mut self.slips) {
+            how(s, e.place(x, motor[e.joint]));
+        }
     }
 }
 
@@ -275,7 +313,7 @@ mod tests {
         let (mut p, mut l, mut energy) = ([0.0; 2], 0.0, 0.0);
         let mut spin = 0.0;
         for (body, (mass, inertia, own)) in arm.bodies(0.0).into_iter().enumerate() {
-            let s = arm.spot(x, body, own);
+            let s = arm.pose(x).spot(body, own);
             spin += x[COORDINATES + 2 + body];
             let v = (0..COORDINATES).fold([0.0; 2], |v, i| {
                 plus(v, [s.columns[i][0] * x[COORDINATES + i], s.columns[i][1] * x[COORDINATES + i]])
@@ -328,7 +366,8 @@ mod tests {
         }
         let arm = TrialArm::new(values, Vec::new(), 1.0);
         // All joints but the first locked: strike out their rows.
-        let (m, _) = arm.inertia(0.0, &x);
+        let (m, _) = arm.inertia(0.0, &arm.pose(&x));
+        let m = nalgebra::SMatrix::<f64, COORDINATES, COORDINATES>::from_fn(|i, j| m[i.min(j)][i.max(j)]);
         let a = m.fixed_view::<3, 3>(0, 0).into_owned();
         let c = nalgebra::Vector3::new(m[(0, 3)], m[(1, 3)], m[(2, 3)]);
         let felt = m[(3, 3)] - (c.transpose() * a.try_inverse().unwrap() * c)[(0, 0)];

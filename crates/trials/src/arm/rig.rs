@@ -60,8 +60,9 @@ pub(super) fn attempt(seed: u64, index: usize, d: &mut SeededDraw) -> Option<Tri
             return None;
         }
     }
-    let all: Vec<usize> = (0..s.motions.len()).collect();
-    let runs = s.runs(s.values, &[], &all);
+    let rest: Vec<usize> = (plain.len()..s.motions.len()).collect();
+    let mut runs = plain;
+    runs.extend(s.runs(s.values, &[], &rest));
     if !finite(&runs) {
         return None;
     }

@@ -25,10 +25,10 @@ impl ArmRun {
             at.map_or(self.held[0].1[j], |(_, u)| u[j])
         };
         let along = |k: &ArmState, s: f64| -> ArmState { std::array::from_fn(|i| x[i] + s * k[i]) };
-        let k1 = self.arm.rates(t, x, &past);
-        let k2 = self.arm.rates(t + 0.5 * h, &along(&k1, 0.5 * h), &past);
-        let k3 = self.arm.rates(t + 0.5 * h, &along(&k2, 0.5 * h), &past);
-        let k4 = self.arm.rates(t + h, &along(&k3, h), &past);
+        let k1 = self.arm.rates(t, x, past);
+        let k2 = self.arm.rates(t + 0.5 * h, &along(&k1, 0.5 * h), past);
+        let k3 = self.arm.rates(t + 0.5 * h, &along(&k2, 0.5 * h), past);
+        let k4 = self.arm.rates(t + h, &along(&k3, h), past);
         std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
     }
 

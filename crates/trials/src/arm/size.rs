@@ -7,7 +7,7 @@ use super::run::{ArmRun, at};
 use super::scene::{ArmRecord, ArmScene, finite, index_of, reading};
 use crate::draw::SeededDraw;
 use crate::joint::short;
-use crate::tune::{TuningBench, tune};
+use crate::tune::{TuningBench, TuningPoint, tune};
 
 /// Step of replays, s.
 const COARSE: f64 = 5e-3;
@@ -107,7 +107,13 @@ impl<'a> ArmReplays<'a> {
 }
 
 impl TuningBench for ArmReplays<'_> {
-    fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64> {
+    fn responses(&self, run: usize, points: &[TuningPoint]) -> Vec<Vec<f64>> {
+        points.iter().map(|p| self.response(run, p)).collect()
+    }
+}
+
+impl ArmReplays<'_> {
+    fn response(&self, run: usize, (values, initial): &TuningPoint) -> Vec<f64> {
         let mut v = self.base;
         self.free.iter().zip(values).for_each(|(i, x)| set(&mut v, *i, *x));
         let mut state = [0.0; 2 * COORDINATES + 2];
@@ -189,6 +195,13 @@ pub(super) fn floors(scene: &ArmScene, plain: &[ArmRecord], noise: [f64; LINKS])
     own.iter().zip(carried).map(|(s, c)| s * c.hypot(1.0)).collect()
 }
 
+/// An effect of a chosen size, what a refit leaves of it, and the first two runs with it alone.
+pub(super) struct SizedArmEffect {
+    pub(super) effect: ArmLawEffect,
+    pub(super) ratio: f64,
+    pub(super) runs: Vec<ArmRecord>,
+}
+
 /// The size at which a refit leaves `target` floors, as near as it gets.
 pub(super) fn size(
     s: &ArmScene,
@@ -196,10 +209,10 @@ pub(super) fn size(
     c: &ArmEffectDraw,
     floor: &[f64],
     target: f64,
-) -> Option<(ArmLawEffect, f64)> {
+) -> Option<SizedArmEffect> {
     let wanted = (target * target - 1.0).sqrt();
     let mut size = (c.least * c.most).sqrt();
-    let mut best: Option<(f64, ArmLawEffect, f64)> = None;
+    let mut best: Option<(f64, SizedArmEffect)> = None;
     for _ in 0..7 {
         let effect = ArmLawEffect { law: c.law.clone(), size: short(size), joint: c.joint };
         let one = std::slice::from_ref(&effect);
@@ -214,7 +227,7 @@ pub(super) fn size(
         }
         let miss = (reached / target).ln().abs();
         if best.as_ref().is_none_or(|b| miss < b.0) {
-            best = Some((miss, effect, reached));
+            best = Some((miss, SizedArmEffect { effect, ratio: reached, runs }));
         }
         let excess = (reached * reached - 1.0).max(1e-4).sqrt();
         let next = (size * (wanted / excess).clamp(0.05, 15.0).powf(0.9)).clamp(c.least, c.most);
@@ -223,5 +236,5 @@ pub(super) fn size(
         }
         size = next;
     }
-    best.map(|(_, effect, reached)| (effect, reached))
+    best.map(|(_, sized)| sized)
 }

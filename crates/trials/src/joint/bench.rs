@@ -1,5 +1,6 @@
 //! Runs of one case: recorded with effects, replayed without.
 
+use super::abreast::replay_abreast;
 use super::choice::JointScales;
 use super::drive::{TrialDrive, short};
 use super::law::{JointLaw, JointLawEffect};
@@ -9,7 +10,7 @@ use super::values::{JointState, JointValues};
 use crate::draw::SeededDraw;
 use crate::motion::{Family, ReferenceMotion};
 use crate::sense;
-use crate::tune::{TuningBench, tune};
+use crate::tune::{TuningBench, TuningPoint, tune};
 
 /// Step of the truth and of replays, s.
 const FINE: f64 = 2e-4;
@@ -228,8 +229,9 @@ impl<'a> JointReplays<'a> {
     }
 }
 
-impl TuningBench for JointReplays<'_> {
-    fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64> {
+impl JointReplays<'_> {
+    /// The joint of a point, and where it begins.
+    fn begins(&self, (values, initial): &TuningPoint) -> (JointValues, JointState) {
         let mut all = self.base.list();
         for (i, v) in self.free.iter().zip(values) {
             all[*i] = *v;
@@ -241,14 +243,46 @@ impl TuningBench for JointReplays<'_> {
         if self.rigid {
             (state[2], state[3]) = (state[0] / n, state[1] / n);
         }
+        (values, state)
+    }
+
+    /// Responses at `points`, as many at a time.
+    fn abreast<const L: usize>(&self, run: usize, instants: &[f64], points: &[TuningPoint]) -> Vec<Vec<f64>> {
+        let begins: [_; L] = std::array::from_fn(|l| self.begins(&points[l.min(points.len() - 1)]));
+        let (time, current) = &self.runs[run];
+        let states = begins.map(|b| b.1);
+        let read =
+            replay_abreast(begins.map(|b| b.0), self.rigid, &states, (time, current), COARSE, instants);
+        read.iter().take(points.len()).map(|r| self.by_channel(r.len(), |c, i| r[i][c])).collect()
+    }
+
+    /// One response after the other, with the effects that are known.
+    fn alone(&self, run: usize, instants: &[f64], point: &TuningPoint) -> Vec<f64> {
+        let (values, state) = self.begins(point);
         let (time, current) = &self.runs[run];
         let joint = TrialJoint::new(values, self.rigid, self.known.clone(), time[time.len() - 1]);
         let track = replay(joint, state, time, current, COARSE);
-        let mut y = Vec::with_capacity(self.channels.len() * time.len() / self.every);
-        for (c, channel) in self.channels.iter().enumerate() {
-            y.extend(time.iter().step_by(self.every).map(|t| track.at(*t, *channel) / self.scale[c]));
+        self.by_channel(instants.len(), |c, i| track.at(instants[i], c))
+    }
+
+    /// `count` readings `of(channel, number)` of every channel, divided by its scale.
+    fn by_channel(&self, count: usize, of: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        let channels = self.channels.iter().zip(&self.scale);
+        channels.flat_map(|(c, scale)| (0..count).map(|i| of(*c, i) / scale).collect::<Vec<_>>()).collect()
+    }
+}
+
+impl TuningBench for JointReplays<'_> {
+    fn responses(&self, run: usize, points: &[TuningPoint]) -> Vec<Vec<f64>> {
+        let instants: Vec<f64> = self.runs[run].0.iter().step_by(self.every).copied().collect();
+        if !self.known.is_empty() {
+            return points.iter().map(|p| self.alone(run, &instants, p)).collect();
         }
-        y
+        let some = |points: &[TuningPoint]| match points.len() {
+            1 => self.abreast::<1>(run, &instants, points),
+            _ => self.abreast::<4>(run, &instants, points),
+        };
+        points.chunks(4).flat_map(some).collect()
     }
 }
 

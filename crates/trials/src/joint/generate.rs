@@ -151,21 +151,25 @@ fn attempt_one(
         (truth.coulomb, truth.viscous) = (0.0, 0.0);
     }
     let mut ratio = 1.0;
+    // The first two runs with the effects so far; with more than one effect they are not known.
+    let mut first = plain;
     for c in &choices {
         let target = d.log(weakest, strongest);
-        let (effect, reached) = size(&scene, truth, &believed, c, &floor, target)?;
-        if reached < 0.85 * weakest || reached > 1.6 * strongest {
+        let sized = size(&scene, truth, &believed, c, &floor, target)?;
+        if sized.ratio < 0.85 * weakest || sized.ratio > 1.6 * strongest {
             return None;
         }
-        ratio = reached;
-        effects.push(effect);
+        ratio = sized.ratio;
+        first = if effects.is_empty() { sized.runs } else { Vec::new() };
+        effects.push(sized.effect);
     }
-    let which: Vec<usize> = (0..scene.motions.len()).collect();
-    let runs = scene.run(truth, &effects, &which);
+    let rest: Vec<usize> = (first.len()..scene.motions.len()).collect();
+    let mut runs = first;
+    runs.extend(scene.run(truth, &effects, &rest));
     if runs.iter().any(|r| r.track.state.iter().any(|x| x.iter().any(|v| !v.is_finite()))) {
         return None;
     }
-    if !effects.is_empty() {
+    if effects.len() > 1 {
         ratio = left(&scene, truth, &believed, &effects, &runs[..2], &floor);
         if ratio < 0.8 * weakest {
             return None;

@@ -1,5 +1,6 @@
 //! Cases of a joint.
 
+mod abreast;
 mod bench;
 #[cfg(test)]
 mod check;

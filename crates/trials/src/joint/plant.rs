@@ -51,30 +51,11 @@ impl TrialJoint {
         Self { values, rigid, effects, slips, span }
     }
 
-    /// Torques at time `t` under the current `u`; `past` gives the current at an earlier time.
-    pub(crate) fn torques(
-        &self,
-        t: f64,
-        x: &JointState,
-        mode: StickMode,
-        past: &dyn Fn(f64) -> f64,
-    ) -> Torques {
+    /// Torque of the spring, and by how much the gear's error grows with the motor's angle.
+    pub(crate) fn spring(&self, t: f64, x: &JointState) -> (f64, f64) {
         let v = &self.values;
         let n = v.gear_ratio;
         let (theta, omega) = (x[0], x[1]);
-        // Actuator: what comes late first, then what clips, then what adds.
-        let late: f64 = self.effects.iter().map(|e| e.dead_time()).sum();
-        let mut drive = v.torque_constant * past(t - late);
-        for e in &self.effects {
-            drive = e.lagged(x, drive);
-        }
-        for e in &self.effects {
-            drive = e.clipped(t, drive);
-        }
-        for e in &self.effects {
-            drive += e.on_motor(t, theta);
-        }
-        // Transmission.
         let (mut eps, mut rate, mut slope) = (theta - n * x[2], omega - n * x[3], 0.0);
         for e in &self.effects {
             let (error, de) = e.gear_error(theta);
@@ -95,9 +76,32 @@ impl TrialJoint {
                 spring += s.torque(eps);
             }
         }
-        if self.rigid {
-            spring = 0.0;
+        (if self.rigid { 0.0 } else { spring }, slope)
+    }
+
+    /// Torques at time `t` under the current `u`; `past` gives the current at an earlier time.
+    pub(crate) fn torques(
+        &self,
+        t: f64,
+        x: &JointState,
+        mode: StickMode,
+        past: impl Fn(f64) -> f64,
+    ) -> Torques {
+        let v = &self.values;
+        let (theta, omega) = (x[0], x[1]);
+        // Actuator: what comes late first, then what clips, then what adds.
+        let late: f64 = self.effects.iter().map(|e| e.dead_time()).sum();
+        let mut drive = v.torque_constant * past(t - late);
+        for e in &self.effects {
+            drive = e.lagged(x, drive);
         }
+        for e in &self.effects {
+            drive = e.clipped(t, drive);
+        }
+        for e in &self.effects {
+            drive += e.on_motor(t, theta);
+        }
+        let (spring, slope) = self.spring(t, x);
         // Motor friction.
         let way = match mode {
             StickMode::Slides(d) => d,
@@ -136,10 +140,10 @@ impl TrialJoint {
         t: f64,
         x: &JointState,
         mode: StickMode,
-        past: &dyn Fn(f64) -> f64,
+        past: impl Fn(f64) -> f64,
     ) -> JointState {
         let v = &self.values;
-        let f = self.torques(t, x, mode, past);
+        let f = self.torques(t, x, mode, &past);
         let friction = match mode {
             StickMode::Slides(way) => f.viscous + f.dry * way,
             StickMode::Stuck => 0.0,
@@ -191,7 +195,7 @@ impl TrialJoint {
     }
 
     /// Torque that friction has to hold, and the level up to which it can.
-    pub(crate) fn hold(&self, t: f64, x: &JointState, past: &dyn Fn(f64) -> f64) -> (f64, f64) {
+    pub(crate) fn hold(&self, t: f64, x: &JointState, past: impl Fn(f64) -> f64) -> (f64, f64) {
         let f = self.torques(t, x, StickMode::Stuck, past);
         let load = if self.rigid { self.on_load(t, x) / self.values.gear_ratio } else { 0.0 };
         (f.motor + load, f.held)

@@ -6,7 +6,7 @@ use super::choice::{JointEffectDraw, JointScales, draw_pulses};
 use super::drive::{self, short};
 use super::law::{JointLaw, JointLawEffect};
 use super::scene::{BelievedJoint, JointScene, NominalJoint};
-use super::size::{by_channel, floors, left, overall, size};
+use super::size::{by_channel, floors, overall, size};
 use super::values::{JointValues, NAMES};
 use super::write::{key, write};
 use crate::case::{DeclaredGuess, Moved, TrialCase, TrialSplit};
@@ -104,23 +104,22 @@ pub(super) fn attempt(seed: u64, index: usize, d: &mut SeededDraw) -> Option<Tri
     let noise = current_noise(&plain, d);
     let floor = floors(&scene, values, &plain, noise);
 
-    let choices: Vec<JointEffectDraw> = cause(kind, &scene, &s, d).into_iter().collect();
+    let choice = cause(kind, &scene, &s, d);
     let believed = BelievedJoint { values, rigid: false, frictionless: false };
     let (mut effects, mut ratio) = (Vec::new(), 1.0);
-    for c in &choices {
-        let (effect, _) = size(&scene, values, &believed, c, &floor, d.log(WEAKEST, STRONGEST))?;
-        effects.push(effect);
+    let current =
+        (plain[0].current.iter().map(|u| u * u).sum::<f64>() / plain[0].current.len() as f64).sqrt();
+    let mut runs = plain;
+    if let Some(c) = &choice {
+        let sized = size(&scene, values, &believed, c, &floor, d.log(WEAKEST, STRONGEST))?;
+        (ratio, runs) = (sized.ratio, sized.runs);
+        effects.push(sized.effect);
     }
-    let all: Vec<usize> = (0..scene.motions.len()).collect();
-    let runs = scene.run(values, &effects, &all);
+    let rest: Vec<usize> = (runs.len()..scene.motions.len()).collect();
+    runs.extend(scene.run(values, &effects, &rest));
     if runs.iter().any(|r| r.track.state.iter().any(|x| x.iter().any(|v| !v.is_finite()))) {
         return None;
     }
-    if !effects.is_empty() {
-        ratio = left(&scene, values, &believed, &effects, &runs[..2], &floor);
-    }
-    let current =
-        (plain[0].current.iter().map(|u| u * u).sum::<f64>() / plain[0].current.len() as f64).sqrt();
     let mut off = Off::new(RigKind::Nothing, 0.0, &values, current);
     if DOUBTED.contains(&kind) {
         (off, ratio) = sized(kind, &scene, &runs[..2], &floor, current, d)?;
@@ -136,7 +135,8 @@ pub(super) fn attempt(seed: u64, index: usize, d: &mut SeededDraw) -> Option<Tri
         nominal.doubts.push((LOAD, doubt((off.load / values.load_inertia).ln(), d)));
     }
     let mut case = write(&scene, &effects, &runs, &nominal, &believed, noise, false, d);
-    case.key = key(TrialSplit::Rig, seed, index, &choices, &effects, ratio, values, &values, None, &s);
+    case.key =
+        key(TrialSplit::Rig, seed, index, choice.as_slice(), &effects, ratio, values, &values, None, &s);
     case.key.drive = if scene.drive.small { "harmonic drive" } else { "geared motor" }.into();
     state(&mut case, kind, doubted, off, &values, d);
     if let Some((torque, angle)) = hangs {

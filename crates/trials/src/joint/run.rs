@@ -33,10 +33,14 @@ impl Track {
         if i >= self.time.len() {
             return value(self.time.len() - 1);
         }
-        let (a, b) = (self.time[i - 1], self.time[i]);
-        let s = if b > a { (t - a) / (b - a) } else { 1.0 };
-        value(i - 1) * (1.0 - s) + value(i) * s
+        between((self.time[i - 1], value(i - 1)), (self.time[i], value(i)), t)
     }
+}
+
+/// At `t`, on the line between two instants with their values.
+pub(super) fn between((a, x): (f64, f64), (b, y): (f64, f64), t: f64) -> f64 {
+    let s = if b > a { (t - a) / (b - a) } else { 1.0 };
+    x * (1.0 - s) + y * s
 }
 
 /// A run under way.
@@ -44,7 +48,7 @@ pub(crate) struct JointRun {
     pub(crate) joint: TrialJoint,
     pub(crate) time: f64,
     pub(crate) state: JointState,
-    mode: StickMode,
+    pub(super) mode: StickMode,
     /// Commands held since these instants.
     held: Vec<(f64, f64)>,
     step: f64,
@@ -63,11 +67,18 @@ impl JointRun {
     }
 
     fn note(&mut self) {
-        let spring = self.joint.torques(self.time, &self.state, self.mode, &|s| self.command(s)).spring;
+        let spring = self.joint.spring(self.time, &self.state).0;
         self.track.push(self.time, &self.state, spring);
     }
 
+    /// Only `u` is commanded, and was at all times.
+    pub(super) fn take(&mut self, u: f64) {
+        self.held.clear();
+        self.held.push((self.time, u));
+    }
+
     /// The command that held at `t`.
+    #[inline]
     fn command(&self, t: f64) -> f64 {
         // The newest first: nearly always it is the one.
         let at = self.held.iter().rev().find(|(begin, _)| *begin <= t);
@@ -78,10 +89,10 @@ impl JointRun {
         let (t, x) = (self.time, &self.state);
         let past = |s| self.command(s);
         let along = |k: &JointState, s: f64| -> JointState { std::array::from_fn(|i| x[i] + s * k[i]) };
-        let k1 = self.joint.rates(t, x, mode, &past);
-        let k2 = self.joint.rates(t + 0.5 * h, &along(&k1, 0.5 * h), mode, &past);
-        let k3 = self.joint.rates(t + 0.5 * h, &along(&k2, 0.5 * h), mode, &past);
-        let k4 = self.joint.rates(t + h, &along(&k3, h), mode, &past);
+        let k1 = self.joint.rates(t, x, mode, past);
+        let k2 = self.joint.rates(t + 0.5 * h, &along(&k1, 0.5 * h), mode, past);
+        let k3 = self.joint.rates(t + 0.5 * h, &along(&k2, 0.5 * h), mode, past);
+        let k4 = self.joint.rates(t + h, &along(&k3, h), mode, past);
         std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
     }
 
@@ -90,7 +101,7 @@ impl JointRun {
         match mode {
             StickMode::Slides(way) => x[1] * way,
             StickMode::Stuck => {
-                let (applied, limit) = self.joint.hold(t, x, &|s| self.command(s));
+                let (applied, limit) = self.joint.hold(t, x, |s| self.command(s));
                 limit - applied.abs()
             }
         }
@@ -101,12 +112,13 @@ impl JointRun {
         if self.joint.rigid {
             self.state[3] = 0.0;
         }
-        let (applied, limit) = self.joint.hold(self.time, &self.state, &|s| self.command(s));
+        let (applied, limit) = self.joint.hold(self.time, &self.state, |s| self.command(s));
         self.mode =
             if applied.abs() <= limit { StickMode::Stuck } else { StickMode::Slides(applied.signum()) };
     }
 
-    fn advance(&mut self, mut h: f64) {
+    /// A step of `h` s.
+    pub(super) fn advance(&mut self, mut h: f64) {
         for _ in 0..20 {
             if self.mode == StickMode::Stuck && self.margin(self.time, &self.state, StickMode::Stuck) < 0.0 {
                 self.settle();

@@ -75,6 +75,13 @@ pub(super) fn left(
     overall(&rms, floor, &spread(&scene.drive, runs))
 }
 
+/// An effect of a chosen size, what a refit leaves of it, and the first two runs with it alone.
+pub(super) struct SizedJointEffect {
+    pub(super) effect: JointLawEffect,
+    pub(super) ratio: f64,
+    pub(super) runs: Vec<JointRecord>,
+}
+
 /// The size at which a refit leaves `target` floors, as near as it gets.
 pub(super) fn size(
     scene: &JointScene,
@@ -83,15 +90,11 @@ pub(super) fn size(
     c: &JointEffectDraw,
     floor: &[f64],
     target: f64,
-) -> Option<(JointLawEffect, f64)> {
+) -> Option<SizedJointEffect> {
     let wanted = (target * target - 1.0).sqrt();
     let mut size = (c.least * c.most).sqrt().max(c.least);
-    let mut best: Option<(f64, JointLawEffect, f64)> = None;
+    let mut best: Option<(f64, SizedJointEffect)> = None;
     for _ in 0..7 {
-        let mut truth = truth;
-        if believed.frictionless && c.id != "motor-friction" {
-            truth.coulomb = 0.0;
-        }
         let effect = JointLawEffect::new(c.law.clone(), short(size));
         let runs = scene.run(truth, std::slice::from_ref(&effect), &[0, 1]);
         if runs.iter().any(|r| r.track.state.iter().any(|x| !x[0].is_finite() || !x[2].is_finite())) {
@@ -104,7 +107,7 @@ pub(super) fn size(
         }
         let miss = (ratio / target).ln().abs();
         if best.as_ref().is_none_or(|b| miss < b.0) {
-            best = Some((miss, effect, ratio));
+            best = Some((miss, SizedJointEffect { effect, ratio, runs }));
         }
         if miss < 0.25 || c.least == c.most {
             break;
@@ -116,5 +119,5 @@ pub(super) fn size(
         }
         size = next;
     }
-    best.map(|(_, effect, ratio)| (effect, ratio))
+    best.map(|(_, sized)| sized)
 }

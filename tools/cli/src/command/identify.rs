@@ -5,7 +5,7 @@ mod page;
 pub(crate) mod statics;
 mod table;
 
-use trueup_fmi_import::{Folder, UnpackedFmu, UsedInterface};
+use trueup_fmi_import::{ProcessSurroundings, UnpackedFmu, UsedInterface};
 use trueup_identification::fmu::FmuSubject;
 use trueup_identification::identify::{
     Identified, IdentifyError, IdentifyMethod, IdentifySettings, identify, identify_fmu, json,
@@ -46,16 +46,12 @@ pub(crate) fn fitted(args: &Identify) -> Result<Identified, CliError> {
     let settings = IdentifySettings { method: args.method, profile: !args.fast, design, progress: &progress };
     let (loaded, found) = match args.fmu.as_ref().zip(model) {
         Some((file, model)) => {
-            let folder = Folder::now();
+            let surroundings = ProcessSurroundings::now();
             let loaded = load_for(&args.case, &model)?;
             let found = identify_fmu(&loaded, model, &settings);
-            if let Some(to) = folder.left() {
-                let mend = "it is changed back; give the FMU a process of its own";
-                let to = to.display();
-                return Err(CliError::at(
-                    file,
-                    format!("the FMU changed the working directory to {to}: {mend}"),
-                ));
+            if let Some(what) = surroundings.restored() {
+                let mend = "that is undone; give the FMU a process of its own";
+                return Err(CliError::at(file, format!("the FMU {what}: {mend}")));
             }
             (loaded, found)
         }

@@ -50,7 +50,7 @@ fn simulated(args: &Simulate, plan: MasterPlan) -> Result<(), CliError> {
     // Wherever an FMU leads the process meanwhile.
     let whole = |file: &Option<PathBuf>| file.as_ref().and_then(|f| std::path::absolute(f).ok());
     let (log_file, plot_file) = (whole(&args.log), whole(&args.plot));
-    let (start, stop, told) = (plan.grid.start, plan.grid.stop, plan.notes.len());
+    let (start, stop, before) = (plan.grid.start, plan.grid.stop, plan.notes.len());
     let mut results = Results::create(&args.output).map_err(failed)?;
     let mut memory = args.plot.is_some().then(SeriesMemory::default);
     let plants = if memory.is_some() { crate::moving::plants(&plan) } else { Vec::new() };
@@ -80,12 +80,15 @@ fn simulated(args: &Simulate, plan: MasterPlan) -> Result<(), CliError> {
         trueup_fmi_description::pack::write_file(file, text.as_bytes())
             .map_err(|e| CliError::Failed(e.to_string()))?;
     }
-    for note in log.notes.iter().skip(told) {
+    for note in log.notes.iter().skip(before) {
         voice::note(note);
     }
+    // What an FMU leaves behind acts here at the latest, before results have their name.
+    drop(master);
     match done {
         Ok(log) => {
-            let rows = results.rows();
+            let summary = summary::log(&log);
+            let text = format!("{}: {} rows\n{}", args.output.display(), results.rows(), summary.trim_end());
             results.finish().map_err(failed)?;
             if let (Some(file), Some(memory)) = (&plot_file, &memory) {
                 let title = args.file.file_stem().unwrap_or_default().to_string_lossy();
@@ -93,11 +96,7 @@ fn simulated(args: &Simulate, plan: MasterPlan) -> Result<(), CliError> {
                 trueup_fmi_description::pack::write_file(file, html.as_bytes())
                     .map_err(|e| CliError::Failed(e.to_string()))?;
             }
-            crate::voice::line(&format!(
-                "{}: {rows} rows\n{}",
-                args.output.display(),
-                summary::log(&log).trim_end()
-            ));
+            voice::line(&text);
             Ok(())
         }
         Err(e) => {

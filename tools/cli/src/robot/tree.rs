@@ -203,22 +203,27 @@ pub(super) fn assemble(
     links: &[FileLink],
     joints: &[FileJoint],
 ) -> Result<TreeRobot, FileFault> {
+    let ground = root.name == WORLD;
+    let mut base_link = root.name.as_str();
     let mut base = gather(&root.name, links, joints);
-    // A world that carries a robot which floats is no part of it.
-    if base.rigid.mass == 0.0
+    let mut bolted = ground && joints.iter().any(|j| j.parent == WORLD && j.kind == FileJointKind::Fixed);
+    // A world that carries a robot which floats is no part of it, nor is what is fixed to it.
+    if (base.rigid.mass == 0.0 || ground)
         && let [(only, _)] = base.joints[..]
         && only.kind == FileJointKind::Floating
     {
-        base = gather(&only.child, links, joints);
+        base_link = &only.child;
+        base = gather(base_link, links, joints);
+        bolted = false;
+        if base.rigid.mass <= 0.0 {
+            return Err(massless(&only.child, only.line, links));
+        }
     }
-    let bolted =
-        root.name == WORLD && joints.iter().any(|j| j.parent == WORLD && j.kind == FileJointKind::Fixed);
     let held = base.rigid.mass == 0.0 || bolted;
     let (base_mass, center, base_inertia) =
         if held { (1.0, [0.0; 3], identity()) } else { central(&base.rigid) };
     let floats = (!held).then(|| {
-        let name = &root.name;
-        format!("no link is bolted down: the base (`{name}`, {base_mass} kg) floats; --held holds it, as does a root link `{WORLD}` to which it is fixed")
+        format!("no link is bolted down: the base (`{base_link}`, {base_mass} kg) floats; --held holds it, as does a root link `{WORLD}` to which it is fixed")
     });
     let design = RobotDesign {
         name: name.to_owned(),
@@ -258,9 +263,7 @@ pub(super) fn assemble(
         }
         let body = gather(&joint.child, links, joints);
         if body.rigid.mass <= 0.0 {
-            let line = links.iter().find(|b| b.name == joint.child).map_or(joint.line, |b| b.line);
-            let why = "it moves and has no mass; give it an <inertial> with <mass> and <inertia>";
-            return Err((line, format!("link `{}`: {why}", joint.child)));
+            return Err(massless(&joint.child, joint.line, links));
         }
         let (mass, center_of_mass, inertia) = central(&body.rigid);
         let prismatic = joint.kind == FileJointKind::Prismatic;
@@ -288,6 +291,11 @@ pub(super) fn assemble(
         body.joints.iter().rev().for_each(|(j, f)| rest.push((own, *j, *f)));
     }
     Ok(made)
+}
+
+fn massless(link: &str, joint: u32, links: &[FileLink]) -> FileFault {
+    let line = links.iter().find(|b| b.name == link).map_or(joint, |b| b.line);
+    (line, format!("link `{link}`: it moves and has no mass; give it an <inertial> with mass and inertia"))
 }
 
 /// An inertia that turns with a joint and that its carrier does not see: a rotor behind a gear of endless ratio.

@@ -93,7 +93,7 @@ impl TrajectoryFrame {
         let mut before = f64::NEG_INFINITY;
         for round in 0..rounds {
             let laws = make(self);
-            let (mut columns, mut priors) = self.nuisances()?;
+            let (mut columns, mut priors) = self.nuisances();
             let nuisances = columns.len();
             if held {
                 priors.deviation.iter_mut().for_each(|d| *d *= HELD);

@@ -150,7 +150,8 @@ impl TrajectoryFrame {
         let none = LawTangent::new();
         self.parameter_columns = None;
         for (k, run) in self.runs.iter_mut().enumerate() {
-            run.linearise(&self.plant, &self.theta, &self.outputs, laws.get(k).unwrap_or(&none))?;
+            let laws = laws.get(k).unwrap_or(&none);
+            run.linearise(&self.plant, &self.theta, &self.outputs, &self.white, laws)?;
         }
         Ok(())
     }
@@ -164,14 +165,10 @@ impl TrajectoryFrame {
         let run = &self.runs[recording];
         let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
         let size = 3 * n + channels;
-        let noise = |step: &PlantStep| {
+        let noise = |(step, pushed): (&PlantStep, &Vec<f64>)| {
             let mut noise = vec![0.0; size * size];
-            for i in 0..2 * n {
-                for j in 0..=i {
-                    let (a, b) = (&step.b[n * i..n * (i + 1)], &step.b[n * j..n * (j + 1)]);
-                    let sum: f64 = (0..n).map(|k| self.white[k] * a[k] * b[k]).sum();
-                    (noise[size * i + j], noise[size * j + i]) = (sum, sum);
-                }
+            for (to, from) in noise.chunks_mut(size).zip(pushed.chunks(2 * n)) {
+                to[..2 * n].copy_from_slice(from);
             }
             for (k, q) in (2 * n..size).zip(q) {
                 let kept = step.a[(size + 1) * k];
@@ -188,7 +185,7 @@ impl TrajectoryFrame {
         };
         FilterInput {
             steps: &run.linear.steps,
-            noise: run.linear.steps.iter().map(noise).collect(),
+            noise: run.linear.steps.iter().zip(&run.linear.noise).map(noise).collect(),
             order: StepOrder::Own(nodes),
             unknown: &[],
             unknown_on: (0, 0),
@@ -218,29 +215,23 @@ impl TrajectoryFrame {
     }
 
     /// Columns of the unknown parameters along the present trajectories.
-    ///
-    /// # Errors
-    /// [`TrajectoryError::Singular`].
-    pub fn parameter_columns(&mut self) -> Result<Rc<Vec<FilterColumn>>, TrajectoryError> {
+    pub fn parameter_columns(&mut self) -> Rc<Vec<FilterColumn>> {
         if let Some(found) = &self.parameter_columns {
-            return Ok(found.clone());
+            return found.clone();
         }
         let mut columns: Vec<FilterColumn> = vec![Vec::new(); self.unknown.len()];
         for run in &self.runs {
-            let parts = run.columns_of(&self.plant, &self.theta, &self.unknown)?;
+            let parts = run.columns_of(&self.plant, &self.theta, &self.unknown);
             columns.iter_mut().zip(parts).for_each(|(c, part)| c.push(part));
         }
         let columns = Rc::new(columns);
         self.parameter_columns = Some(columns.clone());
-        Ok(columns)
+        columns
     }
 
     /// Columns of all that is refitted with every hypothesis, with their priors: parameters, gains and offsets.
-    ///
-    /// # Errors
-    /// [`TrajectoryError::Singular`].
-    pub fn nuisances(&mut self) -> Result<(Vec<FilterColumn>, AmplitudePriors), TrajectoryError> {
-        let mut columns = self.parameter_columns()?.to_vec();
+    pub fn nuisances(&mut self) -> (Vec<FilterColumn>, AmplitudePriors) {
+        let mut columns = self.parameter_columns().to_vec();
         let mut priors = AmplitudePriors {
             mean: self.unknown.iter().map(|u| u.mean_at(&self.theta)).collect(),
             deviation: self.unknown.iter().map(|u| u.deviation).collect(),
@@ -250,7 +241,7 @@ impl TrajectoryFrame {
             columns.push(self.scale_column(*scale));
             priors = priors.with(&[0.0], &[*deviation]);
         }
-        Ok((columns, priors))
+        (columns, priors)
     }
 
     fn scale_column(&self, scale: DoubtedScale) -> FilterColumn {
@@ -334,12 +325,9 @@ impl TrajectoryFrame {
 
     /// Forces and reading errors of columns at these amplitudes, one entry a recording.
     pub fn own_forces(&self, columns: &[FilterColumn], amplitudes: &[f64]) -> Vec<OwnForces> {
-        let one = |(k, run): (usize, &TrajectoryRun)| {
-            let mut own = OwnForces::none(self.coordinates(), self.channels(), run.nodes.len());
-            columns.iter().zip(amplitudes).for_each(|(c, a)| own.add(&c[k], *a));
-            own
-        };
-        self.runs.iter().enumerate().map(one).collect()
+        let sizes = |nodes: usize| [self.coordinates(), self.channels(), nodes];
+        let runs = self.runs.iter().enumerate();
+        runs.map(|(k, r)| OwnForces::of(columns, amplitudes, k, sizes(r.nodes.len()))).collect()
     }
 
     /// Smoothed deviations from the trajectories with these gains, with `extra` in addition.

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use trueup_numerics::hybrid::At;
-use trueup_numerics::linear::{lu_factor, lu_solve};
 use trueup_numerics::{Dual, Scalar};
-use trueup_plant::{CoordinateKind, LANES, Lanes, Plant, PlantTangent, force_of_changes, tangent};
+use trueup_plant::{CoordinateKind, InverseMass, LANES, Lanes, Plant, PlantError};
 
 use crate::innovations::intake::UnfitRecording;
+
+/// Least cosine between the effects of an input and of a force that are the same.
+const PARALLEL: f64 = 0.999;
 
 /// A plant or its recordings, along which no trajectory can be had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -140,7 +142,7 @@ impl TrajectoryPlant {
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let cosine = |f: &Vec<f64>| dot(f, &own) / (dot(f, f) * dot(&own, &own)).sqrt();
             let best = (0..n).max_by(|a, b| cosine(&forces[*a]).total_cmp(&cosine(&forces[*b])));
-            let best = best.filter(|k| cosine(&forces[*k]) > 0.999);
+            let best = best.filter(|k| cosine(&forces[*k]) > PARALLEL);
             drives.push(best.ok_or_else(|| TrajectoryError::Drive {
                 model: self.plant.model().to_owned(),
                 input: self.plant.table().inputs[self.plant.table().driving[j]].name.clone(),
@@ -175,50 +177,39 @@ impl TrajectoryPlant {
         self.places[self.coordinates()..].iter().map(|k| dx[*k]).collect()
     }
 
-    /// Tangent of the accelerations: by coordinates and rates (n x 2n), by forces (n x n: the inverse of the mass matrix).
+    /// Tangent of the accelerations: by coordinates and rates (n x 2n), and by forces: the inverse of the mass matrix.
     ///
     /// # Errors
     /// [`TrajectoryError::Singular`].
-    pub fn tangent(&self, at: TrajectoryPoint<'_>, force: &[f64]) -> Result<[Vec<f64>; 2], TrajectoryError> {
-        let found = self.ask(at, |at| tangent(&*self.plant, at, force, &[]));
-        let PlantTangent { by_state, by_force } = found.map_err(|e| TrajectoryError::Singular(e.0))?;
-        let (n, states) = (self.coordinates(), self.fixed.len());
-        let rows = &self.places[n..];
-        let by = |k: &usize| self.places.iter().map(|c| by_state[states * k + c]).collect::<Vec<_>>();
-        let by_force = rows.iter().flat_map(|k| by_force[n * k..n * (k + 1)].to_vec()).collect();
-        Ok([rows.iter().flat_map(by).collect(), by_force])
+    pub fn tangent(
+        &self,
+        at: TrajectoryPoint<'_>,
+        force: &[f64],
+    ) -> Result<(Vec<f64>, InverseMass), TrajectoryError> {
+        let found = self.ask(at, |at| InverseMass::with_tangent(&*self.plant, at, force, &self.places));
+        found.map(|(inverse, by_state)| (by_state, inverse)).map_err(singular)
     }
 
     /// Forces that have the effect of a change of each parameter by so many of its units, at the model's own accelerations: rows of
-    /// coordinates.
-    ///
-    /// # Errors
-    /// [`TrajectoryError::Singular`].
+    /// coordinates. `inverse`: of the mass matrix there.
     pub fn sensitivity(
         &self,
         at: TrajectoryPoint<'_>,
         force: &[f64],
         changes: &[(usize, f64)],
-    ) -> Result<Vec<f64>, TrajectoryError> {
-        let found = self.ask(at, |at| force_of_changes(&*self.plant, at, force, changes));
-        found.map_err(|e| TrajectoryError::Singular(e.0))
+        inverse: &InverseMass,
+    ) -> Vec<f64> {
+        self.ask(at, |at| inverse.force_of_changes(&*self.plant, at, force, changes))
     }
 
-    /// Mass matrix (n x n) by the model's answer to forces.
+    /// Inverse of the mass matrix by the model's answer to forces.
     ///
     /// # Errors
     /// [`TrajectoryError::Singular`].
-    pub fn mass_matrix(&self, theta: &[f64], state: &[f64]) -> Result<Vec<f64>, TrajectoryError> {
-        let n = self.coordinates();
-        let factors = self.factors(theta, state)?;
-        let mut mass = vec![0.0; n * n];
-        for k in 0..n {
-            let mut column = vec![0.0; n];
-            column[k] = 1.0;
-            lu_solve(&factors.0, n, &factors.1, &mut column);
-            (0..n).for_each(|i| mass[n * i + k] = column[i]);
-        }
-        Ok(mass)
+    pub fn inverse_mass(&self, theta: &[f64], state: &[f64]) -> Result<InverseMass, TrajectoryError> {
+        let torque = vec![0.0; self.drives.len()];
+        let at = TrajectoryPoint { theta, state, torque: &torque };
+        self.ask(at, |at| InverseMass::of(&*self.plant, at)).map_err(singular)
     }
 
     /// M a + h: forces on the coordinates that accelerations take, no input acting.
@@ -226,39 +217,48 @@ impl TrajectoryPlant {
     /// # Errors
     /// [`TrajectoryError::Singular`].
     pub fn needed(&self, theta: &[f64], state: &[f64], a: &[f64]) -> Result<Vec<f64>, TrajectoryError> {
-        let n = self.coordinates();
-        let factors = self.factors(theta, state)?;
+        Ok(self.needed_by(theta, state, a, &self.inverse_mass(theta, state)?))
+    }
+    /// The same with the inverse of the mass matrix there.
+    pub fn needed_by(&self, theta: &[f64], state: &[f64], a: &[f64], inverse: &InverseMass) -> Vec<f64> {
         let rest = vec![0.0; self.drives.len()];
-        let own = self.accelerations(TrajectoryPoint { theta, state, torque: &rest }, &vec![0.0; n]);
+        let none = vec![0.0; self.coordinates()];
+        let own = self.accelerations(TrajectoryPoint { theta, state, torque: &rest }, &none);
         let mut force: Vec<f64> = a.iter().zip(own).map(|(a, b)| a - b).collect();
-        lu_solve(&factors.0, n, &factors.1, &mut force);
-        Ok(force)
+        inverse.forces_for(&mut force);
+        force
     }
 
-    /// Factors of the inverse of the mass matrix.
-    fn factors(&self, theta: &[f64], state: &[f64]) -> Result<(Vec<f64>, Vec<usize>), TrajectoryError> {
-        let n = self.coordinates();
-        let rest = vec![0.0; self.drives.len()];
-        let [_, mut inverse] =
-            self.tangent(TrajectoryPoint { theta, state, torque: &rest }, &vec![0.0; n])?;
-        let mut pivots = vec![0; n];
-        lu_factor(&mut inverse, n, &mut pivots).map_err(|e| {
-            let name = &self.plant.coordinates()[e.index.min(n - 1)].name;
-            TrajectoryError::Singular(format!("no force moves the coordinate {name:?} by itself here"))
-        })?;
-        Ok((inverse, pivots))
+    /// Value of an output.
+    pub fn output(&self, at: TrajectoryPoint<'_>, output: usize) -> f64 {
+        let mut y = vec![0.0; self.plant.sizes().outputs];
+        self.ask(at, |at| self.plant.outputs(at, &mut y));
+        y[output]
     }
 
     /// Outputs of these indices, and their gradients by coordinates and rates (2n each).
     pub fn outputs(&self, at: TrajectoryPoint<'_>, outputs: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        self.outputs_by(at, outputs, &self.places)
+    }
+    /// Derivatives of these outputs with respect to a coordinate.
+    pub fn outputs_along(&self, at: TrajectoryPoint<'_>, outputs: &[usize], coordinate: usize) -> Vec<f64> {
+        self.outputs_by(at, outputs, &self.places[coordinate..=coordinate]).1
+    }
+
+    fn outputs_by(
+        &self,
+        at: TrajectoryPoint<'_>,
+        outputs: &[usize],
+        states: &[usize],
+    ) -> (Vec<f64>, Vec<f64>) {
         let lanes = |v: &[f64]| -> Vec<Lanes> { v.iter().map(|v| Dual::constant(*v)).collect() };
         let (x, u, p) = (self.states(at.state), lanes(&self.inputs(at.torque)), lanes(at.theta));
-        let width = self.places.len();
+        let width = states.len();
         let (mut values, mut gradient) = (vec![0.0; outputs.len()], vec![0.0; outputs.len() * width]);
         let mut y = vec![Lanes::default(); self.plant.sizes().outputs];
         for first in (0..width).step_by(LANES) {
             let mut x = lanes(&x);
-            let some = &self.places[first..(first + LANES).min(width)];
+            let some = &states[first..(first + LANES).min(width)];
             some.iter().enumerate().for_each(|(lane, k)| x[*k].eps[lane] = 1.0);
             let at = At { t: Dual::constant(0.0), x: &x, u: &u, p: &p, modes: &self.modes };
             self.plant.outputs_lanes(at, &mut y);
@@ -269,4 +269,8 @@ impl TrajectoryPlant {
         }
         (values, gradient)
     }
+}
+
+fn singular(e: PlantError) -> TrajectoryError {
+    TrajectoryError::Singular(e.0)
 }

@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use trueup_plant::InverseMass;
+
 use super::nodes::{TrajectoryChannel, TrajectoryNodes, TrajectoryReadings};
 use super::plant::{TrajectoryError, TrajectoryPlant, TrajectoryPoint};
 use super::readings::ReadOutputs;
@@ -47,6 +49,10 @@ pub struct TrajectoryRun {
 pub(super) struct TrajectoryLinear {
     pub(super) steps: Vec<PlantStep>,
     pub(super) rows: ReadingRows,
+    /// Covariance of what white forces add to coordinates and rates in each step.
+    pub(super) noise: Vec<Vec<f64>>,
+    /// Inverse of the mass matrix at each node.
+    inverses: Vec<InverseMass>,
 }
 
 /// States with latents: coordinates, rates, latent forces, latent errors.
@@ -133,17 +139,22 @@ impl TrajectoryRun {
         let (later, part) = ((node + end).min(self.nodes.len() - 1), end * (self.nodes.parts - 1));
         TrajectoryPoint { theta, state: self.state(later), torque: self.nodes.torque(node, part) }
     }
+    /// Inverse of the mass matrix at a node, with the parameters of the last linearisation.
+    pub fn inverse_mass(&self, node: usize) -> &InverseMass {
+        &self.linear.inverses[node]
+    }
     fn row<'a>(&self, all: &'a [f64], node: usize) -> &'a [f64] {
         let n = self.coordinates();
         &all[n * node..n * (node + 1)]
     }
 
-    /// Accelerations, readings, steps and rows about the trajectory.
+    /// Accelerations, readings, steps and rows about the trajectory; `white`: variance of a white force on each coordinate.
     pub(super) fn linearise(
         &mut self,
         plant: &TrajectoryPlant,
         theta: &[f64],
         outputs: &ReadOutputs,
+        white: &[f64],
         laws: &LawTangent,
     ) -> Result<(), TrajectoryError> {
         let (n, length) = (self.coordinates(), self.nodes.len());
@@ -159,12 +170,15 @@ impl TrajectoryRun {
         let mut rows =
             ReadingRows { h: vec![0.0; size * channels * length], direct: vec![0.0; n * channels * length] };
         self.model_readings.clear();
-        let mut tangents = Vec::with_capacity(length);
+        let (mut tangents, mut inverses) = (Vec::with_capacity(length), Vec::with_capacity(length));
         for t in 0..length {
-            let [by_state, by_force] = plant.tangent(self.end(theta, t, 0), self.row(&self.forces, t))?;
-            let tangent = NodeTangent { by_state, by_force };
-            let own = laws.get(2 * n * n * t..2 * n * n * (t + 1));
-            tangents.push(own.map_or_else(|| tangent.clone(), |l| tangent.clone().with_laws(l)));
+            let (by_state, inverse) = plant.tangent(self.end(theta, t, 0), self.row(&self.forces, t))?;
+            let tangent = NodeTangent { by_state, by_force: inverse.by_force.clone() };
+            inverses.push(inverse);
+            tangents.push(match laws.get(2 * n * n * t..2 * n * n * (t + 1)) {
+                Some(laws) => tangent.with_laws(laws),
+                None => tangent,
+            });
             let moments = &self.readings.moments[channels * t..channels * (t + 1)];
             let (read, h) = outputs.read(plant, self.end(theta, t, 0), moments, self.acceleration(t, 0));
             self.model_readings.extend(read);
@@ -185,8 +199,9 @@ impl TrajectoryRun {
             let defect = (0..2 * n).map(|i| after[i] - pushed(i) - next[i]).collect();
             with_latents(&a, &b, defect, channels, dt)
         };
-        let steps = (0..length - 1).map(step).collect();
-        self.linear = Rc::new(TrajectoryLinear { steps, rows });
+        let steps: Vec<PlantStep> = (0..length - 1).map(step).collect();
+        let noise = steps.iter().map(|s| pushed_noise(&s.b[..2 * n * n], white)).collect();
+        self.linear = Rc::new(TrajectoryLinear { steps, rows, noise, inverses });
         Ok(())
     }
 
@@ -196,14 +211,15 @@ impl TrajectoryRun {
         plant: &TrajectoryPlant,
         theta: &[f64],
         unknown: &[UnknownParameter],
-    ) -> Result<Vec<ColumnPart>, TrajectoryError> {
+    ) -> Vec<ColumnPart> {
         let (n, length) = (self.coordinates(), self.nodes.len());
         let changes: Vec<(usize, f64)> = unknown.iter().map(|u| (u.index, u.unit_at(theta))).collect();
         let mut series = vec![vec![vec![0.0; length]; n]; unknown.len()];
         for t in 0..length {
             for end in 0..2 {
                 let at = self.end(theta, t, end);
-                let forces = plant.sensitivity(at, self.row(&self.own, t), &changes)?;
+                let inverse = self.inverse_mass((t + end).min(length - 1));
+                let forces = plant.sensitivity(at, self.row(&self.own, t), &changes, inverse);
                 for (series, f) in series.iter_mut().zip(forces.chunks(n)) {
                     series.iter_mut().zip(f).for_each(|(s, f)| s[t] += 0.5 * f);
                 }
@@ -216,7 +232,7 @@ impl TrajectoryRun {
             }
             part
         };
-        Ok(series.into_iter().map(column).collect())
+        series.into_iter().map(column).collect()
     }
 }
 
@@ -233,4 +249,18 @@ fn with_latents(a: &[f64], b: &[f64], defect: Vec<f64>, channels: usize, dt: f64
     let kept = MEMORIES.map(|memory| (-dt / memory).exp()); // (EST-14)
     (2 * n..size).for_each(|k| all[(size + 1) * k] = kept[usize::from(k >= 3 * n)]);
     PlantStep { stuck: Vec::new(), a: all, b: by_force, defect }
+}
+
+/// Covariance that forces of these variances have over a step of `b`, rows of forces.
+fn pushed_noise(b: &[f64], variance: &[f64]) -> Vec<f64> {
+    let n = variance.len();
+    let size = b.len() / n;
+    let mut noise = vec![0.0; size * size];
+    for (i, to) in b.chunks(n).enumerate() {
+        for (j, from) in b.chunks(n).enumerate().take(i + 1) {
+            let sum: f64 = variance.iter().zip(to).zip(from).map(|((q, a), b)| q * a * b).sum();
+            (noise[size * i + j], noise[size * j + i]) = (sum, sum);
+        }
+    }
+    noise
 }

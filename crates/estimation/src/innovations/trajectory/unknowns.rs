@@ -67,7 +67,8 @@ impl UnknownParameter {
         let torque = vec![1.0; plant.drives.len()];
         let at = TrajectoryPoint { theta, state: &state, torque: &torque };
         let changes: Vec<(usize, f64)> = found.iter().map(|u| (u.index, u.unit)).collect();
-        let forces = plant.sensitivity(at, &vec![1.0; n], &changes)?;
+        let inverse = plant.inverse_mass(theta, &state)?;
+        let forces = plant.sensitivity(at, &vec![1.0; n], &changes, &inverse);
         let mut worth = forces.chunks(n).map(|f| f.iter().any(|x| *x != 0.0));
         found.retain(|_| worth.next().unwrap_or(false));
         Ok(found)

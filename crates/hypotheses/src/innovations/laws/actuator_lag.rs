@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -59,6 +59,9 @@ impl EffectLaw for ActuatorLagColumns {
     fn id(&self) -> &'static str {
         "actuator-lag"
     }
+    fn spreads(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let forms = [("lag", self.lags), ("two", self.two), ("delay", self.delays)];
         let all = |joints: &Vec<usize>| -> Vec<LawShape> {
@@ -87,5 +90,14 @@ impl EffectLaw for ActuatorLagColumns {
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         let step = self.steps[usize::from(shape.form == "delay")];
         vec![Refinement::relative(shape.form, step)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        // Two equal lags: one lag with a dead time, of the same mean delay and the same spread.
+        let two = fit.number("two");
+        let lag = two * std::f64::consts::FRAC_1_SQRT_2;
+        vec![
+            LawValue::new("actuatorLag", fit.number("lag") + lag),
+            LawValue::new("actuatorDelay", fit.number("delay") + two - lag),
+        ]
     }
 }

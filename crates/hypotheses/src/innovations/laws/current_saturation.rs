@@ -1,7 +1,7 @@
 //! The drive gives no more than a limit.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::place::JointPlace;
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
@@ -36,6 +36,9 @@ impl EffectLaw for CurrentSaturationColumns {
     fn id(&self) -> &'static str {
         "current-saturation"
     }
+    fn spreads(&self) -> bool {
+        true
+    }
     fn shapes(&self, along: &PlantAlong<'_>, _: &[OrderPeaks]) -> Vec<LawShape> {
         let at = |(k, j): (usize, &JointPlace)| {
             let shape = |x: &f64| LawShape::new("actuator", "limit", &[("limit", x * j.drive)]).at(&[k]);
@@ -50,5 +53,9 @@ impl EffectLaw for CurrentSaturationColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("limit", self.step)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let gain = fit.along.runs.first().map_or(1.0, |r| r.drives[fit.joint].gain);
+        vec![LawValue::new("saturationTorque", fit.number("limit") * gain)]
     }
 }

@@ -4,12 +4,16 @@ use std::collections::HashMap;
 
 use roxmltree::Node;
 
+use crate::near::suggestion;
 use crate::robot::attributes::line;
 use crate::robot::tree::FileFault;
 
-/// Per class, with what it inherits: values by element and attribute.
+/// Values by element and attribute.
+type ElementDefaults = HashMap<(String, String), String>;
+
+/// Per class, with what it inherits.
 pub(super) struct DefaultClasses {
-    classes: HashMap<String, HashMap<(String, String), String>>,
+    classes: HashMap<String, ElementDefaults>,
 }
 
 /// The class of what names none.
@@ -20,7 +24,11 @@ impl DefaultClasses {
     pub(super) fn read(model: Node<'_, '_>) -> Result<Self, FileFault> {
         let mut all = Self { classes: HashMap::from([(MAIN.to_owned(), HashMap::new())]) };
         for section in model.children().filter(|c| c.has_tag_name("default")) {
-            all.class(section, MAIN, section.attribute("class").unwrap_or(MAIN))?;
+            all.class(section, MAIN, MAIN)?;
+            // Before MuJoCo 3.1 the class of all had a name of its own.
+            if let (Some(name), Some(main)) = (section.attribute("class"), all.classes.get(MAIN)) {
+                all.classes.insert(name.to_owned(), main.clone());
+            }
         }
         Ok(all)
     }
@@ -39,6 +47,11 @@ impl DefaultClasses {
             let Some(inner_name) = inner.attribute("class") else {
                 return Err((line(inner), "a <default> within another one has no class; give it one".into()));
             };
+            if self.classes.contains_key(inner_name) {
+                let why =
+                    format!("the class `{inner_name}` of <default> is there already; give it another name");
+                return Err((line(inner), why));
+            }
             self.class(inner, name, inner_name)?;
         }
         Ok(())
@@ -50,11 +63,32 @@ impl DefaultClasses {
         node: Node<'a, '_>,
         attribute: &str,
         class: Option<&str>,
-    ) -> Option<&'a str> {
+    ) -> Result<Option<&'a str>, FileFault> {
+        self.of_element(node, node.tag_name().name(), attribute, class)
+    }
+
+    /// The same of an element that has its defaults under another name.
+    pub(super) fn of_element<'a>(
+        &'a self,
+        node: Node<'a, '_>,
+        element: &str,
+        attribute: &str,
+        class: Option<&str>,
+    ) -> Result<Option<&'a str>, FileFault> {
         if let Some(own) = node.attribute(attribute) {
-            return Some(own);
+            return Ok(Some(own));
         }
-        let class = self.classes.get(node.attribute("class").or(class).unwrap_or(MAIN))?;
-        class.get(&(node.tag_name().name().to_owned(), attribute.to_owned())).map(String::as_str)
+        let name = node.attribute("class").or(class).unwrap_or(MAIN);
+        let class = self.known(node, name)?;
+        Ok(class.get(&(element.to_owned(), attribute.to_owned())).map(String::as_str))
+    }
+
+    /// A class by the name that an element gives.
+    pub(super) fn known(&self, node: Node<'_, '_>, name: &str) -> Result<&ElementDefaults, FileFault> {
+        self.classes.get(name).ok_or_else(|| {
+            let names = self.classes.keys().map(String::as_str);
+            let hint = suggestion(name, names, "add it to <default>");
+            (line(node), format!("there is no class `{name}` of <default>; {hint}"))
+        })
     }
 }

@@ -49,9 +49,7 @@ impl AngleUnits {
     }
 
     fn rotation(&self, node: Node<'_, '_>) -> Result<Matrix3<f64>, FileFault> {
-        let named = |name: &'static str| node.attribute(name).map(|text| (name, text));
-        let given: Vec<_> =
-            ["quat", "axisangle", "euler", "xyaxes", "zaxis"].into_iter().filter_map(named).collect();
+        let given = orientations(node);
         let (name, text) = match given[..] {
             [] => return Ok(identity()),
             [one] => one,
@@ -117,6 +115,12 @@ impl AngleUnits {
         }
         whole
     }
+}
+
+/// The orientations that an element itself gives, by name.
+pub(super) fn orientations<'a>(node: Node<'a, '_>) -> Vec<(&'static str, &'a str)> {
+    let named = |name: &'static str| node.attribute(name).map(|text| (name, text));
+    ["quat", "axisangle", "euler", "xyaxes", "zaxis"].into_iter().filter_map(named).collect()
 }
 
 fn columns(x: Vector3<f64>, y: Vector3<f64>, z: Vector3<f64>) -> Matrix3<f64> {
