@@ -38,7 +38,7 @@ fn stages(folder: &str) -> Said {
         "hypotheses": found.effects.iter().map(|h| effect(h, alone.fit.evidence)).collect::<Vec<_>>(),
         "pairs": found.pairs.iter().map(|p| pair(p, alone.fit.evidence)).collect::<Vec<_>>(),
         "verdict": { "verdict": judged.verdict.name(), "set": judged.set, "G": judged.gain, "margin": judged.margin,
-            "share": judged.share, "G2": judged.gain_of_second },
+            "numbers": judged.numbers },
         "seconds": begun.elapsed().as_secs_f64(),
     }))
 }

@@ -8,7 +8,8 @@ use serde_json::Value;
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
 use trueup_hypotheses::innovations::chain_search::search_chain;
 use trueup_hypotheses::innovations::chain_verdict::judge_chain;
-use trueup_signals::Case;
+use trueup_hypotheses::innovations::findings::search_case;
+use trueup_signals::{Case, Channel, KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
 /// Nats below the golden evidence.
 const BELOW: f64 = 1.0;
@@ -92,4 +93,55 @@ fn the_search_of_a_short_arm_ends_with_the_golden_leader_shape_and_verdict() {
     assert!((lead.shape.value("two") - 0.043).abs() < 1e-6, "{:?}", lead.shape);
     // Everything that the torque does too late is explained: nothing is left for a second.
     assert!(found.pairs.is_empty() && lead.left.largest() < 2.5, "{:?}", lead.left);
+}
+
+/// What the engine has no words for is refused by name, before anything is fitted.
+#[test]
+fn what_an_arm_has_that_the_engine_does_not_know_is_refused_by_name() {
+    type Change = fn(&mut Loaded);
+    fn sensor(l: &mut Loaded) -> &mut SensorData {
+        &mut l.recordings.values_mut().flat_map(|r| &mut r.channels).last().unwrap().sensor
+    }
+    let changes: [(&str, Change); 5] = [
+        ("known effects", |l| {
+            l.case.effects.push(KnownEffect { id: "backlash".into(), joint: Some(1), given: Vec::new() });
+        }),
+        ("unknown delays", |l| sensor(l).late = Some(PriorGuess { value: 0.01, doubt: None })),
+        ("declared delays", |l| sensor(l).delay = 0.01),
+        ("single recordings", |l| {
+            let first = l.recordings.values_mut().next().unwrap();
+            first.parameters.insert("baseMass".into(), ParameterValue::Number(50.0));
+        }),
+        ("base or tip", |l| {
+            let first = l.recordings.values_mut().next().unwrap();
+            let pushed = Channel { name: "tipForce[1]".into(), ..first.channels[0].clone() };
+            first.channels.push(pushed);
+        }),
+    ];
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/tests/innovations/arm");
+    let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
+    for (what, change) in changes {
+        let mut own = loaded.clone();
+        change(&mut own);
+        let why = search_case(&own).err().map(|e| e.to_string());
+        assert!(why.as_ref().is_some_and(|w| w.contains(what)), "{what}: {why:?}");
+    }
+}
+
+/// A drive with a few samples is there: what lacks are samples.
+#[test]
+fn a_drive_with_too_few_samples_is_reported_by_their_number() {
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/tests/innovations/arm");
+    let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
+    for samples in [0, 7, 20] {
+        let mut own = loaded.clone();
+        let drives = own.recordings.values_mut().flat_map(|r| &mut r.channels);
+        let drive = drives.into_iter().find(|c| c.name == "jointTorque[2]").unwrap();
+        drive.time.truncate(samples);
+        drive.values.truncate(samples);
+        let why = search_case(&own).err().map(|e| e.to_string()).unwrap_or_default();
+        let expected =
+            if samples == 0 { "was not recorded".to_owned() } else { format!("has {samples} samples") };
+        assert!(why.contains("jointTorque[2]") && why.contains(&expected), "{samples}: {why}");
+    }
 }

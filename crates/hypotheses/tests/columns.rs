@@ -82,6 +82,8 @@ impl ChainMechanics for Levers {
 fn joint(motor: usize, link: usize) -> JointPlace {
     let spring = if motor == link { [0.0; 2] } else { [STIFFNESS, DAMPING] };
     JointPlace {
+        stiffness_name: "jointStiffness",
+        link_inertia: 0.0,
         motor,
         link,
         torque: TORQUE,
@@ -105,7 +107,7 @@ fn joint(motor: usize, link: usize) -> JointPlace {
     }
 }
 
-fn along() -> PlantAlong<'static> {
+pub(crate) fn along() -> PlantAlong<'static> {
     let channel = |shows| ChannelPlace { place: "sensor", shows, error: 0.01, turns: 1.0, compared: true };
     let channels =
         vec![channel(ShownBy::Position(LINK)), channel(ShownBy::Position(MOTOR)), channel(ShownBy::Tip(1))];

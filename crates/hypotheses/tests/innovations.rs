@@ -1,12 +1,12 @@
 //! Whole searches of the innovations engine on short recordings of made joints.
 
 use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
-use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict, judge};
+use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict, judge};
 use trueup_signals::{KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
 use crate::made::{MadeJoint, Sampling};
 
-fn told(name: &str, made: &MadeJoint<'_>) -> (JointFindings, JointJudgement) {
+fn told(name: &str, made: &MadeJoint<'_>) -> (JointFindings, EvidenceJudgement) {
     let found = search_joint(&made.case()).unwrap();
     let judged = judge(&found).unwrap();
     let effects: Vec<String> = found
@@ -24,12 +24,12 @@ fn told(name: &str, made: &MadeJoint<'_>) -> (JointFindings, JointJudgement) {
 fn a_search_of_two_seconds_names_what_lacks_and_nothing_else() {
     let short = MadeJoint { seed: 11, recordings: (1, 500), ..MadeJoint::default() };
     let (_, judged) = told("nothing", &short);
-    assert_eq!(judged.verdict, JointVerdict::NoGap);
+    assert_eq!(judged.verdict, EvidenceVerdict::NoGap);
     let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[1.5e-3, 1e-3, 2.0, 0.0, 0.0])];
     let (found, judged) = told("ripple", &MadeJoint { effects: ripple, ..short });
     assert_eq!(
         (judged.verdict, &judged.set[..]),
-        (JointVerdict::Effects, &[("torque-ripple", "actuator")][..])
+        (EvidenceVerdict::Effects, &[("torque-ripple", "actuator".to_owned())][..])
     );
     let order = found.effects[0].shape.value("h");
     assert!((order - 2.0).abs() < 0.02, "{order}");
@@ -44,7 +44,7 @@ fn a_ripple_of_order_sixty_has_its_order() {
     let (found, judged) = told("ripple of order 60", &MadeJoint { effects: ripple, ..slow });
     assert_eq!(
         (judged.verdict, &judged.set[..]),
-        (JointVerdict::Effects, &[("torque-ripple", "actuator")][..])
+        (EvidenceVerdict::Effects, &[("torque-ripple", "actuator".to_owned())][..])
     );
     let order = found.effects[0].shape.value("h");
     assert!((order - 60.0).abs() < 0.1, "{order}");
@@ -125,7 +125,7 @@ fn nothing_is_named_on_joints_of_other_structures() {
         ];
         for (name, made) in all {
             let (_, judged) = told(name, &made);
-            assert_eq!(judged.verdict, JointVerdict::NoGap, "{name}, seed {seed}");
+            assert_eq!(judged.verdict, EvidenceVerdict::NoGap, "{name}, seed {seed}");
         }
     }
 }
@@ -146,7 +146,7 @@ fn what_a_joint_has_for_the_first_time_leads() {
         for (id, made) in all {
             let (found, judged) = told(id, &made);
             assert_eq!(found.effects[0].id, id, "seed {seed}");
-            assert_eq!(judged.verdict, JointVerdict::Effects, "seed {seed}");
+            assert_eq!(judged.verdict, EvidenceVerdict::Effects, "seed {seed}");
         }
     }
 }
@@ -166,8 +166,12 @@ fn readings_at_any_times_name_what_lacks_and_nothing_else() {
     ];
     for (name, made) in all {
         let (_, judged) = told(name, &made);
-        assert_eq!(judged.verdict, JointVerdict::NoGap, "{name}");
+        assert_eq!(judged.verdict, EvidenceVerdict::NoGap, "{name}");
         let (found, judged) = told(name, &MadeJoint { effects: ripple, ..made });
-        assert_eq!((judged.verdict, found.effects[0].id), (JointVerdict::Effects, "torque-ripple"), "{name}");
+        assert_eq!(
+            (judged.verdict, found.effects[0].id),
+            (EvidenceVerdict::Effects, "torque-ripple"),
+            "{name}"
+        );
     }
 }

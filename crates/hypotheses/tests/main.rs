@@ -7,3 +7,4 @@ mod chain_search;
 mod columns;
 mod innovations;
 mod made;
+mod values;

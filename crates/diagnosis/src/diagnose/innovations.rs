@@ -1,19 +1,13 @@
-//! A whole diagnosis of a joint by the innovations engine (crate `hypotheses`): its hypotheses become sets, its judgement a decision.
+//! A whole diagnosis by the innovations engine (crate `hypotheses`): its hypotheses become sets, its judgement a decision.
 //!
 //! The engine decides. What is reported of its winner comes from a last fit that begins at the engine's own values.
-
-mod values;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use trueup_estimation::innovations::intensity::power;
-use trueup_hypotheses::innovations::hypothesis::{FittedEffect, SharedFrame};
-use trueup_hypotheses::innovations::pairs::FittedPair;
-use trueup_hypotheses::innovations::search::JointFindings;
-use trueup_hypotheses::innovations::shape::LawShape;
-use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict};
-use trueup_models::effect::PUSHES;
+use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
+use trueup_hypotheses::innovations::law::LawValue;
+use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict};
 
 use crate::engine::decide::{Decision, Thresholds};
 use crate::engine::hypothesis::{Hypothesis, HypothesisClaim, Times};
@@ -22,7 +16,6 @@ use crate::engine::search::{CaseSearch, FittedSet};
 use crate::engine::select::{SearchEffort, SearchResult, same};
 use crate::json::number;
 use crate::outcome::Verdict;
-use values::{ColumnFit, ColumnUnits};
 
 /// Odds (natural logarithm) of what the engine distinguishes, at the most.
 const DISTINCT: f64 = -10.0;
@@ -45,9 +38,9 @@ pub struct JudgedCase {
     pub numbers: Vec<(String, f64)>,
 }
 
-impl From<&JointJudgement> for JudgedCase {
-    fn from(j: &JointJudgement) -> Self {
-        let JointJudgement { gain, margin, probability, second, .. } = *j;
+impl From<&EvidenceJudgement> for JudgedCase {
+    fn from(j: &EvidenceJudgement) -> Self {
+        let EvidenceJudgement { gain, margin, probability, second, .. } = *j;
         let numbers = j.numbers.iter().map(|(name, x)| ((*name).to_owned(), *x)).collect();
         Self { gain, margin, probability, second, numbers }
     }
@@ -63,33 +56,16 @@ pub(super) struct EngineDecision {
     pub evidence: BTreeMap<(String, String), f64>,
 }
 
-/// An effect of the engine's with the numbers that it takes in a set.
-struct EffectPart<'a> {
-    /// Effect and place.
-    key: (&'static str, &'static str),
-    /// In which it was fitted.
-    frame: &'a SharedFrame,
-    shape: &'a LawShape,
-    amplitudes: &'a [f64],
-}
-
-impl<'a> EffectPart<'a> {
-    fn alone(effect: &'a FittedEffect) -> Self {
-        let FittedEffect { shape, fit, frame, .. } = effect;
-        Self { key: effect.key(), frame, shape, amplitudes: &fit.amplitudes }
-    }
-}
-
 /// Makes sets of what the engine found.
 pub(super) struct DecisionBuilder<'a> {
     search: &'a CaseSearch<'a>,
-    findings: &'a JointFindings,
+    findings: &'a CaseFindings,
     effort: SearchEffort,
 }
 
 impl<'a> DecisionBuilder<'a> {
     /// For a case.
-    pub(super) fn new(search: &'a CaseSearch<'a>, findings: &'a JointFindings, effort: SearchEffort) -> Self {
+    pub(super) fn new(search: &'a CaseSearch<'a>, findings: &'a CaseFindings, effort: SearchEffort) -> Self {
         Self { search, findings, effort }
     }
 
@@ -97,36 +73,24 @@ impl<'a> DecisionBuilder<'a> {
     ///
     /// # Errors
     /// Which effect cannot be put into the model, or why that cannot be simulated.
-    pub(super) fn build(
-        &self,
-        judged: &JointJudgement,
-        limits: &Thresholds,
-    ) -> Result<EngineDecision, String> {
-        let plain = self.set(&[], &self.findings.null.theta)?;
-        let effects = &self.findings.effects;
-        let of = |key: &(&str, &str)| {
-            effects.iter().find(|h| h.key() == *key).ok_or_else(|| format!("{} has no fit", key.0))
+    pub(super) fn build(&self, limits: &Thresholds) -> Result<EngineDecision, String> {
+        let (judged, effects) = (&self.findings.judged, &self.findings.effects);
+        let plain = self.set(&self.findings.alone)?;
+        let named = |key: &(&str, String)| {
+            effects.iter().find(|h| h.key == *key).ok_or_else(|| format!("{} has no fit", key.0))
         };
-        let pair = judged.verdict == JointVerdict::Effects && judged.set.len() > 1;
+        let together = judged.verdict == EvidenceVerdict::Effects && judged.set.len() > 1;
         let own = match &judged.set[..] {
             [] => plain.clone(),
-            [first, second] if pair => {
-                let both = |p: &&FittedPair| [p.first, p.second] == [*first, *second];
-                let p = self.findings.pairs.iter().find(both).ok_or("the pair has no fit")?;
-                let (a, b) = p.fit.amplitudes.split_at(p.of_first.min(p.fit.amplitudes.len()));
-                let first = EffectPart { amplitudes: a, ..EffectPart::alone(of(first)?) };
-                let second = EffectPart { key: *second, shape: &p.shape, amplitudes: b, ..first };
-                let parts = [first, second];
-                self.set(&parts, &p.fit.theta)?
-            }
-            [first, ..] => self.single(of(first)?)?,
+            [..] if together => self.set(self.findings.pair.as_ref().ok_or("the pair has no fit")?)?,
+            [first, ..] => self.set(named(first)?)?,
         };
         let best = self.fitted(&own);
         // What is not claimed is kept as the engine has it; what cannot be simulated is none.
         let mut sets: Vec<FittedSet> = Vec::new();
         for h in effects {
-            let claimed = judged.set.contains(&h.key());
-            let Ok(set) = self.single(h) else { continue };
+            let claimed = judged.set.contains(&h.key);
+            let Ok(set) = self.set(h) else { continue };
             let set = if same(&set.stated.set, &best.stated.set) {
                 best.clone()
             } else if claimed {
@@ -141,46 +105,40 @@ impl<'a> DecisionBuilder<'a> {
         if best.stated.set.len() > 1 {
             sets.push(best.clone().lean());
         }
-        let rivals: Vec<(usize, f64)> = if best.stated.set.len() == 1 {
+        let rivals: Vec<(usize, f64)> = if together {
+            Vec::new()
+        } else {
             let rival = |(at, s): (usize, &FittedSet)| {
-                let h = &s.stated.set[0];
-                let other = s.stated.set.len() == 1 && *h != best.stated.set[0];
-                let alike = judged.set.iter().any(|key| *key == (&*h.id, &*h.component));
-                other.then_some((at, if alike { 0.0 } else { DISTINCT }))
+                let other = best.replaced_in(s)?;
+                Some((at, if self.is_named(other) { 0.0 } else { DISTINCT }))
             };
             let mut all: Vec<_> = sets.iter().enumerate().filter_map(rival).collect();
             all.sort_by(|a, b| b.1.total_cmp(&a.1));
             all
-        } else {
-            Vec::new()
         };
-        let decision = self.decision(judged, best.stated.set.len(), rivals, limits);
+        let decision = self.decision(best.stated.set.len(), rivals, limits);
         let plain = self.fitted(&plain);
         let best = if best.stated.set.is_empty() { plain.clone() } else { best };
-        let evidence = |h: &FittedEffect| {
-            ((h.id.to_owned(), h.place.to_owned()), h.evidence - self.findings.null.evidence)
+        let evidence = |h: &FoundEffect| {
+            let gain = h.evidence - self.findings.alone.evidence;
+            h.causes.iter().map(move |c| ((c.id.to_owned(), c.place.clone()), gain)).collect::<Vec<_>>()
         };
-        let evidence = effects.iter().map(evidence).collect();
+        // The best first, which keeps its own.
+        let evidence = effects.iter().rev().flat_map(evidence).collect();
         Ok(EngineDecision { found: SearchResult { plain, sets, best }, decision, own, evidence })
     }
 
-    fn decision(
-        &self,
-        judged: &JointJudgement,
-        causes: usize,
-        rivals: Vec<(usize, f64)>,
-        limits: &Thresholds,
-    ) -> Decision {
+    fn decision(&self, causes: usize, rivals: Vec<(usize, f64)>, limits: &Thresholds) -> Decision {
+        let judged = &self.findings.judged;
         let verdict = match judged.verdict {
-            JointVerdict::NoGap => Verdict::NoGap,
-            JointVerdict::Parameters => Verdict::Parameters,
-            JointVerdict::Effects => Verdict::Effects,
-            JointVerdict::Ambiguous => Verdict::Ambiguous,
-            JointVerdict::Unknown => Verdict::Unknown,
+            EvidenceVerdict::NoGap => Verdict::NoGap,
+            EvidenceVerdict::Parameters => Verdict::Parameters,
+            EvidenceVerdict::Effects => Verdict::Effects,
+            EvidenceVerdict::Ambiguous => Verdict::Ambiguous,
+            EvidenceVerdict::Unknown => Verdict::Unknown,
         };
-        let power = |q: &[f64]| power(q).max(f64::MIN_POSITIVE);
-        let left =
-            self.findings.effects.first().map_or(1.0, |h| power(&h.fit.q) / power(&self.findings.null.q));
+        let power = |h: &FoundEffect| h.power.max(f64::MIN_POSITIVE);
+        let left = self.findings.effects.first().map_or(1.0, |h| power(h) / power(&self.findings.alone));
         let taken = (1.0 - left).clamp(0.0, 1.0);
         let unknown = 1.0 - judged.probability;
         Decision {
@@ -199,38 +157,37 @@ impl<'a> DecisionBuilder<'a> {
         }
     }
 
-    fn single(&self, effect: &FittedEffect) -> Result<FittedSet, String> {
-        self.set(&[EffectPart::alone(effect)], &effect.fit.theta)
+    /// Whether the verdict names an effect of which this is a cause.
+    fn is_named(&self, cause: &Hypothesis) -> bool {
+        let same = |c: &FoundCause| c.id == cause.id && c.place == cause.component;
+        let named = |h: &&FoundEffect| self.findings.judged.set.contains(&h.key);
+        self.findings.effects.iter().filter(named).any(|h| h.causes.iter().any(same))
     }
 
     /// A set with the engine's values.
-    fn set(&self, parts: &[EffectPart<'_>], theta: &[f64]) -> Result<FittedSet, String> {
+    fn set(&self, found: &FoundEffect) -> Result<FittedSet, String> {
         let search = self.search;
-        let causes: Result<Vec<Hypothesis>, String> = parts.iter().map(|p| self.cause(p)).collect();
+        let causes: Result<Vec<Hypothesis>, String> = found.causes.iter().map(|c| self.cause(c)).collect();
         let stated = search.state(&causes?)?;
-        let mut values: Vec<(String, f64)> = Vec::new();
-        for (name, value) in self.findings.null.names.iter().zip(theta) {
-            values.push(((*name).to_owned(), *value));
-        }
-        for (part, h) in parts.iter().zip(&stated.set) {
+        let start = |name: &str| stated.unknowns.iter().find(|u| u.name == name).map(|u| u.start);
+        // Those of the plant first: an effect's word on the plant comes last.
+        let own = self.findings.names.iter().zip(&found.theta);
+        let mut values: Vec<(Option<usize>, String, f64)> =
+            own.map(|(name, value)| (None, name.clone(), *value)).collect();
+        for (cause, h) in found.causes.iter().zip(&stated.set) {
             let HypothesisClaim::Effect(choice) = h.claim else { continue };
-            let frame = part.frame.borrow();
-            let units = ColumnUnits::of(&frame, &self.findings.null.sizes);
-            let fit = ColumnFit { id: part.key.0, shape: part.shape, amplitudes: part.amplitudes, theta };
-            let start = |name: &str| {
-                let name = choice.variable(name);
-                stated.unknowns.iter().find(|u| u.stem() == name).map(|u| u.start)
-            };
-            let own = choice.parameters();
-            values.extend(fit.values(&units, start).into_iter().map(|(name, value)| {
-                let is_own = own.iter().any(|s| s.name == name);
-                (if is_own { choice.variable(name) } else { name.to_owned() }, value)
-            }));
+            let names = |name: &str| [h.here(&choice.variable(name)), h.here(name), name.to_owned()];
+            let known = |name: &str| names(name).into_iter().find(|n| start(n).is_some());
+            let value = |v: &LawValue| v.with_unit(|unit| known(unit).and_then(|n| start(&n)));
+            let named = |v: &LawValue| known(v.name).map(|name| (v.recording, name, value(v)));
+            values.extend(cause.values.iter().filter_map(named));
         }
         let mut start = search.compare(&stated).start();
-        for (x, u) in start.iter_mut().zip(&stated.unknowns).filter(|(_, u)| u.run.is_none()) {
-            // An effect's word on the plant comes last.
-            let Some((_, value)) = values.iter().rev().find(|(name, _)| name == u.stem()) else { continue };
+        for (x, u) in start.iter_mut().zip(&stated.unknowns) {
+            let mut all = values.iter().rev();
+            let Some((.., value)) = all.find(|(run, name, _)| *run == u.run && *name == u.name) else {
+                continue;
+            };
             // What exceeds another is distinguished from it by the engine, too.
             let set = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.shifts();
             if set || matches!(u.target, BalanceTarget::Above { .. }) {
@@ -248,14 +205,17 @@ impl<'a> DecisionBuilder<'a> {
         fit.ok().filter(|f| f.evidence(1.0) >= own.evidence(1.0)).unwrap_or_else(|| own.clone())
     }
 
-    fn cause(&self, part: &EffectPart<'_>) -> Result<Hypothesis, String> {
-        let (id, place) = part.key;
-        let several = part.shape.pulses.len().min(PUSHES) > 1;
-        let times = if several { Times::Several } else { Times::Once };
-        let named = |h: &&Hypothesis| {
-            h.id == id && h.component == place && (!h.is_push() || h.times == times) && h.is_effect()
+    fn cause(&self, of: &FoundCause) -> Result<Hypothesis, String> {
+        let times = match of.impulses {
+            _ if of.is_of_single_recordings() => Times::EachRun,
+            0 | 1 => Times::Once,
+            _ => Times::Several,
         };
-        let found = self.search.causes.iter().find(named);
-        found.cloned().ok_or_else(|| format!("these recordings have no {id} at {place}"))
+        let named = |h: &&Hypothesis| {
+            let there = !h.per_joint || of.place.starts_with("sensor:") || h.site == of.joint;
+            h.id == of.id && h.component == of.place && there && (!h.is_push() || h.times == times)
+        };
+        let found = self.search.causes.iter().filter(|h| h.is_effect()).find(named);
+        found.cloned().ok_or_else(|| format!("these recordings have no {} at {}", of.id, of.place))
     }
 }

@@ -43,6 +43,18 @@ pub enum UnfitRecording {
         /// Which channel.
         channel: String,
     },
+    /// The drive is hardly known.
+    #[error(
+        "{recording}: {channel} has {samples} samples, too few for nodes; record it throughout, or leave the recording out of train"
+    )]
+    FewInputs {
+        /// Which recording.
+        recording: String,
+        /// Which channel.
+        channel: String,
+        /// How many samples.
+        samples: usize,
+    },
     /// Too few samples to begin with.
     #[error("{recording}: {samples} samples are too few for nodes; leave the recording out of train")]
     Short {
@@ -51,6 +63,18 @@ pub enum UnfitRecording {
         /// How many.
         samples: usize,
     },
+}
+
+impl UnfitRecording {
+    /// What is wrong with an input of a recording: it was not recorded, or has at most `few` samples; `None`: nothing.
+    pub(super) fn of_input(r: &Recording, name: &str, few: usize) -> Option<Self> {
+        let (recording, channel) = (r.name.clone(), name.to_owned());
+        match r.channel(name).map_or(0, Channel::len) {
+            0 => Some(Self::NoInput { recording, channel }),
+            samples if samples <= few => Some(Self::FewInputs { recording, channel, samples }),
+            _ => None,
+        }
+    }
 }
 
 /// An input as it was recorded.
@@ -235,9 +259,8 @@ fn recording(
     let mut inputs = Vec::new();
     for (k, force) in plant.input_forces().iter().enumerate() {
         let input = r.channel(force.name).filter(|c| !c.is_empty());
-        if k == 0 && input.is_none_or(|c| c.len() <= FEW) {
-            let (recording, channel) = (r.name.clone(), force.name.to_owned());
-            return Err(UnfitRecording::NoInput { recording, channel });
+        if let Some(unfit) = UnfitRecording::of_input(r, force.name, FEW).filter(|_| k == 0) {
+            return Err(unfit);
         }
         inputs.push(input.map(|c| RecordedInput::new(c, first, dt, nodes)));
     }

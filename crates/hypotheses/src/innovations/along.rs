@@ -173,12 +173,15 @@ impl<'a> PlantAlong<'a> {
             on_coordinates(r, base.coordinates, forces)
         })
     }
+    /// Usual force of the tip, N: half of that of a free base.
+    pub fn tip_unit(&self) -> f64 {
+        let largest = self.joints.iter().map(|j| j.torque).fold(0.0, f64::max);
+        self.base.as_ref().map_or(largest, |b| 0.5 * b.force[0])
+    }
     /// A force over time (s) on the tip along axis 0 or 1, in usual forces of the tip; `None`: the plant is no chain.
     pub fn on_tip(&self, axis: usize, f: impl Fn(f64) -> f64) -> Option<FilterColumn> {
         let mechanics = self.mechanics?;
-        let largest = self.joints.iter().map(|j| j.torque).fold(0.0, f64::max);
-        // Half the usual force of a free base.
-        let unit = self.base.as_ref().map_or(largest, |b| 0.5 * b.force[0]);
+        let unit = self.tip_unit();
         let part = |k: usize| {
             let (r, pulse) = (&self.runs[k], self.time_means(k, &f));
             let mut part = ColumnPart::default();

@@ -1,30 +1,10 @@
 //! From evidences of a chain to a verdict, by the few numbers of [`levels`](super::levels).
 
-use super::chain_effect::{ChainEffect, LatentLevels, place_of};
+use super::chain_effect::{ChainEffect, LatentLevels};
 use super::chain_search::ChainFindings;
 use super::law::DryFriction;
 use super::levels::CHAIN;
-use super::verdict::JointVerdict;
-
-/// An effect with its place as it is reported.
-pub type ReportedEffect = (&'static str, String);
-
-/// A verdict about a chain with the numbers that it is made from.
-#[derive(Clone, Debug)]
-pub struct ChainJudgement {
-    /// The verdict.
-    pub verdict: JointVerdict,
-    /// Effects with their places: what is missing, or what it may be.
-    pub set: Vec<ReportedEffect>,
-    /// Nats that the leader gains over the refitted parameters; 0: there is none.
-    pub gain: f64,
-    /// Nats to the next other effect.
-    pub margin: f64,
-    /// Share of the latents' power that the leader takes away.
-    pub share: f64,
-    /// Nats that the best second gains over the leader.
-    pub gain_of_second: f64,
-}
+use super::verdict::{EvidenceJudgement, EvidenceVerdict, ReportedEffect};
 
 fn reported(h: &ChainEffect) -> ReportedEffect {
     (h.id, h.place())
@@ -43,15 +23,22 @@ fn fall(a: &LatentLevels, b: &LatentLevels) -> f64 {
 }
 
 /// Judges what a search found.
-pub fn judge_chain(found: &ChainFindings) -> ChainJudgement {
+pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
     let null = &found.null;
     let (nominal, parameters) = (null.nominal, null.fit.evidence);
     let nothing =
-        |total: f64| if total < CHAIN.quiet { JointVerdict::NoGap } else { JointVerdict::Parameters };
+        |total: f64| if total < CHAIN.quiet { EvidenceVerdict::NoGap } else { EvidenceVerdict::Parameters };
     let Some(h) = found.effects.first() else {
         let verdict = nothing(parameters - nominal);
-        let (gain, margin, share, gain_of_second) = (0.0, 0.0, 0.0, 0.0);
-        return ChainJudgement { verdict, set: Vec::new(), gain, margin, share, gain_of_second };
+        return EvidenceJudgement {
+            verdict,
+            set: Vec::new(),
+            probability: 1.0 - CHAIN.right,
+            second: None,
+            gain: 0.0,
+            margin: 0.0,
+            numbers: Vec::new(),
+        };
     };
     let gain = h.evidence - parameters;
     let rival = found.effects.iter().skip(1).find(|o| o.id != h.id).map_or(parameters - 10.0, |o| o.evidence);
@@ -66,37 +53,40 @@ pub fn judge_chain(found: &ChainFindings) -> ChainJudgement {
         let falls = fall(&h.left, &p.left).min(fall(&p.first.left, &p.left));
         let counts = falls > CHAIN.fall_of_second || p.left.largest() < CHAIN.matters;
         if gain_of_second > CHAIN.second.max(CHAIN.second_share * gain) && counts {
-            set = vec![reported(&p.first), (p.second.law.id(), place_of(&h.frame, p.second.shape()))];
+            set = p.named().to_vec();
             two = true;
         }
     }
     let mut verdict = if gain < CHAIN.quiet {
         let largest = null.left.largest();
         let calm = largest < CHAIN.matters || gain < CHAIN.nothing && largest < CHAIN.loud;
-        if calm { nothing(parameters.max(h.evidence) - nominal) } else { JointVerdict::Unknown }
+        if calm { nothing(parameters.max(h.evidence) - nominal) } else { EvidenceVerdict::Unknown }
     } else if share > CHAIN.share || two || h.left.largest() < CHAIN.explained {
-        JointVerdict::Effects
+        EvidenceVerdict::Effects
     } else {
-        JointVerdict::Unknown
+        EvidenceVerdict::Unknown
     };
-    if verdict == JointVerdict::Effects && !two {
+    if verdict == EvidenceVerdict::Effects && !two {
         let near = CHAIN.alike.max((CHAIN.alike_share * gain).min(CHAIN.alike_most));
         let rigid = |j: &usize| h.frame.plant.drives.len() > *j && !h.frame.plant.flexible(*j);
         if h.dry_friction() == Some(DryFriction::Plain) && h.joints().iter().all(rigid) {
             // One body where there is no spring.
-            verdict = JointVerdict::Ambiguous;
+            verdict = EvidenceVerdict::Ambiguous;
             set.push(("load-friction", "load".to_owned()));
         }
         let alike = |o: &&ChainEffect| h.evidence - o.evidence < near && o.id != h.id;
         let rivals: Vec<ReportedEffect> =
             found.effects.iter().skip(1).filter(alike).take(2).map(reported).collect();
         if !rivals.is_empty() {
-            verdict = JointVerdict::Ambiguous;
+            verdict = EvidenceVerdict::Ambiguous;
             set.extend(rivals);
         }
     }
-    if !matches!(verdict, JointVerdict::Effects | JointVerdict::Ambiguous) {
+    if !matches!(verdict, EvidenceVerdict::Effects | EvidenceVerdict::Ambiguous) {
         set.clear();
     }
-    ChainJudgement { verdict, set, gain, margin, share, gain_of_second }
+    let probability = if set.is_empty() { 1.0 - CHAIN.right } else { CHAIN.right };
+    let second = (!found.pairs.is_empty()).then_some(if two { CHAIN.right } else { 1.0 - CHAIN.right });
+    let numbers = vec![("share", share), ("gain of the second", gain_of_second)];
+    EvidenceJudgement { verdict, set, probability, second, gain, margin, numbers }
 }

@@ -3,6 +3,7 @@
 use trueup_estimation::innovations::column::{AppliedLaw, FilterColumn};
 
 use super::along::PlantAlong;
+use super::place::JointPlace;
 use super::shape::LawShape;
 use super::slope::LawSlopes;
 use super::spectrum::OrderPeaks;
@@ -61,6 +62,71 @@ impl Refinement {
     pub const ORDER: Self = Self { name: "h", step: 1.0, order: true };
 }
 
+/// A law at one of its places where a fit ended.
+pub struct LawFit<'a> {
+    /// The plant with the units of the columns, its parameters in hand those of the fit.
+    pub along: &'a PlantAlong<'a>,
+    /// The law's shape.
+    pub shape: &'a LawShape,
+    /// Joint, from 0.
+    pub joint: usize,
+    /// Channel of a law of a reading.
+    pub channel: Option<usize>,
+    /// Whether the readings of that channel were put back by the shape's delay, and amplitudes are of what is left of it.
+    pub put_back: bool,
+    /// Amplitudes of all terms, 0 of those that were left out; none where the plant's structure is the effect.
+    pub amplitudes: &'a [f64],
+}
+
+impl LawFit<'_> {
+    /// An amplitude; 0 where there are fewer.
+    pub fn amplitude(&self, k: usize) -> f64 {
+        self.amplitudes.get(k).copied().unwrap_or(0.0)
+    }
+    /// A number of the shape; 0 where there is none of that name.
+    pub fn number(&self, name: &str) -> f64 {
+        self.shape.value(name)
+    }
+    /// The joint.
+    pub fn place(&self) -> &JointPlace {
+        &self.along.joints[self.joint]
+    }
+    /// Unit of the channel's errors, in the unit of the reading.
+    pub fn reading_unit(&self) -> f64 {
+        self.channel.map_or(0.0, |c| self.along.channels[c].error / self.along.channels[c].turns)
+    }
+}
+
+/// A parameter of an effect, or one of the plant that is another with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LawValue {
+    /// Its name without place and index.
+    pub name: &'static str,
+    /// Its value, SI.
+    pub value: f64,
+    /// The recording that alone has it.
+    pub recording: Option<usize>,
+    /// The parameter that is its unit of measure, the value of that for which it is, and the exponent of their ratio.
+    pub usual: Option<(&'static str, f64, f64)>,
+}
+
+impl LawValue {
+    /// In all recordings.
+    pub fn new(name: &'static str, value: f64) -> Self {
+        Self { name, value, recording: None, usual: None }
+    }
+    /// The size of a power with this exponent where the parameter `unit`, its unit of measure, has the value `usual`.
+    pub fn at_usual(self, unit: &'static str, usual: f64, exponent: f64) -> Self {
+        Self { usual: Some((unit, usual, exponent)), ..self }
+    }
+    /// Its value where its unit of measure has the value that `start` gives.
+    pub fn with_unit(&self, start: impl Fn(&str) -> Option<f64>) -> f64 {
+        self.usual.map_or(self.value, |(unit, usual, exponent)| {
+            self.value * (start(unit).unwrap_or(usual) / usual).powf(exponent)
+        })
+    }
+}
+
 /// Dry friction of a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DryFriction {
@@ -86,6 +152,13 @@ pub trait EffectLaw: Sync {
     fn refined(&self, _shape: &LawShape) -> Vec<Refinement> {
         Vec::new()
     }
+    /// The effect that this is in the list of effects.
+    fn cause(&self, _shape: &LawShape) -> &'static str {
+        self.id()
+    }
+    /// Its parameters where a fit ended. Columns are linear, an effect's law is not: of a law with companions it has the terms that the
+    /// effect has, and of another law that which is nearest.
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue>;
     /// Whether the same cause at further joints is one effect.
     fn spreads(&self) -> bool {
         false

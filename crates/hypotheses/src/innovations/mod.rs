@@ -19,6 +19,7 @@ pub mod chain_screen;
 pub mod chain_search;
 pub mod chain_verdict;
 pub mod drive;
+pub mod findings;
 pub mod hypothesis;
 pub mod joint_along;
 pub mod late;

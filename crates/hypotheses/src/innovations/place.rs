@@ -22,10 +22,14 @@ pub struct JointPlace {
     pub gear_error: f64,
     /// Stiffness in hand, N.m/rad; 0: rigid.
     pub stiffness: f64,
+    /// The parameter that it is.
+    pub stiffness_name: &'static str,
     /// Damping in hand, N.m.s/rad.
     pub damping: f64,
     /// Least damping that a law of damping takes as usual, N.m.s/rad.
     pub least_damping: f64,
+    /// Inertia in hand of a link that is alone behind its joint, on its own side, kg.m2; 0: it is in a chain.
+    pub link_inertia: f64,
     /// Turns of the link's coordinate per turn of the link.
     pub turns: f64,
     /// Turns of the rotor per turn of the motor's coordinate.

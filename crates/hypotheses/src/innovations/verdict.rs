@@ -12,7 +12,7 @@ use super::search::JointFindings;
 
 /// The result for a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum JointVerdict {
+pub enum EvidenceVerdict {
     /// Nothing is missing.
     NoGap,
     /// Other parameters are enough.
@@ -25,7 +25,7 @@ pub enum JointVerdict {
     Unknown,
 }
 
-impl JointVerdict {
+impl EvidenceVerdict {
     /// As reports have it.
     pub fn name(self) -> &'static str {
         match self {
@@ -38,13 +38,16 @@ impl JointVerdict {
     }
 }
 
+/// An effect with its place as it is reported.
+pub type ReportedEffect = (&'static str, String);
+
 /// A verdict with the numbers that it is made from.
 #[derive(Clone, Debug)]
-pub struct JointJudgement {
+pub struct EvidenceJudgement {
     /// The verdict.
-    pub verdict: JointVerdict,
+    pub verdict: EvidenceVerdict,
     /// Effects with their places: what is missing, or what it may be.
-    pub set: Vec<(&'static str, &'static str)>,
+    pub set: Vec<ReportedEffect>,
     /// Probability that the leader, or the pair, is right.
     pub probability: f64,
     /// Probability that the best second is right; `None`: there is none.
@@ -53,7 +56,7 @@ pub struct JointJudgement {
     pub gain: f64,
     /// Nats to the next other effect.
     pub margin: f64,
-    /// Numbers of the leader by name.
+    /// Numbers of the leader, of an arm of the second too, by name.
     pub numbers: Vec<(&'static str, f64)>,
 }
 
@@ -81,7 +84,7 @@ fn is_void(h: &FittedEffect) -> bool {
 }
 
 /// Judges a search; `None` where it has no effect at all.
-pub fn judge(findings: &JointFindings) -> Option<JointJudgement> {
+pub fn judge(findings: &JointFindings) -> Option<EvidenceJudgement> {
     judge_by(findings, RIGHT, SECOND)
 }
 
@@ -90,7 +93,7 @@ pub fn judge_by(
     findings: &JointFindings,
     right: LogisticWeights,
     of_second: LogisticWeights,
-) -> Option<JointJudgement> {
+) -> Option<EvidenceJudgement> {
     let null = &findings.null;
     let mut effects: Vec<&FittedEffect> = findings.effects.iter().filter(|h| !is_void(h)).collect();
     if effects.is_empty() {
@@ -122,7 +125,8 @@ pub fn judge_by(
     if largest(&leader.fit.q) > LOST {
         probability = 0.0;
     }
-    let mut set = vec![leader.key()];
+    let reported = |(id, place): (&'static str, &'static str)| (id, place.to_owned());
+    let mut set = vec![reported(leader.key())];
     let chance = |p: &FittedPair| {
         let numbers = second_numbers(findings, leader, p, &effects)?;
         Some(logistic(of_second, &numbers))
@@ -134,33 +138,34 @@ pub fn judge_by(
         second = Some(chance);
         let takes_away = fall(&pair.fit.q) > FALL[1] && largest(&pair.fit.q) < LOST;
         if chance > 0.5 && (probability > 0.5 || takes_away) {
-            set = vec![pair.first, pair.second];
+            set = [pair.first, pair.second].map(reported).to_vec();
             probability = probability.max(chance);
         }
     }
     let mut verdict = if probability > 0.5 && gain > QUIET {
-        JointVerdict::Effects
+        EvidenceVerdict::Effects
     } else if null.latents > WORTH || null.farthest > ODD {
-        JointVerdict::Unknown
+        EvidenceVerdict::Unknown
     } else if null.evidence - null.nominal.0 < PARAMETERS {
-        JointVerdict::NoGap
+        EvidenceVerdict::NoGap
     } else {
-        JointVerdict::Parameters
+        EvidenceVerdict::Parameters
     };
-    if verdict == JointVerdict::Effects && set.len() == 1 {
+    if verdict == EvidenceVerdict::Effects && set.len() == 1 {
         let share = if largest(&leader.fit.q) > AUDIBLE { ALIKE[1] * gain } else { 0.0 };
         let alike =
             |h: &&&FittedEffect| leader.evidence - h.evidence < ALIKE[0].max(share) && h.id != leader.id;
-        let rivals: Vec<_> = effects.iter().skip(1).filter(alike).take(2).map(|h| h.key()).collect();
+        let rivals: Vec<_> =
+            effects.iter().skip(1).filter(alike).take(2).map(|h| reported(h.key())).collect();
         if !rivals.is_empty() {
-            verdict = JointVerdict::Ambiguous;
+            verdict = EvidenceVerdict::Ambiguous;
             set.extend(rivals);
         }
     }
-    if !matches!(verdict, JointVerdict::Effects | JointVerdict::Ambiguous) {
+    if !matches!(verdict, EvidenceVerdict::Effects | EvidenceVerdict::Ambiguous) {
         set.clear();
     }
-    Some(JointJudgement { verdict, set, probability, second, gain, margin, numbers })
+    Some(EvidenceJudgement { verdict, set, probability, second, gain, margin, numbers })
 }
 
 /// Numbers of the second of a pair by name; `None` where its first is no effect.

@@ -162,9 +162,8 @@ impl TrajectoryNodes {
                 hold: c.interpolation == Interpolation::Hold,
             })
         };
-        let missing = inputs.iter().find(|name| r.channel(name).is_none_or(|c| c.len() <= FEW));
-        if let Some(channel) = missing {
-            return Err(UnfitRecording::NoInput { recording: r.name.clone(), channel: channel.clone() });
+        if let Some(unfit) = inputs.iter().find_map(|name| UnfitRecording::of_input(r, name, FEW)) {
+            return Err(unfit);
         }
         let mut made = Self {
             name: r.name.clone(),

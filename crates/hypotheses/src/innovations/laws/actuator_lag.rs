@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -90,5 +90,14 @@ impl EffectLaw for ActuatorLagColumns {
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         let step = self.steps[usize::from(shape.form == "delay")];
         vec![Refinement::relative(shape.form, step)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        // Two equal lags: one lag with a dead time, of the same mean delay and the same spread.
+        let two = fit.number("two");
+        let lag = two * std::f64::consts::FRAC_1_SQRT_2;
+        vec![
+            LawValue::new("actuatorLag", fit.number("lag") + lag),
+            LawValue::new("actuatorDelay", fit.number("delay") + two - lag),
+        ]
     }
 }

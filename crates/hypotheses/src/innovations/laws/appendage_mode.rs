@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use trueup_estimation::innovations::column::ColumnPart;
 
 use crate::innovations::along::{PlantAlong, on_coordinates};
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::operator::resonance;
 use crate::innovations::shape::{LawShape, geometric};
 use crate::innovations::spectrum::OrderPeaks;
@@ -70,5 +70,16 @@ impl EffectLaw for AppendageModeColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         [("f", 0.06), ("z", 0.6), ("f", 0.06 * 0.4)].map(|(n, s)| Refinement::relative(n, s)).to_vec()
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let Some(base) = &fit.along.base else { return Vec::new() };
+        // The base's inertia was that of all; the effect's is that of the stiff part.
+        let inertia = UNITS[1] * base.inertia * fit.amplitude(5);
+        vec![
+            LawValue::new("appendageInertia", inertia),
+            LawValue::new("appendageFrequency", 2.0 * PI * fit.number("f")),
+            LawValue::new("appendageDampingRatio", fit.number("z")),
+            LawValue::new("baseInertia", (base.inertia - inertia).max(0.1 * base.inertia)),
+        ]
     }
 }

@@ -1,7 +1,7 @@
 //! Friction that differs by direction.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -33,5 +33,9 @@ impl EffectLaw for AsymmetricFrictionColumns {
             m.each(|i| -unit * z[i].abs())
         });
         Some(LawTerms::new(vec![(column, 0.0, self.unit[1])], &[]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let torque = fit.amplitude(0) * self.unit[0] * fit.place().torque;
+        vec![LawValue::new("coulombAsymmetry", torque), LawValue::new("viscousAsymmetry", 0.0)]
     }
 }

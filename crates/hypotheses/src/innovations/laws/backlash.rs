@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::numeric::sign;
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::{LawShape, geometric};
 use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
@@ -72,5 +72,16 @@ impl EffectLaw for BacklashColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("gap", self.step)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let mut all = vec![LawValue::new("backlashGap", fit.number("gap"))];
+        if !self.contact && fit.amplitudes.len() > 1 {
+            // A spring of two slopes that has none inside.
+            all.push(LawValue::new(
+                fit.place().stiffness_name,
+                (1.0 + fit.amplitude(1)) * fit.place().stiffness,
+            ));
+        }
+        all
     }
 }

@@ -1,7 +1,7 @@
 //! A cable or hose pulls on a free base.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -62,5 +62,21 @@ impl EffectLaw for BaseCableColumns {
             }));
         }
         Some(LawTerms::new(columns.into_iter().map(|c| (c, 0.0, 1.0)).collect(), &POSITIVE))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let Some(base) = &fit.along.base else { return Vec::new() };
+        let a = |k: usize| fit.amplitude(k);
+        let [force, _, torque] = base.force.map(|f| UNIT * f);
+        let width = base.reach[0].max(base.reach[1]);
+        // One stiffness for both axes; what is constant moves the place at which it does not pull.
+        let k = (0.5 * (a(6) + a(7)) * force / width).max(f64::MIN_POSITIVE);
+        let turning = (a(3) * torque / base.reach[2]).max(f64::MIN_POSITIVE);
+        vec![
+            LawValue::new("cableStiffness", k),
+            LawValue::new("cableRotationalStiffness", turning),
+            LawValue::new("cablePositionX", base.middle[0] + force * a(0) / k),
+            LawValue::new("cablePositionY", base.middle[1] + force * a(1) / k),
+            LawValue::new("cableAttitude", base.middle[2] + torque * a(2) / turning),
+        ]
     }
 }

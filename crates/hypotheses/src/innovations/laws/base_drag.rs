@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::numeric::sign;
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -59,5 +59,19 @@ impl EffectLaw for BaseDragColumns {
     }
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         shape.get("p").map(|_| Refinement::relative("p", 0.2)).into_iter().collect()
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let Some(base) = &fit.along.base else { return Vec::new() };
+        // The line that has the force of the law at the usual speed.
+        let own = match fit.shape.form {
+            "dry" => [[0.0; 2], [fit.amplitude(0), fit.amplitude(1)]],
+            _ => [[fit.amplitude(0), fit.amplitude(1)], [fit.amplitude(2), fit.amplitude(3)]],
+        };
+        let size = |k: usize| UNITS[0] * own[0][k] + UNITS[1] * own[1][k];
+        let usual = base.speed[0].max(base.speed[1]);
+        vec![
+            LawValue::new("baseDrag", size(0) * base.force[0] / usual),
+            LawValue::new("baseRotationalDrag", size(1) * base.force[2] / base.speed[2]),
+        ]
     }
 }

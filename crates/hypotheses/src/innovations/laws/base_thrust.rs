@@ -1,7 +1,7 @@
 //! A constant force on a free base: in its own axes (a leaking thruster) or in those of the ground.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -36,5 +36,17 @@ impl EffectLaw for BaseThrustColumns {
             of(&|_, _| [0.0, 0.0, torque]),
         ];
         Some(LawTerms::new(columns.map(|c| (c, 0.0, 1.0)).to_vec(), &[]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let Some(base) = &fit.along.base else { return Vec::new() };
+        let [x, y, turn] = [0, 1, 2].map(|k| UNIT * base.force[k] * fit.amplitude(k));
+        // A force in the axes of the ground: that of the base at its usual attitude.
+        let turned = if fit.shape.form == "body" { 0.0 } else { base.middle[2] };
+        let (sin, cos) = turned.sin_cos();
+        vec![
+            LawValue::new("thrustForceX", cos * x + sin * y),
+            LawValue::new("thrustForceY", cos * y - sin * x),
+            LawValue::new("thrustTorque", turn),
+        ]
     }
 }

@@ -1,7 +1,7 @@
 //! A cable pulls on the load.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -24,5 +24,15 @@ impl EffectLaw for CableStiffnessColumns {
         };
         let terms = vec![(of(1), -0.2, 0.5), (of(0), 0.0, 0.3), (of(3), 0.0, 0.2), (of(2), 0.0, 0.1)];
         Some(LawTerms::new(terms, &[]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let j = fit.place();
+        let [middle, reach] = j.reach.map(|x| x / j.turns);
+        let torque = j.torque * j.turns;
+        let k = (-torque * fit.amplitude(0) / reach).max(f64::MIN_POSITIVE);
+        vec![
+            LawValue::new("cableStiffness", k),
+            LawValue::new("cableAngle", middle + torque * fit.amplitude(1) / k),
+        ]
     }
 }

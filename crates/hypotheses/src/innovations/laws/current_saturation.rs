@@ -1,7 +1,7 @@
 //! The drive gives no more than a limit.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::place::JointPlace;
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
@@ -53,5 +53,9 @@ impl EffectLaw for CurrentSaturationColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("limit", self.step)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let gain = fit.along.runs.first().map_or(1.0, |r| r.drives[fit.joint].gain);
+        vec![LawValue::new("saturationTorque", fit.number("limit") * gain)]
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -24,6 +24,24 @@ impl ExternalForceColumns {
 /// Impulses on a place.
 pub fn pushes_at(place: &'static str, pulses: Vec<[f64; 2]>) -> LawShape {
     LawShape { pulses, ..LawShape::new(place, "pulses", &[]) }
+}
+
+/// Names of the numbers of each impulse that an effect has: forces, torque, begin, duration, edge.
+const NAMES: [[&str; 6]; 3] = [
+    ["forceX", "forceY", "torque", "start", "duration", "edge"],
+    ["secondForceX", "secondForceY", "secondTorque", "secondStart", "secondDuration", "secondEdge"],
+    ["thirdForceX", "thirdForceY", "thirdTorque", "thirdStart", "thirdDuration", "thirdEdge"],
+];
+
+/// Which numbers of an impulse its amplitudes at a place are, with their units.
+fn sizes(along: &PlantAlong<'_>, place: &str, joint: usize) -> Vec<(usize, f64)> {
+    let j = &along.joints[joint];
+    match place {
+        "base" => along.base.iter().flat_map(|b| b.force.into_iter().enumerate()).collect(),
+        "tip" => [0, 1].map(|axis| (axis, along.tip_unit())).to_vec(),
+        "actuator" => vec![(2, j.torque)],
+        _ => vec![(2, j.torque * j.turns)],
+    }
 }
 
 fn pulse(time: f64, [begin, width]: [f64; 2]) -> f64 {
@@ -69,5 +87,34 @@ impl EffectLaw for ExternalForceColumns {
             }
         }
         Some(LawTerms::new(terms, &[]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let sizes = sizes(fit.along, fit.shape.place, fit.joint);
+        let each = fit.amplitudes.chunks(sizes.len().max(1));
+        let strength = |a: &[f64]| a.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let mut all: Vec<(usize, [f64; 2], &[f64])> =
+            fit.shape.pulses.iter().zip(each).enumerate().map(|(n, (p, a))| (n, *p, a)).collect();
+        all.sort_by(|a, b| (strength(b.2) * b.1[1]).total_cmp(&(strength(a.2) * a.1[1])));
+        // Of impulses in single recordings each recording has its largest, else all have the largest ones.
+        let own = |n: usize| fit.shape.only.get(n).copied();
+        let mut kept: Vec<(Option<usize>, [f64; 2], &[f64])> = Vec::new();
+        for (n, p, a) in all {
+            let alike = kept.iter().filter(|k| k.0 == own(n)).count();
+            if alike < if own(n).is_some() { 1 } else { NAMES.len() } {
+                kept.push((own(n), p, a));
+            }
+        }
+        kept.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+        let mut values = Vec::new();
+        for (k, (recording, [begin, width], a)) in kept.into_iter().enumerate() {
+            let names = &NAMES[if recording.is_some() { 0 } else { k }];
+            // A raised cosine of a width is edges of half of it.
+            let times = [(names[3], begin), (names[4], 0.5 * width), (names[5], 0.5 * width)];
+            let forces = sizes.iter().zip(a).map(|((axis, unit), a)| (names[*axis], a * unit));
+            let all =
+                forces.chain(times).map(|(name, value)| LawValue { recording, ..LawValue::new(name, value) });
+            values.extend(all);
+        }
+        values
     }
 }

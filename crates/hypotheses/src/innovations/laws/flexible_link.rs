@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::operator::{resonance, resonator};
 use crate::innovations::place::ShownBy;
 use crate::innovations::shape::{LawShape, geometric};
@@ -96,5 +96,23 @@ impl EffectLaw for FlexibleLinkColumns {
     }
     fn bounded(&self, _: &PlantAlong<'_>, shape: &LawShape, name: &str, value: f64) -> f64 {
         if name == "z" && shape.form == "pole" { value.max(0.004) } else { value }
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        if fit.shape.form == "hinge" {
+            return Vec::new();
+        }
+        // Of a pole that is free the amplitude is m / (1 - m), and its frequency is that of the held tip over sqrt(1 - m).
+        let held = fit.amplitudes.is_empty();
+        let size = fit.amplitude(0).max(1e-3);
+        let share = if held { fit.number("m") } else { size / (1.0 + size) };
+        let hertz = if held { fit.number("f") } else { fit.number("f") * (1.0 - share).sqrt() };
+        let load = fit.place().link_inertia;
+        let (tip, w) = (share * load, 2.0 * PI * hertz);
+        vec![
+            LawValue::new("tipInertia", tip),
+            LawValue::new("linkStiffness", tip * w * w),
+            LawValue::new("linkDamping", 2.0 * fit.number("z") * tip * w),
+            LawValue::new("loadInertia", (1.0 - share) * load),
+        ]
     }
 }

@@ -1,7 +1,7 @@
 //! Friction of the nominal plant that changes with time.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -18,6 +18,8 @@ pub(super) struct FrictionDriftColumns {
 
 /// Unit of dry friction that slips over a length, in usual torques.
 const UNIT: f64 = 0.1;
+/// Longest recordings in which a change along a line is the beginning of one that settles.
+const LONG: f64 = 10.0;
 
 impl FrictionDriftColumns {
     pub(super) const JOINT: Self =
@@ -54,5 +56,18 @@ impl EffectLaw for FrictionDriftColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("time", 0.3)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let (j, a, time, duration) = (fit.place(), fit.amplitude(0), fit.number("time"), fit.along.duration);
+        // 1 + a exp(-t/T) = (1 + a) (1 - a / (1 + a) (1 - exp(-t/T))); along a line it begins at 1 - a/2.
+        let settles = time > 0.0;
+        let begins = if settles { 1.0 + a } else { 1.0 - 0.5 * a }.max(0.1);
+        let rate = if settles { -a / (begins * time) } else { a / (begins * duration) };
+        vec![
+            LawValue::new("frictionDriftRate", rate),
+            LawValue::new("frictionDriftTime", if settles { time } else { LONG * duration }),
+            LawValue::new("coulombFriction", begins * j.dry),
+            LawValue::new("viscousFriction", begins * j.viscous),
+        ]
     }
 }

@@ -1,7 +1,7 @@
 //! The load has weight.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -32,5 +32,12 @@ impl EffectLaw for GravityTorqueColumns {
         // (COL-14)
         let (sin, cos) = (of(f64::sin), of(f64::cos));
         Some(LawTerms::new(vec![(sin, 0.0, self.deviation), (cos, 0.0, self.deviation)], &[]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let [sine, cosine] = [0, 1].map(|k| fit.amplitude(k) * fit.place().torque * fit.place().turns);
+        vec![
+            LawValue::new("gravityTorque", sine.hypot(cosine)),
+            LawValue::new("gravityAngle", cosine.atan2(-sine)),
+        ]
     }
 }

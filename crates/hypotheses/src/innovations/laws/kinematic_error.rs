@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::place::MotionInStep;
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::{OrderPeaks, with_usual};
@@ -108,5 +108,17 @@ impl EffectLaw for KinematicErrorColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::ORDER]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let j = fit.place();
+        // The columns add to the twist what the effect takes from it.
+        let size = |k: usize| -fit.amplitude(k) * j.gear_error;
+        vec![
+            LawValue::new("kinematicErrorSine", size(0)),
+            LawValue::new("kinematicErrorCosine", size(1)),
+            LawValue::new("kinematicErrorSine2", size(2)),
+            LawValue::new("kinematicErrorCosine2", size(3)),
+            LawValue::new("kinematicErrorOrder", fit.number("h") / j.rotor_turns),
+        ]
     }
 }

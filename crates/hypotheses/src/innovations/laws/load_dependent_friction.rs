@@ -1,7 +1,7 @@
 //! Friction that grows with the torque that is transmitted.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -36,5 +36,8 @@ impl EffectLaw for LoadDependentFrictionColumns {
             m.each(|i| -z[i] * torque(i).abs())
         });
         Some(LawTerms::new(vec![(column, 0.15, 0.2)], &[0]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        vec![LawValue::new("loadFrictionCoefficient", fit.amplitude(0))]
     }
 }

@@ -1,7 +1,7 @@
 //! Friction of the load.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::operator::{balancing, dahl};
 use crate::innovations::shape::{LawShape, geometric};
 use crate::innovations::slope::LawSlopes;
@@ -125,5 +125,18 @@ impl EffectLaw for LoadFrictionColumns {
             "length" => vec![Refinement::relative("x", self.step)],
             _ => Vec::new(),
         }
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let (j, a) = (fit.place(), |k: usize| fit.amplitude(k));
+        let (torque, n) = (j.torque, j.turns);
+        let length = fit.shape.get("x");
+        let [dry, slow] = if length.is_some() { self.units } else { [1.0; 2] };
+        let level = fit.shape.get("a").map_or(dry * (a(0) + a(2)), |level| a(0) * level);
+        let mut all = vec![
+            LawValue::new("loadFriction", (level * torque * n).max(0.0)),
+            LawValue::new("loadViscousFriction", (slow * a(1) * torque * n * n / j.link_speed).max(0.0)),
+        ];
+        all.extend(length.map(|x| LawValue::new("loadFrictionDisplacement", x / n)));
+        all
     }
 }

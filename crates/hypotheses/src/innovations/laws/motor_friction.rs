@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::FilterColumn;
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{DryFriction, EffectLaw, LawTerm, LawTerms, Refinement};
+use crate::innovations::law::{DryFriction, EffectLaw, LawFit, LawTerm, LawTerms, LawValue, Refinement};
 use crate::innovations::run_along::JointMotion;
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
@@ -120,5 +120,21 @@ impl EffectLaw for MotorFrictionColumns {
     }
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         shape.get("x").map(|_| Refinement::relative("x", 0.4)).into_iter().collect()
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        // Where the plant's structure has it, it is among the plant's own parameters.
+        if fit.amplitudes.is_empty() {
+            return Vec::new();
+        }
+        let j = fit.place();
+        let dry = fit.amplitude(0) + fit.amplitude(2) + fit.amplitude(3);
+        let viscous = self.units[1] * j.torque * fit.amplitude(1) / j.motor_speed;
+        let mut all = vec![
+            LawValue::new("coulombFriction", (self.units[0] * j.torque * dry).max(0.0)),
+            LawValue::new("viscousFriction", viscous.max(0.0)),
+        ];
+        // An arm's dry friction slips.
+        all.extend(fit.shape.get("x").map(|x| LawValue::new("preslidingDisplacement", x)));
+        all
     }
 }

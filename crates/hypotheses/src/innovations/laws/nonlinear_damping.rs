@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::numeric::sign;
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
@@ -68,5 +68,12 @@ impl EffectLaw for NonlinearDampingColumns {
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         let length = shape.get("x").map(|_| Refinement::relative("x", 0.4));
         [Refinement::relative("p", 0.2)].into_iter().chain(length).collect()
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let (j, p) = (fit.place(), fit.number("p"));
+        // What grows with the twist is half of itself on the mean.
+        let size = fit.amplitude(0) + 0.5 * fit.amplitude(1);
+        let torque = LawValue::new("dampingTorque", size * j.least_damping * j.twist_rate);
+        vec![torque.at_usual("dampingReferenceRate", j.twist_rate, p), LawValue::new("dampingExponent", p)]
     }
 }

@@ -1,7 +1,7 @@
 //! A spring that is no line: powers of the twist, or bends.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
 use crate::innovations::spectrum::OrderPeaks;
@@ -20,6 +20,13 @@ pub(super) enum NonlinearStiffnessColumns {
 const BENDS: [f64; 6] = [0.12, 0.22, 0.35, 0.5, 0.7, 0.9];
 /// The same of knees.
 const KNEES: [f64; 7] = [0.06, 0.12, 0.2, 0.35, 0.55, 0.75, 1.0];
+
+/// Line and cube that are nearest to the square and to the fifth power, by least squares up to the usual twist: solutions of
+/// [[1/3, 1/5], [1/5, 1/7]] c = [1/4, 1/6] and = [1/7, 1/9].
+const SQUARE: [f64; 2] = [5.0 / 16.0, 35.0 / 48.0];
+const FIFTH: [f64; 2] = [-5.0 / 21.0, 10.0 / 9.0];
+/// Least share of its stiffness that a spring keeps.
+const LEAST: f64 = 0.02;
 
 impl EffectLaw for NonlinearStiffnessColumns {
     fn id(&self) -> &'static str {
@@ -78,5 +85,31 @@ impl EffectLaw for NonlinearStiffnessColumns {
         let steps = [("bend", 0.25), ("b", 0.3), ("b2", 0.3)];
         let own = steps.into_iter().filter(|(name, _)| shape.get(name).is_some());
         own.map(|(name, step)| Refinement::relative(name, step)).collect()
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let (a, j) = (|k: usize| fit.amplitude(k), fit.place());
+        let (stiffness, twist) = (j.stiffness, j.twist);
+        let [cubic, knee, bend, line] = match (fit.shape.form, self) {
+            ("slopes", _) => [0.0, -a(0), fit.number("bend"), 1.0 + a(0) + a(1)],
+            ("knees", _) => {
+                [0.0, 0.5 * (a(0) + a(1)), 0.5 * (fit.number("b") + fit.number("b2")), 1.0 + a(2)]
+            }
+            (_, Self::Joint) => [a(0), 0.0, 0.0, 1.0],
+            (_, Self::Arm) => {
+                let of = |k: usize| a(0) * SQUARE[k] + a(2) * FIFTH[k];
+                [a(1) + of(1), 0.0, 0.0, 1.0 + a(3) + of(0)]
+            }
+        };
+        let mut all = vec![
+            LawValue::new("cubicStiffness", cubic * stiffness / twist.powi(2)),
+            LawValue::new("kneeStiffness", knee * stiffness),
+        ];
+        if bend > 0.0 {
+            all.push(LawValue::new("kneeDeflection", bend));
+        }
+        if line != 1.0 {
+            all.push(LawValue::new(j.stiffness_name, line.max(LEAST) * stiffness));
+        }
+        all
     }
 }

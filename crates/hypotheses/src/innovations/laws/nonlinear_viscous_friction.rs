@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::numeric::sign;
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -44,5 +44,10 @@ impl EffectLaw for NonlinearViscousFrictionColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("p", 0.2)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let (j, p) = (fit.place(), fit.number("p"));
+        let torque = LawValue::new("dragTorque", fit.amplitude(0) * self.unit[0] * j.torque);
+        vec![torque.at_usual("dragReferenceSpeed", j.motor_speed, p), LawValue::new("dragExponent", p)]
     }
 }

@@ -1,7 +1,7 @@
 //! Friction that yields before it slides.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::place::JointPlace;
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
@@ -19,6 +19,10 @@ const LENGTHS: [f64; 14] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.8, 1.2, 2.0, 3.5
 /// Lengths that are looked for at an arm, rad, and the length of what does not yield.
 const ARM_LENGTHS: [f64; 3] = [1e-3, 4e-3, 1.5e-2];
 const RIGID: f64 = 1e-4;
+/// Unit of the amplitude at an arm, in usual torques.
+const UNIT: f64 = 0.1;
+/// Largest share of dry friction that bristles carry: all of it has no level left.
+const SHARE: f64 = 0.99;
 
 /// What the encoder does not resolve is sticking.
 fn least(j: &JointPlace) -> f64 {
@@ -58,7 +62,7 @@ impl EffectLaw for PreslidingFrictionColumns {
                 let late = instead(torque, Some(4.0 * x), Some(x));
                 LawTerms::new(vec![(instead(torque, Some(x), None), 1.0, 0.2), (late, 0.0, 0.3)], &[0])
             }
-            Self::Arm => LawTerms::new(vec![(instead(0.1 * torque, Some(x), Some(RIGID)), 1.0, 1.0)], &[0]),
+            Self::Arm => LawTerms::new(vec![(instead(UNIT * torque, Some(x), Some(RIGID)), 1.0, 1.0)], &[0]),
         })
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
@@ -66,5 +70,17 @@ impl EffectLaw for PreslidingFrictionColumns {
     }
     fn bounded(&self, along: &PlantAlong<'_>, shape: &LawShape, _: &str, value: f64) -> f64 {
         value.max(least(&along.joints[shape.joint()]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let j = fit.place();
+        let unit = match self {
+            Self::Joint => j.torque,
+            Self::Arm => UNIT * j.torque,
+        };
+        let share = fit.amplitude(0) * unit / j.dry.max(f64::MIN_POSITIVE);
+        vec![
+            LawValue::new("preslidingShare", share.clamp(0.0, SHARE)),
+            LawValue::new("preslidingDisplacement", fit.number("x")),
+        ]
     }
 }

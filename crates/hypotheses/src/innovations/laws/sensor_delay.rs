@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::FilterColumn;
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::laws::sensor;
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
@@ -82,5 +82,11 @@ impl EffectLaw for SensorDelayColumns {
     }
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         shape.get("d").map(|_| Refinement::relative("d", self.step)).into_iter().collect()
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        // Of a channel that was put back by `d`, what is left is half a step per unit amplitude.
+        let step = fit.along.runs.first().map_or(0.0, |r| r.steps[0]);
+        let rest = if fit.put_back { 0.5 * step * fit.amplitude(0) } else { 0.0 };
+        vec![LawValue::new("delay", (fit.number("d") + rest).max(0.0))]
     }
 }

@@ -1,7 +1,7 @@
 //! A reading drifts with time.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::laws::sensor;
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
@@ -26,6 +26,8 @@ pub(super) struct SensorDriftColumns {
 
 /// Time constant with which form `late` settles, s.
 const SETTLES: f64 = 0.5;
+/// Longest recordings in which a drift along a line is the beginning of one that settles.
+const LONG: f64 = 10.0;
 
 impl SensorDriftColumns {
     pub(super) const JOINT: Self = Self {
@@ -92,5 +94,28 @@ impl EffectLaw for SensorDriftColumns {
         let names = [("time", self.steps[0]), ("k", self.steps[1])];
         let own = names.into_iter().filter(|(name, _)| shape.get(name).is_some());
         own.map(|(name, step)| Refinement::relative(name, step)).collect()
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let (duration, a) = (fit.along.duration, [0, 1].map(|k| fit.amplitude(k) * fit.reading_unit()));
+        let (time, begin) = (fit.number("time"), fit.number("k") * duration);
+        // Rate, time constant and begin of what is larger: the form, or its line. What goes to and fro begins as it does.
+        let larger = |form: f64, line: f64| form.abs() > line.abs();
+        let line = [a[1] / duration, LONG * duration, 0.0];
+        let [rate, settles, start] = match fit.shape.form {
+            "time" if larger(a[0] / time, line[0]) => [a[0] / time, time, 0.0],
+            "later" if larger(a[0], a[1]) => [a[0] / duration, LONG * duration, begin],
+            "late" if larger(a[0] * (1.0 - fit.number("k")), a[1]) => {
+                [a[0] / duration, LONG * duration, begin]
+            }
+            "late" => [a[1] / SETTLES, SETTLES, begin],
+            "line" => [(a[0] + a[1]) / duration, LONG * duration, 0.0],
+            "wander" => [2.0 * std::f64::consts::PI * a[0] / time, 0.25 * time, 0.0],
+            _ => line,
+        };
+        vec![
+            LawValue::new("driftRate", rate),
+            LawValue::new("driftTime", settles),
+            LawValue::new("driftStart", start),
+        ]
     }
 }

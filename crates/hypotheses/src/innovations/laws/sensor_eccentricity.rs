@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::laws::sensor;
 use crate::innovations::place::ShownBy;
 use crate::innovations::shape::LawShape;
@@ -73,5 +73,13 @@ impl EffectLaw for SensorEccentricityColumns {
     }
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         if self.peaks && shape.place != "sensor:loadAngle" { vec![Refinement::ORDER] } else { Vec::new() }
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let unit = fit.reading_unit();
+        vec![
+            LawValue::new("eccentricitySine", fit.amplitude(0) * unit),
+            LawValue::new("eccentricityCosine", fit.amplitude(1) * unit),
+            LawValue::new("eccentricityOrder", fit.number("h")),
+        ]
     }
 }

@@ -1,7 +1,7 @@
 //! Friction that falls with speed out of rest.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{DryFriction, EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{DryFriction, EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::laws::motor_friction::MotorFrictionColumns;
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
@@ -117,5 +117,18 @@ impl EffectLaw for StribeckFrictionColumns {
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
         let length = shape.get("x").map(|_| Refinement::relative("x", self.step));
         length.into_iter().chain([Refinement::relative("speed", self.step)]).collect()
+    }
+    fn cause(&self, shape: &LawShape) -> &'static str {
+        // A plant without friction lacks friction, however it falls with speed.
+        if shape.get("x").is_some() { self.plain.id() } else { self.id() }
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        if fit.shape.get("x").is_some() {
+            return self.plain.values(fit);
+        }
+        vec![
+            LawValue::new("staticFriction", fit.amplitude(0) * fit.place().torque),
+            LawValue::new("stribeckVelocity", fit.number("speed")),
+        ]
     }
 }

@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::OrderPeaks;
 
@@ -31,5 +31,11 @@ impl EffectLaw for TableTiltColumns {
         let column =
             |axis: usize| (0..along.runs.len()).map(|k| part(k, axis)).collect::<Option<FilterColumn>>();
         Some(LawTerms::new(vec![(column(0)?, 0.0, 4.0), (column(1)?, 0.0, 4.0)], &[]))
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        vec![
+            LawValue::new("tiltAccelerationX", UNIT * fit.amplitude(0)),
+            LawValue::new("tiltAccelerationY", UNIT * fit.amplitude(1)),
+        ]
     }
 }

@@ -3,7 +3,7 @@
 use trueup_estimation::innovations::column::{ColumnPart, FilterColumn};
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::{OrderPeaks, with_usual};
 
@@ -67,5 +67,16 @@ impl EffectLaw for TorqueRippleColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::ORDER]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let j = fit.place();
+        let size = |k: usize| fit.amplitude(k) * self.unit * j.torque;
+        vec![
+            LawValue::new("rippleSine", size(0)),
+            LawValue::new("rippleCosine", size(1)),
+            LawValue::new("rippleSine2", size(2)),
+            LawValue::new("rippleCosine2", size(3)),
+            LawValue::new("rippleOrder", fit.number("h") / j.rotor_turns),
+        ]
     }
 }

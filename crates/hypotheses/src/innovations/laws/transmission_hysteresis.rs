@@ -1,7 +1,7 @@
 //! Friction inside the transmission: the torque of a twist depends on where it came from.
 
 use crate::innovations::along::PlantAlong;
-use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
+use crate::innovations::law::{EffectLaw, LawFit, LawTerms, LawValue, Refinement};
 use crate::innovations::operator::dahl;
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
@@ -63,5 +63,12 @@ impl EffectLaw for TransmissionHysteresisColumns {
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::relative("x", self.step)]
+    }
+    fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
+        let torque = self.unit * fit.place().torque * fit.amplitudes.iter().sum::<f64>();
+        vec![
+            LawValue::new("hysteresisTorque", torque),
+            LawValue::new("hysteresisDisplacement", fit.number("x")),
+        ]
     }
 }
