@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+# Matrices are small, and pytest has a process per core already: more threads of BLAS wait for each other, busily.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = (
     "TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "FlexibleArm", "FreeBody", "GripperContact", "CaptureScene",

@@ -3,6 +3,7 @@
 mod acting;
 pub mod began;
 mod blind;
+mod budget;
 mod claim;
 mod complete;
 mod conclude;
@@ -23,8 +24,10 @@ pub mod record;
 mod refusal;
 mod strained;
 mod traces;
+mod twist;
 mod unsimulated;
 mod watch;
+mod yours;
 
 use std::borrow::Cow;
 
@@ -165,6 +168,8 @@ pub struct Diagnosed {
     pub next: Option<ProposedExperiment>,
     /// Held-out recordings (of cases without: those for fitting).
     pub traces: Vec<ChannelTrace>,
+    /// The twists of their transmissions, where both ends were recorded.
+    pub twists: Vec<ChannelTrace>,
     /// Which joints of the nominal model have a spring.
     pub flexible: Vec<bool>,
     /// The augmented model, where an effect is claimed.

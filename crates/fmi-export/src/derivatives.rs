@@ -82,9 +82,9 @@ impl<M: FmuModel> ModelInstance<M> {
         self.expect_len(self.duals.knowns.len(), seed.len())?;
         self.expect_len(self.duals.unknowns.len(), sensitivity.len())?;
         let (m, d) = (&self.memory, &mut self.duals);
-        d.one.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
+        d.workspace.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
         for (k, s) in d.knowns.iter().zip(seed) {
-            d.one.known(*k).eps[0] += s;
+            d.workspace.known(*k).eps[0] += s;
         }
         let parts = InstanceParts {
             model: &*self.model,
@@ -93,11 +93,11 @@ impl<M: FmuModel> ModelInstance<M> {
             modes: &m.modes,
             initial: m.state == InstanceState::Initialization,
         };
-        d.one.sweep(&parts, &d.unknowns);
+        d.workspace.sweep(&parts, &d.unknowns);
         d.results(sensitivity)
     }
 
-    /// sensitivity = (d unknowns / d knowns)^T seed, by forward sweeps over four knowns each.
+    /// sensitivity = (d unknowns / d knowns)^T seed, by one forward sweep a known.
     pub fn adjoint_derivative(
         &mut self,
         unknowns: &[u32],
@@ -116,15 +116,11 @@ impl<M: FmuModel> ModelInstance<M> {
             modes: &m.modes,
             initial: m.state == InstanceState::Initialization,
         };
-        for (out, knowns) in sensitivity.chunks_mut(4).zip(d.knowns.chunks(4)) {
-            d.four.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
-            for (i, k) in knowns.iter().enumerate() {
-                d.four.known(*k).eps[i] += 1.0;
-            }
-            d.four.sweep(&parts, &d.unknowns);
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = d.unknowns.iter().zip(seed).map(|(k, s)| s * d.four.unknown(*k).eps[i]).sum();
-            }
+        for (out, k) in sensitivity.iter_mut().zip(&d.knowns) {
+            d.workspace.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
+            d.workspace.known(*k).eps[0] = 1.0;
+            d.workspace.sweep(&parts, &d.unknowns);
+            *out = d.unknowns.iter().zip(seed).map(|(k, s)| s * d.workspace.unknown(*k).eps[0]).sum();
         }
         if sensitivity.iter().any(|s| !s.is_finite()) {
             return discard(NOT_FINITE);
@@ -171,10 +167,10 @@ impl<M: FmuModel> ModelInstance<M> {
         self.resolve(references, &[])?;
         self.expect_len(self.duals.unknowns.len(), values.len())?;
         let (m, d) = (&self.memory, &mut self.duals);
-        d.one.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
-        d.one.t.eps[0] = 1.0;
-        d.one.x.iter_mut().zip(&self.cache.dx).for_each(|(x, dx)| x.eps[0] = *dx);
-        d.one.u.iter_mut().zip(&m.slopes).for_each(|(u, slope)| u.eps[0] = *slope);
+        d.workspace.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
+        d.workspace.t.eps[0] = 1.0;
+        d.workspace.x.iter_mut().zip(&self.cache.dx).for_each(|(x, dx)| x.eps[0] = *dx);
+        d.workspace.u.iter_mut().zip(&m.slopes).for_each(|(u, slope)| u.eps[0] = *slope);
         let parts = InstanceParts {
             model: &*self.model,
             layout: &self.layout,
@@ -182,7 +178,7 @@ impl<M: FmuModel> ModelInstance<M> {
             modes: &m.modes,
             initial: false,
         };
-        d.one.sweep(&parts, &d.unknowns);
+        d.workspace.sweep(&parts, &d.unknowns);
         d.results(values)
     }
 

@@ -2,16 +2,19 @@
 
 use crate::fault::{CallOutcome, discard};
 use crate::model::FmuModel;
-use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{At, ModelSizes};
+use trueup_numerics::{Dual, Scalar};
 
 pub(crate) const NOT_FINITE: &str = "a derivative is not finite with these states and inputs";
+
+/// Values with their derivative along one direction. Each number of directions is one more copy of all models in the library: adjoint
+/// derivatives take one sweep a known instead (docs/decisions/0080-one-direction-in-an-fmu.md).
+type Directed = Dual<1>;
 
 /// Work space; grows at first use.
 #[derive(Debug, Default)]
 pub(crate) struct Duals {
-    pub(crate) one: DualWorkspace<1>,
-    pub(crate) four: DualWorkspace<4>,
+    pub(crate) workspace: DualWorkspace,
     pub(crate) unknowns: Vec<UnknownVariable>,
     pub(crate) knowns: Vec<KnownVariable>,
 }
@@ -33,24 +36,24 @@ pub(crate) enum UnknownVariable {
 }
 
 #[derive(Debug, Default)]
-pub(crate) struct DualWorkspace<const N: usize> {
-    pub(crate) t: Dual<N>,
-    pub(crate) x: Vec<Dual<N>>,
-    pub(crate) u: Vec<Dual<N>>,
-    pub(crate) p: Vec<Dual<N>>,
-    pub(crate) y: Vec<Dual<N>>,
-    pub(crate) dx: Vec<Dual<N>>,
-    pub(crate) z: Vec<Dual<N>>,
+pub(crate) struct DualWorkspace {
+    pub(crate) t: Directed,
+    pub(crate) x: Vec<Directed>,
+    pub(crate) u: Vec<Directed>,
+    pub(crate) p: Vec<Directed>,
+    pub(crate) y: Vec<Directed>,
+    pub(crate) dx: Vec<Directed>,
+    pub(crate) z: Vec<Directed>,
 }
 
-impl<const N: usize> DualWorkspace<N> {
+impl DualWorkspace {
     pub(crate) fn load(&mut self, n: ModelSizes, t: f64, x: &[f64], u: &[f64], p: &[f64]) {
-        let zero = Dual::new(0.0, [0.0; N]);
-        let copy = |to: &mut Vec<Dual<N>>, from: &[f64]| {
+        let zero = Directed::default();
+        let copy = |to: &mut Vec<Directed>, from: &[f64]| {
             to.clear();
-            to.extend(from.iter().map(|v| Dual::new(*v, [0.0; N])));
+            to.extend(from.iter().map(|v| Directed::constant(*v)));
         };
-        self.t = Dual::new(t, [0.0; N]);
+        self.t = Directed::constant(t);
         copy(&mut self.x, x);
         copy(&mut self.u, u);
         copy(&mut self.p, p);
@@ -58,7 +61,7 @@ impl<const N: usize> DualWorkspace<N> {
         self.dx.resize(n.states, zero);
         self.z.resize(n.indicators, zero);
     }
-    pub(crate) fn known(&mut self, k: KnownVariable) -> &mut Dual<N> {
+    pub(crate) fn known(&mut self, k: KnownVariable) -> &mut Directed {
         match k {
             KnownVariable::Time => &mut self.t,
             KnownVariable::State(i) => &mut self.x[i],
@@ -66,7 +69,7 @@ impl<const N: usize> DualWorkspace<N> {
             KnownVariable::Parameter(i) => &mut self.p[i],
         }
     }
-    pub(crate) fn unknown(&self, k: UnknownVariable) -> &Dual<N> {
+    pub(crate) fn unknown(&self, k: UnknownVariable) -> &Directed {
         match k {
             UnknownVariable::Output(i) => &self.y[i],
             UnknownVariable::Rate(i) => &self.dx[i],
@@ -95,10 +98,10 @@ impl<const N: usize> DualWorkspace<N> {
 }
 
 impl Duals {
-    /// The derivatives that a sweep with one direction gave.
+    /// The derivatives that a sweep gave.
     pub(crate) fn results(&self, out: &mut [f64]) -> CallOutcome {
         for (out, k) in out.iter_mut().zip(&self.unknowns) {
-            let derivative = self.one.unknown(*k).eps[0];
+            let derivative = self.workspace.unknown(*k).eps[0];
             if !derivative.is_finite() {
                 return discard(NOT_FINITE);
             }

@@ -266,10 +266,8 @@ impl TrialArm {
             f = [f64::NAN; COORDINATES]
         }
         let mut dx = [0.0; 2 * COORDINATES + 2];
-        for i in 0..COORDINATES {
-            dx[i] = x[COORDINATES + i];
-            dx[COORDINATES + i] = f[i];
-        }
+        dx[..COORDINATES].copy_from_slice(&x[COORDINATES..2 * COORDINATES]);
+        dx[COORDINATES..2 * COORDINATES].copy_from_slice(&f[..COORDINATES]);
         for j in (0..LINKS).filter(|j| !self.values.flexible[*j]) {
             (dx[3 + LINKS + j], dx[COORDINATES + 3 + LINKS + j]) = (0.0, 0.0);
         }
