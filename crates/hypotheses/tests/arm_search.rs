@@ -102,7 +102,8 @@ fn what_an_arm_has_that_the_engine_does_not_know_is_refused_by_name() {
     fn sensor(l: &mut Loaded) -> &mut SensorData {
         &mut l.recordings.values_mut().flat_map(|r| &mut r.channels).last().unwrap().sensor
     }
-    let changes: [(&str, Change); 5] = [
+    let changes: [(&str, Change); 6] = [
+        ("a payload", |l| l.case.payload = Some(3)),
         ("known effects", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: Some(1), given: Vec::new() });
         }),

@@ -91,6 +91,8 @@ fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static s
     };
     let known = [
         (!loaded.case.effects.is_empty(), "known effects"),
+        // Its refit from a mass of 0 does not end where the trajectory is that of the payload.
+        (loaded.case.payload.is_some(), "a payload"),
         (sensors().any(|s| s.late.is_some()), "unknown delays"),
         (sensors().any(|s| s.delay != 0.0), "declared delays"),
         (recordings().any(has_own_parameters), "parameters of single recordings"),
