@@ -13,7 +13,7 @@ use trueup_hypotheses::innovations::along::PlantAlong;
 use trueup_hypotheses::innovations::candidate::ScreenedShape;
 use trueup_hypotheses::innovations::chain_along::{ChainSizes, FrameMechanics, along_chain};
 use trueup_hypotheses::innovations::chain_orders::chain_orders;
-use trueup_hypotheses::innovations::chain_screen::{LOOKS, best_of_families, chain_shapes, chain_survey};
+use trueup_hypotheses::innovations::chain_screen::{LOOKS, best_of_chain, chain_shapes, chain_survey};
 use trueup_hypotheses::innovations::laws::arm_law_of;
 use trueup_hypotheses::innovations::screen::Screening;
 use trueup_hypotheses::innovations::shape::LawShape;

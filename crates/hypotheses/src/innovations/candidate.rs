@@ -57,7 +57,7 @@ impl ScreenedShape {
     pub(super) fn or_better(self, other: Self) -> Self {
         if other.evidence > self.evidence { other } else { self }
     }
-    /// Effect and place, of readings the channels; the form where forms are apart, or where each is asked for.
+    /// Effect and place, of readings the channels; the form where forms are apart, or where each form is a family.
     pub fn family(&self, each_form: bool) -> (&'static str, &'static str, &[usize], &'static str) {
         let form = if each_form || self.law.forms_apart() { self.shape.form } else { "" };
         (self.law.id(), self.shape.place, &self.shape.channels, form)

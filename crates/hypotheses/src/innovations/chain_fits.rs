@@ -222,7 +222,7 @@ impl ChainFits<'_> {
         })
     }
 
-    /// All shapes that are wanted along the present trajectory of a frame, with the orders of its scores.
+    /// The shapes that `wanted` takes along the present trajectory of a frame, with the orders of its scores.
     pub fn shapes(
         &self,
         frame: &TrajectoryFrame,

@@ -57,7 +57,7 @@ fn shape_of((place, joint): PushedPlace, pulses: Vec<[f64; 2]>) -> LawShape {
 
 /// Recordings in which impulses are looked for, on one place after the other.
 struct PushedRecordings {
-    /// With the scores beside the laws that are fitted.
+    /// With the scores in addition to the laws that are fitted.
     frame: TrajectoryFrame,
     standing: Vec<AppliedLaw>,
     screening: Screening,
@@ -129,7 +129,7 @@ impl ChainFits<'_> {
             })
         };
         let [least, share] = CHAIN_SEARCH.push;
-        // Further impulses are looked for in the scores beside the first ones.
+        // Further impulses are looked for in the scores in addition to the first ones.
         let mut beside: Option<TrajectoryFrame> = None;
         for _ in 0..*most {
             let mine = best.as_ref().map_or_else(Vec::new, |b| b.shape.pulses.clone());

@@ -15,7 +15,7 @@ use super::spectrum::OrderPeaks;
 /// What is looked at again.
 const AGAIN: ScreenRules = ScreenRules { shapes: 3, families: 20, below: 3.0, each_form: false };
 
-/// Candidates of all laws along a trajectory whose columns are wanted.
+/// Candidates of all laws along a trajectory, of the shapes that `wanted` takes.
 pub fn chain_shapes(
     along: &PlantAlong<'_>,
     orders: &[OrderPeaks],
