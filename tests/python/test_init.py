@@ -7,7 +7,10 @@ import csv
 import json
 import math
 import os
+import pty
 import re
+import select
+import shutil
 import struct
 import subprocess
 import time
@@ -285,3 +288,77 @@ def test_check_stops_before_what_is_wrong(tmp_path):
     assert len(grave) == 1 and "train-2.csv" in grave[0] and "motorCurrent" in grave[0] and "opposite sign" in grave[0]
     page = (tmp_path / "check.html").read_text()
     assert "opposite sign" in page and page.count("<svg") >= 12
+
+
+def answered(program, answers, *arguments):
+    """The program in a terminal of its own, and what it wrote there; each question that ends so gets its answer."""
+    ours, theirs = pty.openpty()
+    done = subprocess.Popen([program, *map(str, arguments)], stdin=theirs, stdout=subprocess.PIPE, stderr=theirs, text=True)
+    os.close(theirs)
+    shown = ""
+    for question, answer in answers:
+        while not shown.rstrip().endswith(question):
+            assert select.select([ours], [], [], 20)[0], f"no question {question!r} in {shown!r}"
+            shown += os.read(ours, 4096).decode()
+        os.write(ours, f"{answer}\n".encode())
+        shown += "\n"
+    out, _ = done.communicate(timeout=20)
+    while select.select([ours], [], [], 0)[0]:
+        try:
+            shown += os.read(ours, 4096).decode()
+        except OSError:
+            break
+    os.close(ours)
+    return done.returncode, out, shown
+
+
+def test_in_a_terminal_it_asks(trueup, tmp_path):
+    """For the model, and for the column of an input that was not recognised; what is answered is no guess."""
+    rows = [f"{t},{i},{m},{load}" for t, i, m, load in readings("train-1")]
+    (tmp_path / "a.csv").write_text("\n".join(["time,u,motorAngle,loadAngle", *rows]) + "\n")
+    answers = [("[TwoMassJoint]:", ""), ("Enter)?", "u"), ("Enter)?", "")]
+    status, out, shown = answered(trueup.program, answers[:2], "init", tmp_path / "a.csv", "--print")
+    assert status == 0, shown
+    assert "Which column is motorCurrent" in shown and "u, motorAngle, loadAngle" in shown
+    assert '"u" = "motorCurrent"' in out and "TODO" not in out
+    # An answer that is no model is a wrong use; nothing is written.
+    status, out, shown = answered(trueup.program, [("[TwoMassJoint]:", "TwoMasJoint")], "init", tmp_path / "a.csv")
+    assert status == 2 and "TwoMassJoint" in shown and not (tmp_path / "case.toml").exists()
+
+
+def test_readings_of_several_joints_propose_the_arm(trueup, tmp_path):
+    names = ["positionReference[1]", "positionReference[2]", "jointAngle[1]", "jointAngle[2]"]
+    rows = [",".join([f"{0.01 * k:.2f}", *(f"{math.sin(0.05 * k + j):.5f}" for j in range(4))]) for k in range(400)]
+    (tmp_path / "run.csv").write_text("\n".join([",".join(["time", *names]), *rows]) + "\n")
+    done = trueup("init", tmp_path / "run.csv", "--print")
+    assert done.returncode == 0, done.stderr
+    first = next(line for line in done.stdout.splitlines() if line.startswith("model"))
+    assert first.startswith('model = "PlanarManipulator"') and "GUESS" in first
+    assert "TwoMassJoint" not in done.stdout and '"jointAngle[2]" = "motorAngle"' not in done.stdout
+    assert "position-servo" in done.stdout
+
+
+def test_check_prints_the_gain_of_each_input(trueup, tmp_path):
+    for run in RUNS:
+        scale = 1e3 if run == "train-2" else 1.0
+        rows = [f"{t},{scale * i},{m},{load}" for t, i, m, load in readings(run)]
+        (tmp_path / f"{run}.csv").write_text("\n".join(["time,motorCurrent,motorAngle,loadAngle", *rows]) + "\n")
+    shutil.copy(ROOT / "examples" / "06-backlash" / "case.toml", tmp_path)
+    checked = trueup("check", tmp_path, "--json")
+    assert checked.returncode == 0, checked.stdout
+    gains = {g["recording"]: g["gain"] for g in json.loads(checked.stdout)["gains"] if g["input"] == "motorCurrent"}
+    assert set(gains) == {f"{run}.csv" for run in RUNS}
+    usual = gains["train-1.csv"]
+    assert abs(gains["train-2.csv"] * 1e3 / usual - 1) < 0.5, gains
+    text = trueup("check", tmp_path).stdout
+    assert "Gain of each input" in text and re.search(r"motorCurrent +train-2\.csv", text)
+    # A draft has the parameters of the preset: that comes before what is computed with them.
+    draft = tmp_path / "draft"
+    draft.mkdir()
+    shutil.copy(tmp_path / "train-1.csv", draft)
+    assert trueup("init", draft / "train-1.csv").returncode == 0
+    text = trueup("check", draft).stdout
+    preset = text.index("left out, so of the preset")
+    assert preset < text.index("Gain of each input"), text
+    grave = text.find("grave: ")
+    assert grave < 0 or preset < grave, text

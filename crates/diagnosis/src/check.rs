@@ -7,7 +7,7 @@ use trueup_identification::identify::{ForeseenParameter, ForeseenParameters, for
 use trueup_plant::{CoordinateKind, Plant};
 use trueup_signals::{Channel, ChannelFigures, Finding, Interpolation, Loaded, Recording};
 
-use crate::diagnose::input_scale;
+use crate::diagnose::input_scale::{self, InputGain};
 use crate::engine::recordings::PreparedCase;
 use crate::engine::search::CaseSearch;
 use crate::engine::subject::DiagnosisSubject;
@@ -95,6 +95,8 @@ pub struct CaseCheck {
     pub findings: Vec<NoticedMistake>,
     /// The recordings.
     pub recordings: Vec<CheckedRecording>,
+    /// By how many times each recorded input the nominal model needs it, recording by recording.
+    pub gains: Vec<InputGain>,
     /// Which components these sensors distinguish, by the structure of the equations.
     pub sensors: SensorFindings,
     /// Expected standard errors at the nominal values.
@@ -120,6 +122,7 @@ pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
         model: loaded.case.model.clone(),
         findings: Vec::new(),
         recordings: Vec::new(),
+        gains: Vec::new(),
         sensors: SensorFindings::default(),
         parameters: Vec::new(),
         parameters_note: String::new(),
@@ -139,7 +142,9 @@ pub fn check(loaded: &Loaded, noticed: &[Finding]) -> CaseCheck {
     if noticed.iter().any(Finding::is_error) {
         own.parameters_note = "not computed: the errors come first".into();
     } else {
-        findings.extend(scaled(loaded));
+        let (mistaken, gains) = scaled(loaded);
+        findings.extend(mistaken);
+        own.gains = gains;
         match foreseen(loaded, SECONDS) {
             Ok(found) => (own.parameters, own.parameters_note) = expected_errors(found),
             Err(e) => own.parameters_note = format!("not computed: {e}"),
@@ -307,14 +312,15 @@ fn reversals(recordings: &[CheckedRecording], case: &std::path::Path) -> Option<
     })
 }
 
-/// Inputs in another unit or of the opposite sign, recording by recording, and dead channels: what a diagnosis finds first.
-fn scaled(loaded: &Loaded) -> Vec<NoticedMistake> {
+/// Inputs in another unit or of the opposite sign, recording by recording, and dead channels: what a diagnosis finds first; and
+/// the gain of every input.
+fn scaled(loaded: &Loaded) -> (Vec<NoticedMistake>, Vec<InputGain>) {
     let found = || {
         let subject = DiagnosisSubject::of(&loaded.case).ok()?;
         let (small, _) = thinned(loaded, subject.plant, &subject.inputs());
         let case = PreparedCase::new(&small).ok()?;
         let search = CaseSearch::new(&case, 1).ok()?;
-        Some(input_scale::mistaken(&search))
+        Some((input_scale::mistaken(&search), input_scale::gains(&search)))
     };
     found().unwrap_or_default()
 }

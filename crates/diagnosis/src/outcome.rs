@@ -5,7 +5,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use trueup_identification::packed::PackedModel;
 use trueup_signals::Finding;
+
+mod figures;
+pub use figures::*;
 
 /// What the gap is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,7 +28,7 @@ pub enum Verdict {
 }
 
 /// Gaps: RMS(simulated - measured) / RMS(measured - its mean) over held-out recordings.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutGap {
     /// Nominal parameters.
     pub before: f64,
@@ -42,6 +46,9 @@ pub struct HeldOutGap {
     /// such windows or the model cannot be simulated in them.
     #[serde(default)]
     pub window: Option<WindowGap>,
+    /// The same in the channel's unit; of a channel alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms: Option<ChannelRms>,
 }
 
 /// A [`HeldOutGap`] of runs that begin again in every window, from first states that are estimated there.
@@ -68,6 +75,9 @@ pub struct GapReport {
     pub overall: Option<HeldOutGap>,
     /// By channel.
     pub channels: BTreeMap<String, HeldOutGap>,
+    /// The same of what the sensors show together, by name: the twist of a transmission. Not part of `overall`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub derived: BTreeMap<String, HeldOutGap>,
     /// Channels without variation, left out.
     #[serde(default)]
     pub left_out: Vec<String>,
@@ -158,7 +168,7 @@ pub struct SensorFindings {
 }
 
 /// A value with its interval.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClaimedAmount {
     /// Value.
     pub value: f64,
@@ -169,6 +179,15 @@ pub struct ClaimedAmount {
     /// Why it has no interval: [`AT_BOUND`] or [`NOT_DETERMINED`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// The user's value; none of what the nominal model does not have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<f64>,
+    /// Standard deviation of the user's value, in the unit; none where it is assumed known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal_deviation: Option<f64>,
+    /// The value on both sides of the gear; none where there is no gear or the value has no other side.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sides: Option<GearSides>,
 }
 
 /// An estimate at a limit of the search.
@@ -193,7 +212,8 @@ impl ClaimedAmount {
             None
         };
         let end = |x: f64| (reason.is_none() && !open(x)).then_some(x);
-        Self { value, unit, ci95: [end(low), end(high)], reason: reason.map(Into::into) }
+        let ci95 = [end(low), end(high)];
+        Self { value, unit, ci95, reason: reason.map(Into::into), ..Self::default() }
     }
 }
 
@@ -350,6 +370,15 @@ pub struct Diagnosis {
     pub candidates: Vec<CandidateCause>,
     /// The plant's own, refitted.
     pub parameters: BTreeMap<String, ClaimedAmount>,
+    /// Correlation of the estimates of parameters and effects.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<EstimateCorrelation>,
+    /// Parts of the square of the overall gap before, by what the reported model misses without each; empty without a gap.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub budget: Vec<ErrorPart>,
+    /// The reported model, as `trueup fmu pack --from diagnosis.json` packs it; none where nothing was concluded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pack: Option<PackedModel>,
     /// Sets that these recordings do not distinguish.
     pub indistinguishable: Vec<Vec<String>>,
     /// None of these.

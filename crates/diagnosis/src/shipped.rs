@@ -101,7 +101,7 @@ mod tests {
     use rand::{Rng, SeedableRng};
 
     fn amount(value: f64, ci95: [Option<f64>; 2]) -> ClaimedAmount {
-        ClaimedAmount { value, unit: "1".into(), ci95, reason: None }
+        ClaimedAmount { value, unit: "1".into(), ci95, ..Default::default() }
     }
 
     /// Values near the one reported, and intervals about it, drawn: shipped is what is the same and inside.

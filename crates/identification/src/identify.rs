@@ -26,6 +26,7 @@ use crate::estimate::ParameterEstimate;
 use crate::fit::{ChannelComparison, free_run};
 use crate::fmu::FmuSubject;
 use crate::model::SimulatedPlant;
+use crate::packed::PackedModel;
 use crate::recorded::{led, runs, runs_of};
 use crate::regress::Regressed;
 use crate::run::IdentificationRun;
@@ -87,6 +88,7 @@ pub fn identify(loaded: &Loaded, settings: &IdentifySettings) -> Result<Identifi
         ));
     }
     let mut found = finish(&model, &nominal, &train, &holdout, found, settings)?;
+    found.pack = Some(PackedModel::of(&model, &found.values));
     if !with.is_empty() {
         (settings.progress)("the same without the effects, to compare with");
         let mut plain = loaded.clone();
@@ -258,6 +260,7 @@ fn by_regression(
         iterations: r.samples,
         notes,
         values,
+        pack: None,
         sensors: Vec::new(),
         design: None,
     })

@@ -15,6 +15,7 @@ pub mod lsq;
 pub mod model;
 pub mod nelder_mead;
 pub mod output_error;
+pub mod packed;
 pub mod parallel;
 mod plan;
 pub mod predict;

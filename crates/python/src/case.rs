@@ -3,13 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use numpy::PyReadonlyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
+use pyo3::types::PyBytes;
+use trueup_diagnosis::diagnose::{ChannelTrace, DiagnoseOptions, Diagnosed, diagnose};
 use trueup_diagnosis::inputs;
+use trueup_fmi_description::FmiVersion;
+use trueup_identification::fit::ChannelComparison;
 use trueup_identification::identify::{IdentifyMethod, IdentifySettings, METHODS, identify, json};
 use trueup_identification::intake::{CaseIntake, Purpose, variables};
-use trueup_signals::{Case as Described, Finding};
+use trueup_report::{DiagnosisRun, diagnosis_files};
+use trueup_signals::{Case as Described, Finding, ParameterValue};
 
 use crate::error::PyFailure;
 use crate::interrupt::watched;
@@ -34,6 +38,15 @@ pub(crate) struct PyCase {
 
 /// What was noticed, as text.
 type Notes = Vec<String>;
+
+/// A channel of a recording: recording, channel, then columns by name, `time` (s) first.
+type ChannelSeries<'py> = (String, String, Vec<(&'static str, Bound<'py, PyArray1<f64>>)>);
+
+/// JSON, notes, and for each compared channel what was measured and predicted.
+type IdentifyResult<'py> = (String, Notes, Vec<ChannelSeries<'py>>);
+
+/// JSON, notes, files by name, and compared channels, twists behind them.
+type DiagnoseResult<'py> = (String, Notes, Vec<(String, Bound<'py, PyBytes>)>, Vec<ChannelSeries<'py>>);
 
 #[pymethods]
 impl PyCase {
@@ -64,14 +77,14 @@ impl PyCase {
 
     /// What `trueup identify --json` prints.
     #[pyo3(signature = (method, with_effects, profile, progress))]
-    fn identify(
+    fn identify<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         method: &str,
         with_effects: Vec<String>,
         profile: bool,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(String, Notes)> {
+    ) -> PyResult<IdentifyResult<'py>> {
         let method = self::method(method)?;
         let purpose =
             if method == IdentifyMethod::BreakAway { Purpose::BreakAway } else { Purpose::Identify };
@@ -82,23 +95,36 @@ impl PyCase {
             let settings = IdentifySettings { method, profile, design: None, progress: &progress };
             let found = identify(&intake.loaded, &settings);
             let found = found.map_err(|e| PyFailure::of(e.to_string()).file(&intake.loaded.case.file))?;
-            Ok::<_, PyFailure>((format!("{:#}\n", json(&found)), notes))
+            Ok::<_, PyFailure>((found, notes))
         });
-        Ok(found??)
+        let (found, notes) = found??;
+        let series = |(at, all): (usize, &Vec<ChannelComparison>)| {
+            let one = |c: &ChannelComparison| {
+                let recording = found.names[at].get(c.run).cloned().unwrap_or_default();
+                let columns = [("time", &c.t), ("measured", &c.measured), ("predicted", &c.predicted)];
+                (recording, c.channel.clone(), arrays(py, columns))
+            };
+            all.iter().map(one).collect::<Vec<_>>()
+        };
+        // Without a hold-out both are of the recordings fitted.
+        let shown = [&found.training, &found.compared];
+        let shown = shown.into_iter().enumerate().take(if found.held_out { 2 } else { 1 });
+        let series = shown.flat_map(series).collect();
+        Ok((format!("{:#}\n", json(&found)), notes, series))
     }
 
     /// What `trueup diagnose --json` prints, without the files that it writes.
     #[pyo3(signature = (seed, force, watch, all_readings, verdict_only, progress))]
-    fn diagnose(
+    fn diagnose<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         seed: u64,
         force: bool,
         watch: bool,
         all_readings: bool,
         verdict_only: bool,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(String, Notes)> {
+    ) -> PyResult<DiagnoseResult<'py>> {
         let source = self.source.clone();
         let found = watched(py, progress.as_ref(), move |tell| {
             let (CaseIntake { loaded, findings, .. }, notes) = source.taken_in(Purpose::Diagnose, &[])?;
@@ -123,20 +149,72 @@ impl PyCase {
             let complete = found.complete(&findings, &loaded.case.folder, read);
             complete.map_err(|e| of_case(format!("{e}; look at the sizes of readings and parameters")))?;
             let text = serde_json::to_string_pretty(&found.diagnosis);
-            Ok::<_, PyFailure>((text.map_err(|e| of_case(e.to_string()))?, notes))
+            let text = text.map_err(|e| of_case(e.to_string()))?;
+            // The files name the FMUs that are packed with them.
+            let fmus = augmented_names(&found);
+            found.diagnosis.augmented = (!fmus.is_empty()).then(|| fmus.clone());
+            let run = DiagnosisRun { seed, command: String::new(), fmus: &fmus };
+            let files = diagnosis_files(&loaded, &found, &run);
+            let files = files.map_err(|e| of_case(format!("{}: {}", e.file, e.what)))?;
+            Ok::<_, PyFailure>((text, notes, files, [found.traces, found.twists].concat()))
         });
-        Ok(found??)
+        let (text, notes, files, traces) = found??;
+        let files = files.into_iter().map(|(name, bytes)| (name, PyBytes::new(py, &bytes))).collect();
+        let one = |t: &ChannelTrace| {
+            let floor = vec![t.floor; t.time.len()];
+            let columns = [
+                ("time", &t.time),
+                ("measured", &t.measured),
+                ("before", &t.before),
+                ("tuned", &t.tuned),
+                ("after", &t.after),
+                ("floor", &floor),
+            ];
+            (t.recording.clone(), t.channel.clone(), arrays(py, columns))
+        };
+        Ok((text, notes, files, traces.iter().map(one).collect()))
     }
 
-    /// The model along the recordings as a function of these parameters.
-    fn problem(&self, py: Python<'_>, parameters: Vec<String>) -> PyResult<PyProblem> {
+    /// The model along the recordings as a function of these parameters. `with`: effects that it has; `values` replace nominal
+    /// ones, `first` those that are known of single recordings.
+    #[pyo3(signature = (parameters, with_effects, values, first))]
+    fn problem(
+        &self,
+        py: Python<'_>,
+        parameters: Vec<String>,
+        with_effects: Vec<String>,
+        values: Vec<(String, f64)>,
+        first: Vec<(String, Vec<(String, f64)>)>,
+    ) -> PyResult<PyProblem> {
         let source = &self.source;
         let built = py.detach(|| {
-            let (intake, _) = source.taken_in(Purpose::Identify, &[])?;
+            let (mut intake, _) = source.taken_in(Purpose::Identify, &with_effects)?;
+            let number = |(name, x): (String, f64)| (name, ParameterValue::Number(x));
+            intake.loaded.case.parameters.extend(values.into_iter().map(number));
+            for (recording, values) in first {
+                if let Some(run) = intake.loaded.recordings.get_mut(&recording) {
+                    run.parameters.extend(values.into_iter().map(number));
+                }
+            }
             PyProblem::of(&intake.loaded, &parameters)
         });
         Ok(built?)
     }
+}
+
+/// Names of the FMUs of what a diagnosis claims.
+fn augmented_names(found: &Diagnosed) -> Vec<String> {
+    let Some(pack) = found.diagnosis.pack.as_ref().filter(|_| found.augmented.is_some()) else {
+        return Vec::new();
+    };
+    FmiVersion::ALL.iter().map(|v| format!("{}.augmented.fmi{}.fmu", pack.model, v.major())).collect()
+}
+
+fn arrays<'py, const N: usize>(
+    py: Python<'py>,
+    columns: [(&'static str, &Vec<f64>); N],
+) -> Vec<(&'static str, Bound<'py, PyArray1<f64>>)> {
+    columns.into_iter().map(|(name, values)| (name, PyArray1::from_slice(py, values))).collect()
 }
 
 impl CaseSource {

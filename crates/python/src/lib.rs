@@ -3,6 +3,7 @@
 
 mod case;
 mod error;
+mod instance;
 mod interrupt;
 mod problem;
 mod sweep;
@@ -13,6 +14,8 @@ mod system;
 mod _native {
     #[pymodule_export]
     use super::case::PyCase;
+    #[pymodule_export]
+    use super::instance::PyInstance;
     #[pymodule_export]
     use super::problem::PyProblem;
     #[pymodule_export]

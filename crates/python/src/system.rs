@@ -11,11 +11,12 @@ use trueup_cosim::plan::MasterPlan;
 use trueup_cosim::system::{
     ComponentInterface as Chosen, CosimSystem as Described, InputFile, RecordedVariable, SourceSpan,
 };
-use trueup_cosim::{ColumnKind, Files, InputFileTable, Master, SeriesMemory, check_with, names};
+use trueup_cosim::{ColumnKind, Files, InputFileTable, Master, SeriesMemory, SteppedFmu, check_with, names};
 use trueup_fmi_description::description::StartValues;
 use trueup_fmi_import::{UnpackedFmu, UsedInterface};
 
 use crate::error::PyFailure;
+use crate::instance::PyInstance;
 use crate::interrupt::WatchedWork;
 
 /// What messages call inputs that are arrays.
@@ -120,6 +121,24 @@ impl PySystem {
         let heads = memory.columns().iter().map(|c| (c.name.clone(), kind(c.kind), c.unit.clone()));
         let series = memory.series().iter().map(|s| PyArray1::from_slice(py, s));
         Ok((heads.collect(), PyArray1::from_slice(py, memory.time()), series.collect(), notes))
+    }
+
+    /// Its one FMU in Co-Simulation, after initialization with these start values, to be stepped by the caller.
+    #[pyo3(signature = (start, tolerance, values))]
+    fn instance(
+        &self,
+        py: Python<'_>,
+        start: f64,
+        tolerance: Option<f64>,
+        values: Vec<(String, String)>,
+    ) -> PyResult<PyInstance> {
+        let mut system = self.with(&values)?;
+        (system.run.start, system.run.stop, system.run.step) = (Some(start), Some(start + 1.0), Some(1.0));
+        system.run.tolerance = tolerance.or(system.run.tolerance);
+        system.components.iter_mut().for_each(|c| c.interface = Some(Chosen::CoSimulation));
+        let mut files = self.files();
+        let begun = py.detach(|| check_with(&system, &mut files).and_then(SteppedFmu::begin));
+        Ok(PyInstance::of(begun.map_err(|e| PyFailure::from(e).or_file(&self.described.file))?))
     }
 
     /// States, inputs, rates, outputs where a run begins at that time with those start values and states, and the exact derivatives

@@ -4,23 +4,32 @@ mod bars;
 mod budget;
 mod evidence;
 mod far;
+mod files;
 mod intake;
+mod made_from;
 mod maps;
 mod method;
+mod motion;
 mod next;
 mod now;
+mod paste;
 mod place;
+mod replay;
 mod series;
+mod shell;
 mod summary;
 mod watch;
 mod which;
 mod words;
+mod yours;
 
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
 use crate::page::Page;
 
 pub use evidence::{Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence};
+pub use files::{DiagnosisFileError, DiagnosisRun, diagnosis_files};
+pub use shell::command_line;
 pub use words::{effect_name, sentence};
 
 /// `report.html` of a diagnosis: one file that needs no network, and no script to be read.
@@ -36,6 +45,7 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
     let mut page = Page::new(&title, &lead);
     page.contents();
     summary::summary(&mut page, diagnosis);
+    yours::table(&mut page, diagnosis);
     if let Some(scene) = &evidence.scene {
         page.section(
             "Motion",
@@ -44,6 +54,7 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
         page.scene("", scene);
     }
     now::now(&mut page, diagnosis, evidence);
+    paste::lines(&mut page, diagnosis);
     far::gap(&mut page, diagnosis);
     place::location(&mut page, diagnosis);
     watch::watch(&mut page, diagnosis);

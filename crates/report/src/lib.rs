@@ -28,8 +28,9 @@ mod tiles;
 
 pub use chart::{Axis, Chart, Style};
 pub use diagnosis::{
-    Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence, diagnosis_page,
-    diagnosis_pictures, effect_name, sentence,
+    DiagnosisFileError, DiagnosisRun, Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence,
+    RecordingEvidence, command_line, diagnosis_files, diagnosis_page, diagnosis_pictures, effect_name,
+    sentence,
 };
 pub use heat::Heat;
 pub use number::number;

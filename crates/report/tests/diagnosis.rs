@@ -9,12 +9,17 @@ use std::process::Command;
 use trueup_diagnosis::locate::map::{curve, surface};
 use trueup_diagnosis::locate::{ResidualOrder, ResidualSeries, bands};
 use trueup_diagnosis::outcome::*;
+use trueup_identification::packed::{PackedModel, PackedValue};
 use trueup_report::{
     Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence, diagnosis_page, sentence,
 };
 
 fn amount(value: f64, unit: &str, ci95: [Option<f64>; 2]) -> ClaimedAmount {
-    ClaimedAmount { value, unit: unit.into(), ci95, reason: None }
+    ClaimedAmount { value, unit: unit.into(), ci95, ..Default::default() }
+}
+
+fn part(part: &str, gap_without: Option<f64>, share: f64) -> ErrorPart {
+    ErrorPart { part: part.into(), component: None, joint: None, gap_without, share }
 }
 
 fn gap() -> HeldOutGap {
@@ -25,7 +30,21 @@ fn gap() -> HeldOutGap {
         floor: 0.011,
         closed: Some(0.99),
         ci95: Some([0.98, 1.0]),
-        window: None,
+        ..Default::default()
+    }
+}
+
+fn rms() -> ChannelRms {
+    ChannelRms { unit: "rad".into(), before: 0.02, tuned: 0.01, after: 1e-3, floor: 9e-4 }
+}
+
+fn packed() -> PackedModel {
+    let start = [("stiffness", 3.07e-5), ("staticFriction", 2.9e-4), ("stribeckVelocity", 12.0)];
+    PackedModel {
+        model: "TwoMassJoint".into(),
+        effects: vec!["stribeck-friction".into()],
+        start: start.map(|(name, x)| (name.to_owned(), PackedValue::Number(x))).into(),
+        ..Default::default()
     }
 }
 
@@ -63,6 +82,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
             overall: Some(gap()),
             channels: BTreeMap::from([("motorAngle".to_owned(), gap()), ("loadAngle".to_owned(), gap())]),
             left_out: vec!["tipAngle".into()],
+            derived: BTreeMap::from([("twist".to_owned(), HeldOutGap { rms: Some(rms()), ..gap() })]),
         },
         sensors: SensorFindings {
             classes: vec![
@@ -104,8 +124,24 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
         ],
         parameters: BTreeMap::from([(
             "stiffness".to_owned(),
-            amount(3.07e-5, "N.m/rad", [Some(3.0e-5), None]),
+            ClaimedAmount {
+                nominal: Some(3.0e-5),
+                nominal_deviation: Some(3.0e-6),
+                sides: Some(GearSides { motor: 3.07e-5, load: 60358.0 }),
+                ..amount(3.07e-5, "N.m/rad", [Some(3.0e-5), None])
+            },
         )]),
+        correlation: Some(EstimateCorrelation {
+            names: vec!["stiffness".into(), "damping".into(), "staticFriction".into()],
+            matrix: vec![vec![1.0, -0.2, 0.875], vec![-0.2, 1.0, 0.1], vec![0.875, 0.1, 1.0]],
+        }),
+        budget: vec![
+            part("stribeck-friction", Some(0.2), 0.9),
+            part(PARAMETERS, Some(0.06), 0.08),
+            part(NOISE, None, 0.015),
+            part(UNEXPLAINED, None, 0.005),
+        ],
+        pack: Some(packed()),
         indistinguishable: vec![vec!["stribeck-friction".into(), "presliding-friction".into()]],
         watch: None,
         unknown: UnknownShare { present: verdict == Verdict::Unknown, probability: 0.02, place: None },
@@ -174,6 +210,8 @@ fn page(verdict: Verdict) -> String {
         scene: None,
         case: "a <case>",
         traces: vec![trace("motorAngle"), trace("loadAngle")],
+        twists: vec![trace("twist")],
+        replay: Some(["--input", "replay.csv", "--stop", "9.998"].map(str::to_owned).to_vec()),
         maps: vec![
             EvidenceMap::Curve {
                 title: "Braking torque against speed",
@@ -220,7 +258,7 @@ fn page(verdict: Verdict) -> String {
     diagnosis_page(&diagnosis(verdict), &evidence)
 }
 
-const CHARTS: usize = 11;
+const CHARTS: usize = 14;
 const VERDICTS: [(Verdict, &str); 5] = [
     (Verdict::NoGap, "agrees with the recordings"),
     (Verdict::Parameters, "parameters are off"),
@@ -271,7 +309,23 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
         "TwoMassJoint.augmented.fmi3.fmu",
         "first-states.csv",
         "href=\"./TwoMassJoint.augmented.fmi3.fmu\"",
-        "trueup simulate TwoMassJoint.augmented.fmi3.fmu --input holdout-1.csv --stop 9.998 -o run.csv",
+        "trueup simulate TwoMassJoint.augmented.fmi3.fmu --input replay.csv --stop 9.998 -o run.csv",
+        // Yours, found, change in percent and in standard deviations of yours; both sides; correlations; RMS in degrees.
+        ">3e-5 N.m/rad<",
+        ">3.07e-5 N.m/rad<",
+        ">+2.33<",
+        ">+0.23<",
+        ">60358 N.m/rad<",
+        "not in your model",
+        "between stiffness and staticFriction: +0.875",
+        ">deg<",
+        ">1.146<",
+        "twist, holdout-1.csv: simulated minus measured",
+        "gap of the complete model without it",
+        // To paste.
+        "stiffness = 3.07e-5",
+        "[effects]",
+        "trueup fmu pack TwoMassJoint --effect stribeck-friction --set staticFriction=0.00029",
         "Raise the current slowly until the motor breaks loose",
         "SHA-256 <code>abc</code>",
         "trueup diagnose 'a &lt;case&gt;'",
@@ -284,7 +338,7 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
     }
     // A share of 4 % is not worth a line.
     assert!(!html.contains(">load<"));
-    // Two channels with three charts each (signal, both residuals), four maps with axes, one input; and the surface.
+    // Two channels and the twist with three charts each (both residuals, the signal), four maps with axes, one input; and the surface.
     assert_eq!(html.matches("<figure class=\"chart\">").count(), CHARTS);
     assert_eq!(html.matches("<svg ").count(), CHARTS + 1);
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
@@ -305,9 +359,27 @@ fn a_diagnosis_with_nothing_in_it_is_a_page() {
         floor: 0.0,
         closed: None,
         ci95: None,
-        window: None,
+        ..Default::default()
     });
     assert!(diagnosis_page(&d, &Evidence::default()).contains("NaN"));
+}
+
+#[test]
+fn residuals_come_before_the_signals_and_twists_before_all() {
+    let html = page(Verdict::Effects);
+    let at = |text: &str| html.find(&format!("<figcaption>{text}")).unwrap();
+    let residual = "motorAngle, holdout-1.csv: simulated minus measured";
+    assert!(at("twist, holdout-1.csv: simulated minus measured") < at(residual));
+    assert!(at(residual) < at("motorAngle, holdout-1.csv<"));
+}
+
+#[test]
+fn less_than_noise_alone_leaves_is_explained() {
+    let mut d = diagnosis(Verdict::Effects);
+    let text = "is below what noise alone leaves";
+    assert!(!diagnosis_page(&d, &Evidence::default()).contains(text));
+    d.gap.overall = Some(HeldOutGap { after: 0.005, ..gap() });
+    assert!(diagnosis_page(&d, &Evidence::default()).contains(text));
 }
 
 /// A headless browser, if this machine has one.

@@ -71,6 +71,15 @@ impl Case {
         DeclaredFigures { channels: self.channels.clone(), rate: self.rate, columns }
     }
 
+    /// Its name: that of its folder; empty of a case from memory.
+    pub fn name(&self) -> String {
+        if self.folder.as_os_str().is_empty() && self.file.as_os_str().is_empty() {
+            return String::new();
+        }
+        let folder = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
+        folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
     /// The nominal value of this parameter or element.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.parameters.get(name)?.number()

@@ -76,19 +76,24 @@ impl DraftLogs {
         self.logs.len()
     }
 
-    /// How many joints are driven, by the numbers in the names of torques and currents.
-    pub fn drives(&self) -> usize {
-        let drive = |c: &&look::LogColumn| {
-            matches!(c.meaning.quantity, Some(Quantity::Torque | Quantity::Current)) && !c.meaning.command
-        };
-        let numbers = |log: &LookedLog| {
+    /// How many joints there are, by the numbers in the names: of torques, currents and commands, of readings of joints by that
+    /// word, of angles from three numbers on (two may be motor and load of one joint).
+    pub fn joints(&self) -> usize {
+        let count = |log: &LookedLog, is: &dyn Fn(&look::LogColumn) -> bool| {
             let mut all: Vec<usize> =
-                log.columns.iter().filter(drive).filter_map(|c| c.meaning.index).collect();
+                log.columns.iter().filter(|c| is(c)).filter_map(|c| c.meaning.index).collect();
             all.sort_unstable();
             all.dedup();
             all.len()
         };
-        self.logs.iter().map(numbers).max().unwrap_or(0)
+        let angle = |c: &look::LogColumn| matches!(c.meaning.quantity, Some(Quantity::Angle));
+        let of_joint = |c: &look::LogColumn| angle(c) && c.name.to_lowercase().contains("joint");
+        let drive = |c: &look::LogColumn| {
+            matches!(c.meaning.quantity, Some(Quantity::Torque | Quantity::Current)) || c.meaning.command
+        };
+        let angles = |log: &LookedLog| Some(count(log, &angle)).filter(|n| *n > 2).unwrap_or(0);
+        let joints = |log: &LookedLog| count(log, &drive).max(count(log, &of_joint)).max(angles(log));
+        self.logs.iter().map(joints).max().unwrap_or(0)
     }
 
     /// Names of all columns but the clocks.

@@ -55,7 +55,8 @@ pub(crate) fn short(x: f64) -> String {
 }
 
 /// Ends of names of recordings.
-pub const RECORDING_ENDS: [&str; 7] = [".csv", ".txt", ".tsv", ".parquet", ".mat", ".mcap", ".zst"];
+pub const RECORDING_ENDS: [&str; 9] =
+    [".csv", ".txt", ".tsv", ".parquet", ".mat", ".h5", ".hdf5", ".mcap", ".zst"];
 
 /// Whether a recording may have this name: it has one of the [`RECORDING_ENDS`], in upper or lower case.
 pub fn names_recording(name: &str) -> bool {

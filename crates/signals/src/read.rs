@@ -32,7 +32,7 @@ use table::WantedColumns;
 pub(crate) use table::{ReadTable, TableColumn};
 
 impl Recording {
-    /// Reads a CSV, MCAP, MAT (each also as `.zst`) or Parquet file with its sidecar, if there is one.
+    /// Reads a CSV, MCAP, MAT, HDF5 (each also as `.zst`) or Parquet file with its sidecar, if there is one.
     ///
     /// `known` are the model's variables: other columns are left out with a warning, units are checked against theirs.
     /// With none, every column is taken as it is. `declared` is what a case declares of channels; a sidecar goes before it.
@@ -117,8 +117,9 @@ fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> 
             csv::read(file, BufReader::with_capacity(1 << 20, open), wanted, findings)
         }
         ("parquet", false) => parquet::read(file, open, wanted, findings),
-        ("csv" | "txt" | "tsv" | "mat" | "mcap", _) => match bytes(open) {
+        ("csv" | "txt" | "tsv" | "mat" | "h5" | "hdf5" | "mcap", _) => match bytes(open) {
             Ok(bytes) if extension == "mat" => mat::read(file, bytes, findings),
+            Ok(bytes) if extension.starts_with('h') => mat::read_hdf5(file, bytes, findings),
             Ok(bytes) if extension == "mcap" => mcap::read(file, &bytes, findings),
             Ok(bytes) => csv::read(file, bytes.as_slice(), wanted, findings),
             Err(e) => {
@@ -132,7 +133,7 @@ fn table_of(file: &Path, wanted: WantedColumns, findings: &mut Vec<Finding>) -> 
             let mend = match other {
                 "parquet" => "unpack it (Parquet is compressed inside)",
                 "db3" | "bag" => "convert it to MCAP (ros2 bag convert)",
-                _ => "make it a .csv, .parquet, .mat or .mcap; unpack a .gz",
+                _ => "make it a .csv, .parquet, .mat, .h5 or .mcap; unpack a .gz",
             };
             findings.push(wrong(format!("a file `.{other}` is no recording"), mend));
             None

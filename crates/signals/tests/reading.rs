@@ -7,6 +7,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{data, joint};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{
     Case, Channel, DeclaredFigures, Finding, FindingKind, Interpolation, ParameterValue, PriorGuess,
@@ -219,6 +221,42 @@ fn example_cases_are_read() {
         };
         let found = check::case(&loaded, &joint(), &[geared]);
         assert!(found.iter().all(|f| f.severity == Severity::Note), "{name}: {found:#?}");
+    }
+}
+
+/// What h5py writes: datasets of groups by their paths, arrays by element; what has another length is another clock.
+#[test]
+fn datasets_of_hdf5_are_columns_by_their_paths() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files");
+    let read = |file: &std::path::Path| Recording::read(file, &[], &DeclaredFigures::default());
+    let (run, findings) = read(&folder.join("paths.h5")).unwrap();
+    let squares: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.01).map(|t| t * t).collect();
+    assert_eq!(run.channel("robot/joint/motor").unwrap().values, squares);
+    let names: Vec<&str> = run.channels.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names.len(), 4, "{names:?}");
+    assert!(names.contains(&"robot/joint/both[2]") && names.contains(&"robot/count"), "{names:?}");
+    assert!(findings.iter().any(|f| f.what.contains("robot/note")), "{findings:?}");
+    // The column is named in `[columns]` as any other.
+    let all = tempfile::tempdir().unwrap();
+    let at = |name: &str| all.path().join(name);
+    std::fs::copy(folder.join("paths.h5"), at("run.hdf5")).unwrap();
+    std::fs::write(at("run.hdf5.toml"), "[columns]\n\"robot/joint/motor\" = \"motorAngle\"\n").unwrap();
+    assert_eq!(read(&at("run.hdf5")).unwrap().0.channel("motorAngle").unwrap().values, squares);
+    let what = |file: &std::path::Path| read(file).unwrap_err().to_string();
+    let two = what(&folder.join("two-clocks.h5"));
+    assert!(two.contains("`time` has 60 rows, `imu/rate` has 7") && two.contains("one clock"), "{two}");
+    // Cut at any place it is refused with one error or read whole, never half of it.
+    let whole = std::fs::read(folder.join("paths.h5")).unwrap();
+    let seed = 66;
+    eprintln!("seed {seed}");
+    let mut rng = StdRng::seed_from_u64(seed);
+    for _ in 0..40 {
+        std::fs::write(at("cut.h5"), &whole[..rng.random_range(0..whole.len() - 1)]).unwrap();
+        match read(&at("cut.h5")) {
+            // Only bytes that hold nothing are missing.
+            Ok((left, _)) => assert_eq!(left.channels, run.channels),
+            Err(error) => assert_eq!(error.findings().len(), 1, "{error}"),
+        }
     }
 }
 

@@ -85,8 +85,19 @@ const RULES: &[Rule] = &[
     },
     // Recorded motion in, poses of bodies out, by the models' kinematics; it draws nothing and integrates nothing.
     Rule { name: "trueup-scene", ours: &["trueup-models"], never: INPUT_OUTPUT },
-    // Finished results in, a page out: it never simulates or fits; of a diagnosis it reads the result.
-    Rule { name: "trueup-report", ours: &["trueup-diagnosis", "trueup-scene"], never: ARCHIVES },
+    // Finished results in, files and a page out: it never simulates or fits; of a diagnosis it reads the result, and the case that
+    // the result is of.
+    Rule {
+        name: "trueup-report",
+        ours: &[
+            "trueup-models",
+            "trueup-signals",
+            "trueup-identification",
+            "trueup-diagnosis",
+            "trueup-scene",
+        ],
+        never: ARCHIVES,
+    },
     // Depends on nothing of ours, so that its truth is independent.
     Rule { name: "trueup-trials", ours: &[], never: ARCHIVES },
     Rule { name: "fmu-plant", ours: BINDING, never: ARCHIVES },
@@ -132,6 +143,7 @@ const RULES: &[Rule] = &[
             "trueup-sweep",
             "trueup-identification",
             "trueup-diagnosis",
+            "trueup-report",
         ],
         never: ARCHIVES,
     },

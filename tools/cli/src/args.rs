@@ -154,7 +154,7 @@ impl std::str::FromStr for JointWay {
 pub(crate) enum EngineArgument {
     /// Balances of accelerations, and free runs
     Balances,
-    /// Evidence of the innovations about a smoothed trajectory (TwoMassJoint; other cases by balances)
+    /// Evidence of the innovations about a smoothed trajectory (cases that it cannot take are compared by balances)
     Innovations,
 }
 
@@ -218,6 +218,13 @@ pub(crate) struct Pack {
     /// Folder for the FMUs; made if it is not there
     #[arg(short, long, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
+    /// The model of a result, with its effects and values: what `trueup identify CASE --json` prints, or a diagnosis.json
+    #[arg(
+        long,
+        value_name = "FILE.json",
+        conflicts_with_all = ["model", "effect", "preset", "robot", "joints", "flexible", "structure"]
+    )]
+    pub(crate) from: Option<PathBuf>,
     /// Version of the standard; both when not given
     #[arg(long, value_name = "2|3", value_parser = clap::value_parser!(u32).range(2..=3))]
     pub(crate) fmi: Option<u32>,

@@ -28,6 +28,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
             "trueup fmu pack TwoMassJoint --fmi 3 --effect backlash --set backlashGap=2 -o out",
             "trueup fmu pack PlanarManipulator --flexible true,false --set linkMass=4,3 -o out",
             "trueup fmu pack SpatialFreeFlyer --robot arm.toml -o out",
+            "trueup fmu pack --from found/diagnosis.json -o out",
             "trueup fmu pack GripperContact --structure numberOfBalls=1 --structure endBallMount=elastic -o out",
         ],
     ),

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use trueup_identification::packed::{PackedModel, PackedValue};
 use trueup_models::effect;
+use trueup_plant::PlantQuantity;
 
 use super::AugmentedModel;
 use super::began::FreeRunStart;
@@ -123,6 +125,13 @@ pub(super) fn parameters(best: &SetEstimate) -> BTreeMap<String, ClaimedAmount> 
         each.entry(&u.name).or_default().push(best.amount(k, 0.0));
     }
     all.extend(each.into_iter().filter_map(|(name, amounts)| Some((name.to_owned(), of_all(amounts)?))));
+    // What follows another parameter has its value: static friction that is the Coulomb friction.
+    let named = &stated.model.plant().table().parameters;
+    for (which, whom) in &stated.ties {
+        if let Some(amount) = all.get(&named[*whom].name).cloned() {
+            all.entry(named[*which].name.clone()).or_insert(amount);
+        }
+    }
     all
 }
 
@@ -222,6 +231,35 @@ pub(super) fn augmented(
     let claims = stated.set.iter().filter(|h| h.is_effect()).map(claim).collect();
     let (fixed_base, payload) = (subject.fixed_base, subject.payload);
     AugmentedModel { effects, flexible, fixed_base, values: all, claims, payload }
+}
+
+impl AugmentedModel {
+    /// As it is packed; `case`: whose diagnosis added effects.
+    pub(super) fn packed(
+        &self,
+        model: &str,
+        case: Option<String>,
+        parameters: &[PlantQuantity],
+    ) -> PackedModel {
+        let quantity = |name: &str| parameters.iter().find(|q| q.name == name);
+        let value = |(name, value): &(String, f64)| match quantity(name) {
+            Some(q) => PackedModel::named(std::slice::from_ref(q), &[*value]).next(),
+            None => Some((name.clone(), PackedValue::Number(*value))),
+        };
+        let initial = |(name, value): &(String, f64)| {
+            let begins = quantity(name).is_some_and(PlantQuantity::is_initial);
+            begins.then(|| (name.clone(), PackedValue::Number(*value)))
+        };
+        let finite = self.values.iter().filter(|v| v.1.is_finite());
+        PackedModel {
+            model: model.to_owned(),
+            case,
+            effects: self.effects.clone(),
+            flexible: self.flexible.clone(),
+            structure: PackedModel::base(self.fixed_base),
+            start: finite.filter_map(|v| initial(v).or_else(|| value(v))).collect(),
+        }
+    }
 }
 
 #[cfg(test)]

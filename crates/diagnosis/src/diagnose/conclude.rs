@@ -12,7 +12,8 @@ use super::place::{locate_gap, look};
 use super::record::DecisionRecord;
 use super::traces::{WindowedGap, gap_report, traces};
 use super::{
-    DiagnoseError, DiagnoseOptions, Diagnosed, FreeRunStart, blind, drift, refusal, strained, watch,
+    DiagnoseError, DiagnoseOptions, Diagnosed, FreeRunStart, blind, budget, drift, refusal, strained, twist,
+    watch, yours,
 };
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
@@ -157,7 +158,18 @@ pub(super) fn conclude(
     let traces = traces(runs, [&ground.before, &tuned.shown, &after.shown], &floors);
     let models = [&before, &tuned.complete, &after.complete];
     let windowed = window.and_then(|w| windowed(search, models, &ground, &fitted_replay, (w, options.seed)));
-    let gap = gap_report(runs, &traces, windowed.as_ref(), options.seed);
+    let twists = twist::twists(case, runs, &traces);
+    let unit = |channel: &str| {
+        let all = loaded.recordings.values().find_map(|r| r.channel(channel));
+        all.map_or_else(String::new, |c| c.unit.clone())
+    };
+    let gap = gap_report(runs, [&traces, &twists], windowed.as_ref(), options.seed, &unit);
+    let parts = gap.overall.as_ref().filter(|_| !no_gap && !options.capped && !options.verdict_only);
+    let budget = parts.map_or_else(Vec::new, |overall| {
+        report_progress(0.93, "taking each part out of the model");
+        let replayed = |model: &CompleteModel| search.replay(model, runs).ok();
+        budget::parts(search, &after.complete, overall, &replayed, &|shown| ground.gap(shown))
+    });
     let (picture, location, next) = if options.verdict_only {
         (None, GapLocation::default(), None)
     } else {
@@ -191,6 +203,9 @@ pub(super) fn conclude(
         effects: claims.map_or_else(Vec::new, |own| effects(plant, &found, own, &rival, &decision)),
         candidates: candidates(plant, &found, &decision),
         parameters: final_estimate.as_ref().map(parameters).unwrap_or_default(),
+        correlation: final_estimate.as_ref().and_then(SetEstimate::correlation),
+        budget,
+        pack: None,
         indistinguishable: indistinguishable(&found, &decision),
         unknown: UnknownShare { present: unknown, probability: decision.unknown, place },
         next_experiment: next.as_ref().map(|n| n.entry.clone()),
@@ -214,13 +229,21 @@ pub(super) fn conclude(
     let began = |(run, fitted_replay)| FreeRunStart::new(search, &after.complete, run, fitted_replay);
     let began: Vec<FreeRunStart> =
         if claimed { runs.iter().zip(&fitted_replay).map(began).collect() } else { Vec::new() };
-    let augmented = claimed.then(|| augmented(search, &after.complete, began.first()));
+    let model = augmented(search, &after.complete, began.first());
+    yours::compared(&mut diagnosis, case, &after.complete.stated.model);
+    if !options.capped {
+        let of_case = claimed.then(|| loaded.case.name());
+        let parameters = case.subject.parameters(&after.complete.stated.model);
+        diagnosis.pack = Some(model.packed(&loaded.case.model, of_case, &parameters));
+    }
+    let augmented = claimed.then_some(model);
     report_progress(1.0, "done");
     Ok(Diagnosed {
         diagnosis,
         picture,
         next,
         traces,
+        twists,
         flexible: case.subject.flexible.clone(),
         augmented,
         began,

@@ -57,7 +57,7 @@ mod tests {
             floor: 0.01,
             closed: Some(0.99),
             ci95: Some([0.98, 1.0]),
-            window: None,
+            ..Default::default()
         };
         let mut d = Diagnosis {
             schema: String::new(),
@@ -67,12 +67,16 @@ mod tests {
                 overall: Some(gap(3.8)),
                 channels: [("a".to_owned(), gap(5.3)), ("b".to_owned(), gap(0.9))].into(),
                 left_out: Vec::new(),
+                derived: Default::default(),
             },
             sensors: Default::default(),
             location: Default::default(),
             effects: Vec::new(),
             candidates: Vec::new(),
             parameters: Default::default(),
+            correlation: None,
+            budget: Vec::new(),
+            pack: None,
             indistinguishable: Vec::new(),
             watch: None,
             unknown: UnknownShare::default(),

@@ -11,22 +11,26 @@ use crate::engine::problem::{BalanceTarget, BalanceUnknown};
 use crate::engine::replay::{CompleteModel, FreeRunFit, Window};
 use crate::engine::search::{CaseSearch, FittedSet, PosedSet};
 use crate::engine::select::SearchResult;
-use crate::outcome::{Claimed, ClaimedAmount};
+use crate::outcome::{Claimed, ClaimedAmount, EstimateCorrelation};
 
 /// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
 const LAW_SPREAD: f64 = 0.025;
 
 impl FittedSet {
-    /// Standard deviations of its coordinates, misfit included.
-    pub(crate) fn deviations(&self) -> Vec<f64> {
+    /// Covariance of its coordinates by their information.
+    fn covariance(&self) -> DMatrix<f64> {
         let information = self.information.clone();
-        let inflation = (1.0 + self.excess()).max(1.0);
         let n = information.nrows();
         if n == 0 {
-            return Vec::new();
+            return information;
         }
-        let covariance = information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n));
-        (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
+        information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n))
+    }
+    /// Standard deviations of its coordinates, misfit included.
+    pub(crate) fn deviations(&self) -> Vec<f64> {
+        let inflation = (1.0 + self.excess()).max(1.0);
+        let covariance = self.covariance();
+        (0..covariance.nrows()).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
     }
     /// The model with these values, ready to run freely.
     fn complete(&self) -> CompleteModel {
@@ -175,6 +179,28 @@ impl SetEstimate {
         };
         let bounds = [u.lower + base, u.upper + base];
         ClaimedAmount::within(bounds, value, u.unit.clone(), [end(-1.0), end(1.0)])
+    }
+    /// Correlation of all that is estimated from all recordings together. `None`: less than two of them are determined.
+    pub(super) fn correlation(&self) -> Option<EstimateCorrelation> {
+        let unknowns = &self.stated().unknowns;
+        let covariance = self.fitted().covariance();
+        let shared = |k: &usize| {
+            let u = &unknowns[*k];
+            u.run.is_none() && u.lower < u.upper && covariance[(*k, *k)] > 0.0
+        };
+        let which: Vec<usize> = (0..covariance.nrows().min(unknowns.len())).filter(shared).collect();
+        let of = |i: usize, j: usize| {
+            if i == j {
+                return 1.0;
+            }
+            // Of both triangles, which rounding makes differ.
+            let both = 0.5 * (covariance[(i, j)] + covariance[(j, i)]);
+            (both / (covariance[(i, i)] * covariance[(j, j)]).sqrt()).clamp(-1.0, 1.0)
+        };
+        (which.len() > 1).then(|| EstimateCorrelation {
+            names: which.iter().map(|k| unknowns[*k].name.clone()).collect(),
+            matrix: which.iter().map(|i| which.iter().map(|j| of(*i, *j)).collect()).collect(),
+        })
     }
     /// One of its causes, as it is reported.
     pub(super) fn claimed(

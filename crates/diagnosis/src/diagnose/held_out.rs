@@ -71,7 +71,7 @@ mod tests {
             floor: 1.0,
             closed: Some(0.9),
             ci95: None,
-            window: None,
+            ..Default::default()
         };
         let claimed = |id: &str| Claimed {
             id: id.into(),

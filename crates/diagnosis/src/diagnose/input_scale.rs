@@ -4,6 +4,7 @@
 //! gain is taken: what is missed and what the input does, both less their regression on the motion ([decision 75](../../../../docs/decisions/0075-gains-next-to-a-gap.md)).
 
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 
 use super::acting::{Acting, motion};
 use super::dead;
@@ -81,6 +82,39 @@ impl ScaleGain {
             all.iter().fold([0.0; 2], |[s, w], (_, g)| [s + g.value * weight(g), w + weight(g)]);
         sum.abs() > SURE * weights.sqrt()
     }
+}
+
+/// The gain of an input in a recording, as it is reported.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InputGain {
+    /// Recording.
+    pub recording: String,
+    /// FMU variable.
+    pub input: String,
+    /// By how many times the recorded input the nominal model needs it; 1: as recorded.
+    pub gain: f64,
+    /// Standard deviation of the gain.
+    pub standard_deviation: f64,
+}
+
+/// The gain of each recorded input, recording by recording, in the output in which it acts most.
+pub fn gains(search: &CaseSearch<'_>) -> Vec<InputGain> {
+    let names = search.case.subject.inputs();
+    let runs = Acting::all(search);
+    let recorded = |input: &usize| runs.iter().any(|r| !r.prescribed.inputs[*input].is_empty());
+    let of = |input: usize| {
+        let one = |s: Seen<'_>| {
+            let gain = s.gain?;
+            Some(InputGain {
+                recording: s.name.to_owned(),
+                input: names[input].clone(),
+                gain: gain.value,
+                standard_deviation: gain.deviation,
+            })
+        };
+        acting_most(&runs, &[input], false).into_iter().filter_map(one).collect::<Vec<_>>()
+    };
+    (0..names.len()).filter(recorded).flat_map(of).collect()
 }
 
 /// What an input does in a channel of a recording.

@@ -4,7 +4,7 @@ use super::ChannelTrace;
 use crate::engine::problem::Compared;
 use crate::engine::replay::ReplayedReadings;
 use crate::floor;
-use crate::outcome::{GapReport, HeldOutGap, WindowGap};
+use crate::outcome::{ChannelRms, GapReport, HeldOutGap, WindowGap};
 
 pub(super) fn traces(
     runs: &[Compared],
@@ -54,12 +54,31 @@ fn figures(traces: &[ChannelTrace], seed: u64) -> floor::Gaps {
     floor::gaps(&traces.iter().map(of).collect::<Vec<_>>(), seed)
 }
 
-/// Gaps of whole recordings, with those over windows.
+/// RMS of a channel over its recordings.
+fn rms(traces: &[ChannelTrace], channel: &str, unit: &str) -> Option<ChannelRms> {
+    let own = || traces.iter().filter(|t| t.channel == channel);
+    let readings: usize = own().map(|t| t.measured.len()).sum();
+    let missed = |of: fn(&ChannelTrace) -> &[f64]| {
+        let squares = own().flat_map(|t| of(t).iter().zip(&t.measured)).map(|(x, m)| (x - m).powi(2));
+        (squares.sum::<f64>() / readings as f64).sqrt()
+    };
+    let noise: f64 = own().map(|t| t.measured.len() as f64 * t.floor.powi(2)).sum();
+    (readings > 0).then(|| ChannelRms {
+        unit: unit.into(),
+        before: missed(|t| &t.before),
+        tuned: missed(|t| &t.tuned),
+        after: missed(|t| &t.after),
+        floor: (noise / readings as f64).sqrt(),
+    })
+}
+
+/// Gaps of whole recordings, with those over windows, and of the twists of transmissions; `unit`: of a channel.
 pub(super) fn gap_report(
     runs: &[Compared],
-    traces: &[ChannelTrace],
+    [traces, twists]: [&[ChannelTrace]; 2],
     windowed: Option<&WindowedGap>,
     seed: u64,
+    unit: &dyn Fn(&str) -> String,
 ) -> GapReport {
     let found = figures(traces, seed);
     let windows = windowed.map(|w| {
@@ -72,22 +91,20 @@ pub(super) fn gap_report(
         let finite = [before, tuned, after, floor].iter().all(|x| x.is_finite());
         finite.then_some(WindowGap { seconds: *seconds, before, tuned, after, floor, closed })
     };
-    let of = |g: &floor::GapShares, window| HeldOutGap {
-        before: g.before,
-        tuned: g.tuned,
-        after: g.after,
-        floor: g.floor,
-        closed: g.closed,
-        ci95: g.ci95,
-        window,
+    let of = |g: &floor::GapShares, window, rms| {
+        let floor::GapShares { before, tuned, after, floor, closed, ci95 } = *g;
+        HeldOutGap { before, tuned, after, floor, closed, ci95, window, rms }
     };
     let channel = |(name, g): &(String, floor::GapShares)| {
         let own = window(&|gaps| gaps.channels.iter().find(|c| c.0 == *name).map(|c| c.1));
-        (name.clone(), of(g, own))
+        (name.clone(), of(g, own, rms(traces, name, &unit(name))))
     };
+    let twist =
+        |(name, g): &(String, floor::GapShares)| (name.clone(), of(g, None, rms(twists, name, "rad")));
     GapReport {
-        overall: found.overall.as_ref().map(|g| of(g, window(&|gaps| gaps.overall))),
+        overall: found.overall.as_ref().map(|g| of(g, window(&|gaps| gaps.overall), None)),
         channels: found.channels.iter().map(channel).collect(),
+        derived: figures(twists, seed).channels.iter().map(twist).collect(),
         left_out: found.left_out,
     }
 }

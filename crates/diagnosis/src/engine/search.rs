@@ -53,7 +53,7 @@ impl PosedSet {
         self.unknowns.iter().map(|u| known(u).unwrap_or_else(|| u.coordinate())).collect()
     }
     /// Coordinates to begin another set with, what both share as these are.
-    pub(super) fn begins_like(&self, other: &Self, theta: &[f64]) -> Vec<f64> {
+    pub(crate) fn begins_like(&self, other: &Self, theta: &[f64]) -> Vec<f64> {
         let there =
             |u: &BalanceUnknown| self.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
         other.unknowns.iter().map(|u| there(u).map_or(u.coordinate(), |k| theta[k])).collect()

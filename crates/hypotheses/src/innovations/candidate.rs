@@ -73,6 +73,24 @@ impl ScreenedShape {
     }
 }
 
+/// The best by evidence of those that are alike, best first.
+pub(super) fn best_of_alike<H>(
+    all: Vec<H>,
+    alike: impl Fn(&H, &H) -> bool,
+    evidence: impl Fn(&H) -> f64,
+) -> Vec<H> {
+    let mut best: Vec<H> = Vec::new();
+    for h in all {
+        match best.iter_mut().find(|b| alike(b, &h)) {
+            Some(b) if evidence(&h) > evidence(b) => *b = h,
+            Some(_) => {}
+            None => best.push(h),
+        }
+    }
+    best.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+    best
+}
+
 /// Laws with shapes along the present trajectory of a frame.
 pub fn applied(
     parts: &[(LawRef, LawShape)],

@@ -107,6 +107,7 @@ pub(super) fn found(
             "of each ramp the error is what the current adds within one sample; that of the mean comes from their spread".into(),
         ],
         values,
+        pack: None,
         sensors: Vec::new(),
         design: None,
     })

@@ -10,6 +10,7 @@ use super::starts::SearchStart;
 use crate::estimate::ChannelFit;
 use crate::fit::ChannelComparison;
 use crate::model::PlantQuantity;
+use crate::packed::PackedModel;
 use crate::unknown::FitTarget;
 
 /// How well a channel is reproduced, over all recordings that were compared.
@@ -77,6 +78,8 @@ pub struct Identified {
     pub notes: Vec<String>,
     /// All parameters of the model, with the estimates in place.
     pub values: Vec<f64>,
+    /// The model with the estimates, ready to be packed; none of an FMU.
+    pub pack: Option<PackedModel>,
     /// What was found of sensors, the same in all recordings.
     pub sensors: Vec<(FitTarget, f64)>,
     /// What runs from other starts would identify, if that was requested.

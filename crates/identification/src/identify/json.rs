@@ -90,5 +90,6 @@ pub fn json(r: &Identified) -> Value {
         "stop": r.stop,
         "iterations": r.iterations,
         "notes": r.notes,
+        "pack": r.pack,
     })
 }

@@ -267,6 +267,7 @@ pub(super) fn by_simulation(
         iterations,
         notes,
         values: problem.shared(&fit.theta),
+        pack: None,
         sensors: (problem.unknowns().iter().zip(problem.values(&fit.theta)))
             .filter(|(u, _)| u.run.is_none() && !matches!(u.target, FitTarget::Parameter(_)))
             .map(|(u, value)| (u.target, value))

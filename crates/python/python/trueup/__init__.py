@@ -3,9 +3,12 @@
 Quantities are in SI; times are in s.
 """
 
-from ._case import Case, Diagnosis, Fit, Problem, diagnose, identify
+from ._case import Case, Problem
+from ._diagnosis import Diagnosis, diagnose
 from ._errors import Error
+from ._fit import Fit, identify
 from ._fmpy import simulate_fmu
+from ._instance import Derivatives, Instance
 from ._model import Model, models
 from ._program import program
 from ._result import Result
@@ -14,10 +17,12 @@ from ._system import Fmu, Linear, System, Variable, Variables
 
 __all__ = [
     "Case",
+    "Derivatives",
     "Diagnosis",
     "Error",
     "Fit",
     "Fmu",
+    "Instance",
     "Linear",
     "Model",
     "Problem",

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path as _Path
 from typing import Any
 
+from ._errors import Error
 from ._program import run
 from ._system import Fmu, Path, Value, text
 
@@ -68,6 +69,23 @@ class Model(Fmu):
         run("fmu", "pack", name, f"--fmi={fmi}", "-o", folder, *options)
         (file,) = _Path(folder).iterdir()
         super().__init__(file)
+
+    @classmethod
+    def of_result(cls, result: Mapping[str, Any], *, fmi: int = 3) -> Model:
+        """The model of a result, with its effects and values: the JSON of an identification or of a diagnosis, as
+        `trueup fmu pack --from` takes it."""
+        pack = result.get("pack")
+        if not pack:
+            mend = "take the JSON of `trueup identify` with a model of this project, or a diagnosis that was not capped"
+            raise Error(f"there is no model in this result; {mend}", mend=mend)
+        return cls(
+            pack["model"],
+            effects=pack.get("effects", ()),
+            flexible=pack.get("flexible", ()),
+            structure=pack.get("structure"),
+            parameters=pack["start"],
+            fmi=fmi,
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (self._name, self._arguments)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from . import _native
 from ._errors import Error
+from ._instance import Instance
 from ._result import Array, Result, base
 
 if TYPE_CHECKING:
@@ -319,6 +320,24 @@ class Fmu(System):
     def fmi_version(self) -> str:
         """As in its description, `2.0` or `3.0`."""
         return str(self._components[0]["fmi_version"])
+
+    def instance(
+        self,
+        parameters: Mapping[str, Value] | None = None,
+        *,
+        start: float = 0.0,
+        tolerance: float | None = None,
+    ) -> Instance:
+        """A running instance in Co-Simulation, to be stepped.
+
+        Parameters:
+            parameters: start values of parameters and inputs by name.
+            start: time in s at which it begins.
+            tolerance: relative, of its integrator.
+        """
+        given = dict(parameters or {})
+        values = [(name, text(value)) for name, value in given.items()]
+        return Instance(self._native.instance(start, tolerance, values), self, given)
 
     def linearize(
         self,

@@ -2,124 +2,80 @@
 
 use std::fmt::Write as _;
 
-use trueup_diagnosis::outcome::{Diagnosis, HeldOutGap};
+use trueup_diagnosis::outcome::{Diagnosis, ErrorPart, NOISE, PARAMETERS, TOGETHER, UNEXPLAINED};
 
-use super::words::{percent, size};
+use super::words::{at, effect_name, percent, size};
 use crate::page::{Page, escape};
 
-/// A part of the square of a gap, with its colour.
-struct GapPart {
-    what: &'static str,
-    square: f64,
-    colour: usize,
+/// A part in words.
+fn name(d: &Diagnosis, p: &ErrorPart) -> String {
+    match p.part.as_str() {
+        PARAMETERS => "your values of the model's own parameters".to_owned(),
+        TOGETHER => "parameters and effects together".to_owned(),
+        NOISE => "the sensors' noise".to_owned(),
+        UNEXPLAINED => "left unexplained".to_owned(),
+        id => match &p.component {
+            Some(component) => format!("{} ({})", effect_name(id), at(d, component, p.joint)),
+            None => effect_name(id).to_owned(),
+        },
+    }
 }
 
-/// Parts of `before`², which add up to it.
-fn parts(g: &HeldOutGap, effects: bool) -> Vec<GapPart> {
-    let [before, tuned, after, floor] = [g.before, g.tuned, g.after, g.floor].map(|x| x * x);
-    let part = |what, square, colour| GapPart { what, square, colour };
-    // What does worse than the nominal model explains nothing of its gap.
-    let left = after.min(before);
-    let noise = floor.min(left);
-    let gained = before - left;
-    let mut all = match (effects, tuned) {
-        (false, _) => vec![part("wrong values of the model's own parameters", gained, 4)],
-        (true, t) if t <= before && t >= left => {
-            vec![
-                part("wrong values of the model's own parameters", before - t, 4),
-                part("effects that the model lacks", t - left, 2),
-            ]
+/// Of the page's palette: parameters, noise and what is left as in the gaps, effects one after the other.
+fn colour(p: &ErrorPart, effects: &mut usize) -> usize {
+    match p.part.as_str() {
+        PARAMETERS => 4,
+        NOISE => 7,
+        UNEXPLAINED => 1,
+        _ => {
+            *effects += 1;
+            [2, 5, 3, 0, 6][(*effects - 1) % 5]
         }
-        // Refitting alone made it worse: its part cannot be separated from that of the effects.
-        (true, _) => vec![part("parameters and effects together", gained, 2)],
-    };
-    all.push(part("the sensors' noise", noise, 7));
-    all.push(part("left unexplained", left - noise, 1));
-    all
+    }
 }
 
-/// Of the overall gap as a table, of every channel as a bar.
+/// As a bar and a table.
 pub(super) fn budget(page: &mut Page, d: &Diagnosis) {
-    let Some(overall) = d.gap.overall.as_ref().filter(|g| (g.before * g.before).is_normal()) else { return };
-    let effects = !d.effects.is_empty();
+    let (Some(overall), false) = (&d.gap.overall, d.budget.is_empty()) else { return };
     page.html("<h3>Error budget: what the gap before is made of</h3>");
-    let of = parts(overall, effects);
     page.text(
-        "Gaps do not add, their squares do, for errors of different causes go up and down by themselves. Of the square of the \
-         gap before, the parameters have what refitting takes away, the effects what they take away after that, noise what it \
-         would leave of a perfect model, and the rest is unexplained; together they are the whole.",
+        "Each part is taken out of the complete model, the others staying as they are: an effect is removed, or your values of the \
+         parameters are restored. What the model then misses in addition is that part's. Gaps do not add, their squares do, so the \
+         square of the gap before is divided: noise and what is left unexplained first, the rest in proportion to these additions.",
     );
     if overall.after > overall.before {
         page.text("Here the gap after is larger than the gap before, so nothing of it is explained.");
-    } else if effects && of.iter().any(|p| p.what.ends_with("together")) {
-        page.text("Here refitting the parameters without the effects gains nothing by itself, so both have one share.");
+    } else if d.budget.iter().any(|p| p.part == TOGETHER) {
+        page.text(
+            "Here the free runs of whole recordings miss no more without any single part, so parameters and effects have one share; \
+             the figures over windows show what the model gains.",
+        );
     }
-    let whole = overall.before * overall.before;
-    let rows: Vec<Vec<String>> = of
-        .iter()
-        .map(|p| vec![p.what.to_owned(), percent(p.square / whole), size(p.square.max(0.0).sqrt())])
-        .chain([vec!["together: the gap before".to_owned(), percent(1.0), size(overall.before)]])
-        .collect();
-    let mut html = "<table class=\"bars\"><tbody>\n".to_owned();
-    let channels = d.gap.channels.iter().map(|(name, g)| (name.as_str(), g));
-    let many = d.gap.channels.len() > 1;
-    for (name, g) in [("overall", overall)].into_iter().chain(channels.filter(|_| many)) {
-        let whole = g.before * g.before;
-        if !whole.is_normal() {
-            continue;
-        }
-        let mut bar = String::new();
-        for p in parts(g, effects).iter().filter(|p| p.square > 0.0) {
-            let (share, colour, what) = (100.0 * p.square / whole, p.colour, p.what);
+    let mut effects = 0;
+    let mut bar = String::new();
+    let mut legend = String::new();
+    for p in &d.budget {
+        let (what, colour) = (escape(&name(d, p)), colour(p, &mut effects));
+        let share = 100.0 * p.share;
+        let _ = write!(legend, "<li><i class=\"c{colour}\"></i>{what}</li>");
+        if share > 0.0 {
             let _ = write!(
                 bar,
                 "<i class=\"c{colour}\" style=\"width:{share:.2}%\" title=\"{what}: {share:.1} %\"></i>"
             );
         }
-        let _ = writeln!(
-            html,
-            "<tr><th scope=\"row\">{}</th><td class=\"bar stack\">{bar}</td><td class=\"number\">{}</td></tr>",
-            escape(name),
-            escape(&size(g.before))
-        );
     }
-    html.push_str("</tbody></table>");
-    let legend: String =
-        of.iter().map(|p| format!("<li><i class=\"c{}\"></i>{}</li>", p.colour, p.what)).collect();
     page.html(&format!("<ul class=\"legend\">{legend}</ul>"));
-    page.html(&html);
-    page.table(&["part", "share of the square", "alone it would be a gap of"], &rows);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_parts_are_the_whole_whatever_the_figures() {
-        const VALUES: [f64; 6] = [0.0, 0.01, 0.011, 0.2, 0.21, 3.8];
-        // All fours of them.
-        for k in 0..VALUES.len().pow(4) {
-            let [before, tuned, after, floor] =
-                [0, 1, 2, 3].map(|at| VALUES[k / VALUES.len().pow(at) % VALUES.len()]);
-            let g = HeldOutGap { before, tuned, after, floor, closed: None, ci95: None, window: None };
-            for effects in [false, true] {
-                let of = parts(&g, effects);
-                let sum: f64 = of.iter().map(|p| p.square).sum();
-                assert!((sum - before * before).abs() < 1e-12 * before.max(1.0), "{g:?}: {sum}");
-                assert!(of.iter().all(|p| p.square >= 0.0), "{g:?}");
-            }
-        }
-        let g = HeldOutGap {
-            before: 0.5,
-            tuned: 0.4,
-            after: 0.1,
-            floor: 0.06,
-            closed: None,
-            ci95: None,
-            window: None,
-        };
-        let of: Vec<f64> = parts(&g, true).iter().map(|p| (1e4 * p.square).round() / 1e4).collect();
-        assert_eq!(of, [0.09, 0.15, 0.0036, 0.0064]);
-    }
+    page.html(&format!(
+        "<table class=\"bars\"><tbody>\n<tr><th scope=\"row\">overall</th><td class=\"bar stack\">{bar}</td>\
+         <td class=\"number\">{}</td></tr></tbody></table>",
+        escape(&size(overall.before))
+    ));
+    let row = |p: &ErrorPart| {
+        let without = p.gap_without.map_or_else(|| "–".to_owned(), size);
+        vec![name(d, p), without, percent(p.share)]
+    };
+    let whole = ["together: the gap before".to_owned(), size(overall.before), percent(1.0)];
+    let rows: Vec<Vec<String>> = d.budget.iter().map(row).chain([whole.to_vec()]).collect();
+    page.table(&["part", "gap of the complete model without it", "share of the square"], &rows);
 }

@@ -14,6 +14,10 @@ pub struct Evidence<'a> {
     pub case: &'a str,
     /// Compared channels over time, the held-out recordings first.
     pub traces: Vec<EvidenceTrace<'a>>,
+    /// The twists of transmissions over time.
+    pub twists: Vec<EvidenceTrace<'a>>,
+    /// Options of `trueup simulate` that play the first recording with the augmented model, in the folder of the page.
+    pub replay: Option<Vec<String>>,
     /// What is missing, as pictures.
     pub maps: Vec<EvidenceMap<'a>>,
     /// The noise floor of each channel: channel, its standard deviation with unit, where it comes from.

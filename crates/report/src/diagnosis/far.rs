@@ -30,8 +30,11 @@ pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
     let mut rows = vec![row("overall", overall)];
     rows.extend(d.gap.channels.iter().map(|(name, g)| row(name, g)));
     page.html("<details><summary>The figures</summary>");
+    rows.extend(d.gap.derived.iter().map(|(name, g)| row(&format!("{name} (not in overall)"), g)));
     page.table(&["channel", "before", "tuned", "after", "noise alone", "closed (95 % interval)"], &rows);
     page.html("</details>");
+    rms(page, d);
+    below_noise(page, d, overall);
     windows(page, d);
     if !d.gap.left_out.is_empty() {
         page.text(&format!("Without variation and left out: {}.", d.gap.left_out.join(", ")));
@@ -43,6 +46,50 @@ pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
         ),
         _ => budget(page, d),
     }
+}
+
+/// RMS of simulated minus measured in the channels' units, of angles in degrees as well.
+fn rms(page: &mut Page, d: &Diagnosis) {
+    let all = d.gap.channels.iter().chain(&d.gap.derived);
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for (name, r) in all.filter_map(|(name, g)| Some((name, g.rms.as_ref()?))) {
+        let mut add = |unit: &str, factor: f64| {
+            let of = |x: f64| number(factor * x);
+            let cells = [of(r.before), of(r.tuned), of(r.after), of(r.floor)];
+            rows.push([vec![name.clone(), unit.to_owned()], cells.to_vec()].concat());
+        };
+        add(&r.unit, 1.0);
+        if let Some(rest) = r.unit.strip_prefix("rad").filter(|rest| rest.is_empty() || rest.starts_with('/'))
+        {
+            add(&format!("deg{rest}"), 1f64.to_degrees());
+        }
+    }
+    if rows.is_empty() {
+        return;
+    }
+    page.html("<h3>RMS of simulated minus measured</h3>");
+    page.table(&["channel", "unit", "before", "tuned", "after", "noise alone"], &rows);
+    if !d.gap.derived.is_empty() {
+        page.text(
+            "The twist of a transmission is motor angle over gear ratio less load angle, on the load's side: compliance and play show \
+             in it, and what moves both ends alike does not.",
+        );
+    }
+}
+
+/// Why a model may miss less than what noise alone leaves.
+fn below_noise(page: &mut Page, d: &Diagnosis, overall: &HeldOutGap) {
+    if d.effects.is_empty() || overall.after >= overall.floor {
+        return;
+    }
+    page.text(&format!(
+        "With the effects the gap ({}) is below what noise alone leaves ({}). This is no contradiction: the latter is an expected value, \
+         the declared noise of the sensors with that of the measured inputs carried through the simulation. The input noise of these \
+         recordings is one draw, the first states of each recording are estimated and absorb a part of it, and declared noise may be \
+         larger than the actual one. The remaining residual is at the level of the noise; a smaller one shows nothing more.",
+        size(overall.after),
+        size(overall.floor)
+    ));
 }
 
 /// Gaps of runs that begin again every few periods.

@@ -5,6 +5,7 @@ use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Verdict};
 use trueup_diagnosis::words::check;
 
 use super::evidence::Evidence;
+use super::shell::command_line;
 use super::words::{effect_name, list, sets, told_by};
 use crate::page::{Page, escape};
 
@@ -40,15 +41,6 @@ fn code(text: &str) -> String {
     format!("<code>{}</code>", escape(text))
 }
 
-/// Options that play a recording again, the first one that the page shows.
-fn replayed(e: &Evidence<'_>) -> String {
-    let shown = e.traces.first().and_then(|t| Some((t.recording, *t.time.last()?)));
-    shown.map_or_else(
-        || "--input RECORDING.csv --stop SECONDS".to_owned(),
-        |(recording, end)| format!("--input {recording} --stop {}", (1e3 * end).floor() / 1e3),
-    )
-}
-
 fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
     let augmented = d.augmented.iter().flatten();
     let newest = augmented.clone().find(|f| f.contains("fmi3")).or_else(|| augmented.clone().next());
@@ -63,11 +55,12 @@ fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
             let moved: Vec<String> = d.parameters.keys().map(|k| code(k)).collect();
             let which = if moved.is_empty() { String::new() } else { format!(" ({})", moved.join(", ")) };
             vec![format!(
-                "The refitted values of the model's own parameters{which}, listed under the verdict: put them into <code>[parameters]</code> \
-                 of case.toml and into your simulation. Nothing has to be added to the model."
+                "The refitted values of the model's own parameters{which}, next to yours under the verdict: put them into <code>[parameters]</code> \
+                 of case.toml (lines to paste are below) and into your simulation. Nothing has to be added to the model."
             )]
         }
         (Verdict::Effects | Verdict::Ambiguous, Some(file)) => {
+            let file = file.as_str();
             let files: Vec<String> = augmented.map(|f| link(f)).collect();
             let mut all = vec![
                 format!(
@@ -76,11 +69,19 @@ fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
                     list(&files, "or")
                 ),
                 format!(
-                    "Look at it with {}, run it with {} (or in any tool that imports FMUs).",
-                    code(&format!("trueup fmu info {file}")),
-                    code(&format!("trueup simulate {file} {} -o run.csv", replayed(e)))
+                    "In the folder of this page, look at it with {}.",
+                    code(&format!("trueup fmu info {file}"))
                 ),
             ];
+            if let Some(replay) = &e.replay {
+                let options = replay.iter().map(String::as_str);
+                let run = ["trueup", "simulate", file].into_iter().chain(options).chain(["-o", "run.csv"]);
+                all.push(format!(
+                    "There, run it along the first recording of this page, with its inputs and first states: {} (or in any tool that \
+                     imports FMUs).",
+                    code(&command_line(run))
+                ));
+            }
             if d.verdict == Verdict::Ambiguous {
                 all.push(
                     "It has the likeliest member of each set in it. Within motions like those recorded the others would do as well; \

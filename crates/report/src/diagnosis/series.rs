@@ -21,7 +21,7 @@ pub(super) fn series(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     }
     page.section(
         "Measured and simulated",
-        "Drag to zoom, double click for all, click in the legend to hide; charts zoom together. The fine dark line is what was \
+        "Residuals first: simulated minus measured, then the signals themselves. Drag to zoom, double click for all, click in the legend to hide; charts zoom together. The fine dark line is what was \
          measured. Shaded: stretches with the largest shares.",
     );
     let mut recordings: Vec<&str> = Vec::new();
@@ -31,7 +31,7 @@ pub(super) fn series(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
         }
     }
     for recording in recordings.iter().take(RECORDINGS) {
-        for t in e.traces.iter().filter(|t| t.recording == *recording) {
+        for t in e.twists.iter().chain(&e.traces).filter(|t| t.recording == *recording) {
             trace(page, d, t);
         }
     }
@@ -53,13 +53,6 @@ pub(super) fn trace(page: &mut Page, d: &Diagnosis, t: &EvidenceTrace<'_>) {
         }
         page.chart(&chart);
     };
-    let title = format!("{}, {}", t.channel, t.recording);
-    draw(
-        Chart::over_time(&title, t.unit)
-            .coloured("before", t.time, t.before, BEFORE)
-            .coloured(name, t.time, last, colour)
-            .ink("measured", t.time, t.measured),
-    );
     let difference = |x: &[f64]| x.iter().zip(t.measured).map(|(x, m)| x - m).collect::<Vec<f64>>();
     let (before, after) = (difference(t.before), difference(last));
     let ends: Vec<f64> = [t.time.first(), t.time.last()].into_iter().flatten().copied().collect();
@@ -81,6 +74,13 @@ pub(super) fn trace(page: &mut Page, d: &Diagnosis, t: &EvidenceTrace<'_>) {
             chart.coloured("2 sigma of noise", &ends, &high, NOISE).coloured("-2 sigma", &ends, &low, NOISE);
     }
     draw(chart);
+    let title = format!("{}, {}", t.channel, t.recording);
+    draw(
+        Chart::over_time(&title, t.unit)
+            .coloured("before", t.time, t.before, BEFORE)
+            .coloured(name, t.time, last, colour)
+            .ink("measured", t.time, t.measured),
+    );
 }
 
 fn rms(x: &[f64]) -> f64 {

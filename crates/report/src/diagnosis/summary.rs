@@ -4,9 +4,7 @@ use std::collections::BTreeSet;
 
 use trueup_diagnosis::outcome::{Claimed, Diagnosis, Verdict};
 
-use super::words::{
-    amount, at, at_bound, badge, effect_name, interval, percent, sentence, sets, size, times, together,
-};
+use super::words::{at, at_bound, badge, effect_name, percent, sentence, sets, size, times, together};
 use crate::page::{Page, escape};
 
 /// The verdict, its figures, and what is claimed.
@@ -23,8 +21,8 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
     }
     if !d.effects.is_empty() {
         page.table(
-            &["effect", "where", "probability", "closes alone", "parameter", "value", "95 % interval"],
-            &d.effects.iter().flat_map(|e| rows(d, e)).collect::<Vec<_>>(),
+            &["effect", "where", "probability", "closes alone"],
+            &d.effects.iter().map(|e| row(d, e)).collect::<Vec<_>>(),
         );
     }
     for set in sets(d).iter().filter(|set| set.len() > 1) {
@@ -38,13 +36,6 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
     for line in d.effects.iter().filter_map(|e| basis(d, &e.component, e.joint)).collect::<BTreeSet<_>>() {
         page.text(&line);
     }
-    if !d.parameters.is_empty() {
-        page.html("<details><summary>The plant's own parameters, refitted</summary>");
-        let rows: Vec<Vec<String>> =
-            d.parameters.iter().map(|(name, a)| vec![name.clone(), amount(a), interval(a)]).collect();
-        page.table(&["parameter", "value", "95 % interval"], &rows);
-        page.html("</details>");
-    }
     let bound = d.effects.iter().flat_map(|e| &e.parameters).chain(&d.parameters).any(|(_, a)| at_bound(a));
     if bound {
         page.text(
@@ -54,19 +45,10 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
     }
 }
 
-/// Rows of an effect: one for each of its parameters.
-fn rows(d: &Diagnosis, e: &Claimed) -> Vec<Vec<String>> {
+/// An effect; its parameters have a table of their own.
+fn row(d: &Diagnosis, e: &Claimed) -> Vec<String> {
     let alone = e.closed_alone.map_or_else(|| "–".to_owned(), |c| percent(c.clamp(0.0, 1.0)));
-    let head =
-        vec![effect_name(&e.id).to_owned(), at(d, &e.component, e.joint), percent(e.probability), alone];
-    if e.parameters.is_empty() {
-        return vec![[head, vec![String::new(); 3]].concat()];
-    }
-    let row = |(k, (name, a)): (usize, (&String, &trueup_diagnosis::outcome::ClaimedAmount))| {
-        let lead = if k == 0 { head.clone() } else { vec![String::new(); head.len()] };
-        [lead, vec![name.clone(), amount(a), interval(a)]].concat()
-    };
-    e.parameters.iter().enumerate().map(row).collect()
+    vec![effect_name(&e.id).to_owned(), at(d, &e.component, e.joint), percent(e.probability), alone]
 }
 
 /// What speaks for something that has no name.

@@ -203,6 +203,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::Effects => {
             let what: Vec<String> = sets(d).iter().map(|set| named(d, set)).collect();
             let with = if what.len() > 1 { "With them" } else { "With it" };
+            let with = &format!("{with}, and the model's own parameters refitted,");
             format!("What the simulation lacks is {}.{}", list(&what, "and"), figures(after, with))
         }
         Verdict::Ambiguous => {
@@ -210,7 +211,7 @@ pub fn sentence(d: &Diagnosis) -> String {
             format!(
                 "What the simulation lacks is {}.{}",
                 list(&what, "and, in addition,"),
-                figures(after, "With the likeliest")
+                figures(after, "With the likeliest, and the model's own parameters refitted,")
             )
         }
         Verdict::Unknown => {
@@ -289,7 +290,15 @@ mod tests {
     #[test]
     fn what_is_closed_is_never_more_than_all_or_less_than_nothing() {
         let told = |before, closed: Option<f64>, ci95| {
-            let g = HeldOutGap { before, tuned: 0.1, after: 0.1, floor: 0.01, closed, ci95, window: None };
+            let g = HeldOutGap {
+                before,
+                tuned: 0.1,
+                after: 0.1,
+                floor: 0.01,
+                closed,
+                ci95,
+                ..Default::default()
+            };
             super::closed(&g).replace('\u{a0}', " ")
         };
         assert_eq!(told(0.5, Some(0.9), Some([0.8, 1.1])), "90.0 % (80.0 % to 100 %)");

@@ -4,6 +4,7 @@ use super::assign::Assigned;
 use super::look::LookedLog;
 use super::model::DraftModel;
 use super::split::Split;
+use super::words::Quantity;
 use crate::names::{base_name, short};
 use crate::variable::VariableRole;
 
@@ -50,7 +51,7 @@ impl DraftText<'_> {
              # All keys: docs/cases.md.\n\n",
         );
         let mut summary = Vec::new();
-        let remark = if self.model.guessed { "GUESS: by the number of drives in the logs" } else { "" };
+        let remark = if self.model.guessed { "GUESS: by the number of joints in the logs" } else { "" };
         line(&mut out, &format!("model = {:?}", self.model.name), remark);
         self.recordings(&mut out);
         self.rows(&mut out);
@@ -129,7 +130,20 @@ impl DraftText<'_> {
         }
         let drives = self.model.known.iter().filter(|v| v.role == VariableRole::Input && v.drives);
         let has = |name: &str| self.columns.iter().flatten().any(|a| a.variable == name);
-        for v in drives.filter(|v| !has(&v.name)) {
+        let missing: Vec<_> = drives.filter(|v| !has(&v.name)).collect();
+        let mut columns = self.logs.iter().flat_map(|l| &l.columns);
+        let angle = |q: Option<Quantity>| matches!(q, Some(Quantity::Angle | Quantity::Position));
+        let reference = columns.find(|c| c.meaning.command && angle(c.meaning.quantity));
+        if let Some(command) = reference
+            && !missing.is_empty()
+        {
+            *out += &format!(
+                "# {:?} is a reference: where servos of known gains follow it, declare them under [effects] as position-servo\n\
+                 # (docs/cases.md); the model then has an input for it\n",
+                command.name
+            );
+        }
+        for v in missing {
             *out += &format!(
                 "# TODO: no column was recognised as `{}` ({}), which drives the model\n",
                 v.name, v.unit

@@ -1,4 +1,4 @@
-//! MAT files of MATLAB: level 5 (`save -v6`, `-v7`) and level 7.3 (HDF5).
+//! MAT files of MATLAB: level 5 (`save -v6`, `-v7`) and level 7.3 (HDF5); HDF5 files of other programs.
 
 mod array;
 mod hdf5;
@@ -22,6 +22,41 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>, findings: &mut Vec<Finding>) -> 
             None
         }
     }
+}
+
+/// An HDF5 file of another program. Its datasets have one length, as the rows of a table.
+pub(super) fn read_hdf5(file: &Path, bytes: Vec<u8>, findings: &mut Vec<Finding>) -> Option<ReadTable> {
+    let wrong = |kind, what: String, mend: &str| Finding::error(kind, file, what, mend);
+    let again = "write it again with h5py, numbers as datasets, compressed by gzip or not at all";
+    if bytes.is_empty() {
+        findings.push(wrong(
+            FindingKind::EmptyFile,
+            "the file is empty".into(),
+            "export the recording again",
+        ));
+        return None;
+    }
+    let read = guarded(|| hdf5::read_paths(bytes).map_err(|e| e.to_string())).and_then(|done| done);
+    let contents = match read {
+        Ok(contents) => contents,
+        Err(e) => {
+            findings.push(wrong(FindingKind::Unreadable, format!("no HDF5 that can be read: {e}"), again));
+            return None;
+        }
+    };
+    // A table has one clock: with several none is chosen for the user.
+    let lengths = |a: &Array| (a.size.first().copied().unwrap_or(0), a.name.clone());
+    let mut rows: Vec<(usize, String)> = contents.arrays.iter().map(lengths).filter(|r| r.0 > 1).collect();
+    rows.sort_by_key(|r| std::cmp::Reverse(r.0));
+    if let (Some(most), Some(least)) = (rows.first(), rows.last())
+        && most.0 != least.0
+    {
+        let what = format!("`{}` has {} rows, `{}` has {}", most.1, most.0, least.1, least.0);
+        let mend = "put the signals of one clock into a file of their own";
+        findings.push(wrong(FindingKind::Unreadable, what, mend));
+        return None;
+    }
+    table(file, contents, findings)
 }
 
 /// All variables, or the error and its remedy.

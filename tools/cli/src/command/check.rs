@@ -1,6 +1,7 @@
 //! `trueup check`
 
 use trueup_diagnosis::check::{CaseCheck, CheckedChannel, CheckedParameter, CheckedRecording, check};
+use trueup_diagnosis::diagnose::input_scale::InputGain;
 use trueup_diagnosis::outcome::{NoticedMistake, OutcomeSeverity};
 use trueup_identification::intake::{CaseIntake, Purpose};
 use trueup_report::{Chart, Page, number};
@@ -100,6 +101,26 @@ fn parameters(checked: &CaseCheck) -> Vec<Vec<String>> {
     checked.parameters.iter().map(one).collect()
 }
 
+/// Columns of the table of gains.
+const GAINS: [&str; 4] = ["input", "recording", "gain", "standard deviation"];
+
+fn gains(checked: &CaseCheck) -> Vec<Vec<String>> {
+    let one = |g: &InputGain| {
+        vec![g.input.clone(), g.recording.clone(), number(g.gain), number(g.standard_deviation)]
+    };
+    checked.gains.iter().map(one).collect()
+}
+
+/// What the table of gains means, and what limits it.
+fn gains_note(preset: bool) -> &'static str {
+    match preset {
+        true => {
+            "parameters of the preset (named above) may be off, and the gains contain that: compare recordings with each other"
+        }
+        false => "1: as recorded; wrong parameters and missing effects change it in all recordings alike",
+    }
+}
+
 /// Columns of the widths that they need.
 fn aligned(head: &[&str], rows: &[Vec<String>]) -> String {
     let width =
@@ -126,8 +147,17 @@ fn text(checked: &CaseCheck, preset: Option<&str>) -> String {
         count(OutcomeSeverity::Warning),
         count(OutcomeSeverity::Note)
     );
+    // What was computed with a preset is to be read so.
+    if let Some(preset) = preset {
+        out +=
+            &format!("{preset}: gains of inputs and expected errors below are computed with these values\n");
+    }
     findings(checked).iter().for_each(|f| out += &format!("{f}\n"));
     out += &format!("\n{}", aligned(&HEAD, &rows(checked)));
+    if !checked.gains.is_empty() {
+        out += "\nGain of each input: by how many times the recorded one the nominal model needs it\n";
+        out += &format!("{}  {}\n", aligned(&GAINS, &gains(checked)), gains_note(preset.is_some()));
+    }
     out += "\nWhat these recordings would determine (standard errors by the sensitivities of the model, before any fit)\n";
     if !checked.parameters.is_empty() {
         out += &aligned(&PARAMETERS, &parameters(checked));
@@ -137,9 +167,6 @@ fn text(checked: &CaseCheck, preset: Option<&str>) -> String {
     if !checked.proposals.is_empty() {
         out += "\nFor case.toml, by what the readings show\n";
         checked.proposals.iter().for_each(|l| out += &format!("  {l}\n"));
-    }
-    if let Some(preset) = preset {
-        out += &format!("\n{preset}\n");
     }
     out += match checked.is_grave() {
         true => "\nCorrect what is grave: until then a diagnosis concludes nothing.\n",
@@ -156,6 +183,13 @@ fn page(loaded: &Loaded, checked: &CaseCheck) -> String {
     page.table(&["finding"], &found);
     page.section("Channels", "Noise by differences of neighbouring readings, steps by their values.");
     page.table(&HEAD, &rows(checked));
+    if !checked.gains.is_empty() {
+        page.section(
+            "Gain of each input",
+            "By how many times the recorded input the nominal model needs it.",
+        );
+        page.table(&GAINS, &gains(checked));
+    }
     page.section("Expected errors", &checked.parameters_note);
     page.table(&PARAMETERS, &parameters(checked));
     sensors(checked).iter().for_each(|l| page.text(l));

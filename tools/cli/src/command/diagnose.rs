@@ -1,31 +1,24 @@
 //! `trueup diagnose`
 
-mod motion;
-mod page;
-
 use std::path::Path;
 use std::time::Instant;
 
-use trueup_diagnosis::diagnose::{AugmentedModel, DiagnoseOptions, Diagnosed, began, diagnose, record};
+use trueup_diagnosis::diagnose::{AugmentedModel, DiagnoseOptions, Diagnosed, diagnose};
 use trueup_diagnosis::engine::subject::DiagnosisSubject;
-use trueup_diagnosis::experiment;
 use trueup_diagnosis::inputs;
-use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, OutcomeSeverity, Verdict};
+use trueup_diagnosis::outcome::{ClaimedAmount, Diagnosis, NO_HOLDOUT, OutcomeSeverity, Verdict};
 use trueup_diagnosis::picture::isolability;
 use trueup_diagnosis::shipped;
-use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::FmiVersion;
 use trueup_fmi_description::pack::write_file;
 use trueup_fmi_description::template::Template;
 use trueup_identification::intake::Purpose;
-use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
-use trueup_report::number;
+use trueup_report::{DiagnosisRun, command_line, diagnosis_files, number};
 use trueup_signals::{Finding, Loaded};
 
 use crate::args::Diagnose;
 use crate::case::load;
-use crate::catalog;
-use crate::command::pack;
+use crate::command::pack::ReadyModel;
 use crate::error::CliError;
 use crate::output::{can_be_made, folder, say};
 use crate::stages::Stages;
@@ -87,31 +80,14 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let (Some(augmented), Some(templates)) = (&found.augmented, &templates) {
-        let ready = fmus(templates, &loaded, &found.diagnosis, augmented)?;
-        found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
-        files = ready;
+        files = fmus(templates, &found.diagnosis, augmented)?;
+        found.diagnosis.augmented = Some(files.iter().map(|f| f.0.clone()).collect());
     }
-    if !found.began.is_empty() && !args.verdict_only {
-        let csv = began::csv(&found.began).map_err(|e| CliError::at(Path::new(began::FILE), e))?;
-        files.push((began::FILE.into(), csv));
-    }
-    if let Some(next) = &found.next {
-        let csv = experiment::csv(&next.inputs).map_err(|e| CliError::at(Path::new(experiment::FILE), e))?;
-        files.push((experiment::FILE.into(), csv));
-    }
-    if let Some(picture) = &found.picture {
-        let beside = files.iter().map(|f| f.0.clone());
-        let decided = found.record.is_some().then_some(record::FILE);
-        let beside = ["diagnosis.json"].into_iter().chain(decided).map(str::to_owned).chain(beside).collect();
-        let page = page::html(&loaded, &found, picture, beside, args.seed);
-        finite_words(&page).map_err(|e| not_finite(&args.output, "report.html", &e))?;
-        files.push(("report.html".into(), page.into_bytes()));
-    }
-    if let Some(record) = &found.record {
-        let record = serde_json::to_vec(record).map_err(|e| CliError::Failed(e.to_string()))?;
-        files.push((record::FILE.into(), record));
-    }
-    files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
+    let names: Vec<String> = files.iter().map(|f| f.0.clone()).collect();
+    let arguments = std::iter::once("trueup".to_owned()).chain(std::env::args().skip(1));
+    let run = DiagnosisRun { seed: args.seed, command: command_line(arguments), fmus: &names };
+    let others = diagnosis_files(&loaded, &found, &run);
+    files.extend(others.map_err(|e| not_finite(&args.output, e.file, &e.what))?);
     // Files are written to the end.
     drop(stages);
     let written = store(&args.output, &files);
@@ -144,19 +120,6 @@ fn not_finite(folder: &Path, name: &str, what: &str) -> CliError {
     )
 }
 
-/// The first figure of a page's text that is not finite. Samples of its charts are `null` then.
-fn finite_words(page: &str) -> Result<(), String> {
-    // The scripts of the charts come last.
-    let text = page.split("<!-- uPlot").next().unwrap_or(page);
-    let cells = text.split('<').filter_map(|part| part.split_once('>').map(|p| p.1));
-    let words = cells
-        .flat_map(|cell| cell.split(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '/'))));
-    match words.into_iter().find(|w| matches!(*w, "NaN" | "inf" | "-inf")) {
-        Some(word) => Err(format!("a figure is {word}")),
-        None => Ok(()),
-    }
-}
-
 /// What these sensors can distinguish, printed before anything is compared.
 fn sensors(loaded: &Loaded) {
     let Ok(subject) = DiagnosisSubject::of(&loaded.case) else { return };
@@ -178,41 +141,31 @@ fn sensors(loaded: &Loaded) {
 /// The model with what was claimed, for both versions of FMI.
 fn fmus(
     templates: &[Template],
-    loaded: &Loaded,
     diagnosis: &Diagnosis,
     augmented: &AugmentedModel,
 ) -> Result<Vec<(String, Vec<u8>)>, CliError> {
-    let name = loaded.case.model.as_str();
-    let model = catalog::models()
-        .find(|m| m.name == name)
-        .ok_or_else(|| CliError::Failed(format!("there is no model `{name}`")))?;
-    let flexible = augmented.flexible.clone();
-    let effects = catalog::in_order(name, &augmented.effects).ok_or_else(|| {
-        CliError::Failed(format!("{name} cannot be packed with {}", augmented.effects.join(", ")))
-    })?;
-    let base = (BASE_CHOICE.to_owned(), vec![FIXED_BASE]);
-    let structure = if augmented.fixed_base { vec![base] } else { Vec::new() };
-    let mut configuration =
-        Configuration { joint_flexible: flexible, structure, effects, ..Configuration::of(name) };
-    let table = fmu_library::table(&configuration).map_err(CliError::Failed)?;
-    let known = |name: &str| {
-        table.variables.iter().any(|v| v.name == name.split('[').next().unwrap_or(name) || v.name == name)
-    };
-    configuration.start =
-        augmented.values.iter().filter(|(name, v)| known(name) && v.is_finite()).cloned().collect();
-    shipped::check(diagnosis, augmented, &configuration.start).map_err(|e| {
+    let Some(packed) = &diagnosis.pack else { return Ok(Vec::new()) };
+    let ready = ReadyModel::of(packed, &[])?;
+    shipped::check(diagnosis, augmented, ready.start()).map_err(|e| {
         CliError::Failed(format!(
             "{e}: nothing is written, for the files would contradict each other; report the case"
         ))
     })?;
-    let case = loaded.case.folder.canonicalize().unwrap_or_else(|_| loaded.case.folder.clone());
-    let case = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let with = configuration.effects.join(", ");
-    let titled = pack::PackTitle {
-        title: format!("{name}.augmented"),
-        description: format!("with {with} and fitted values, as the diagnosis of the case {case} found them"),
-    };
-    pack::pack(model, &configuration, Some(&titled), &FmiVersion::ALL, templates)
+    ready.fmus(&FmiVersion::ALL, templates)
+}
+
+/// A parameter of the model: found, the user's value, the change.
+fn yours(name: &str, a: &ClaimedAmount) -> String {
+    let mut line = format!("{name} = {} {}", number(a.value), a.unit);
+    let Some(nominal) = a.nominal else { return line };
+    line += &format!(", yours {}", number(nominal));
+    if nominal != 0.0 {
+        line += &format!(": {:+.1} %", 100.0 * (a.value - nominal) / nominal.abs());
+    }
+    if let Some(deviation) = a.nominal_deviation.filter(|d| *d > 0.0) {
+        line += &format!(", {:+.1} of your standard deviations", (a.value - nominal) / deviation);
+    }
+    line
 }
 
 /// The verdict for people.
@@ -240,6 +193,9 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             };
             out += &format!("    {name} = {} {} {interval}\n", number(a.value), a.unit);
         }
+    }
+    for (name, a) in &d.parameters {
+        out += &format!("  {}\n", yours(name, a));
     }
     if let Some(g) = &d.gap.overall {
         let closed = match g.closed {

@@ -101,8 +101,8 @@ fn logs(path: &Path) -> Result<Vec<PathBuf>, CliError> {
 }
 
 fn model(args: &Init, logs: &DraftLogs, terminal: bool) -> Result<DraftModel, CliError> {
-    let drives = logs.drives();
-    let guess = if drives > 1 { "PlanarManipulator" } else { "TwoMassJoint" };
+    let joints = logs.joints();
+    let guess = if joints > 1 { "PlanarManipulator" } else { "TwoMassJoint" };
     let mut guessed = args.model.is_none();
     let mut name = args.model.clone().unwrap_or_else(|| guess.to_owned());
     if guessed && terminal {
@@ -116,8 +116,8 @@ fn model(args: &Init, logs: &DraftLogs, terminal: bool) -> Result<DraftModel, Cl
         let mend = near::suggestion(&name, plants::NAMES, &other);
         return Err(CliError::Usage(format!("there is no model `{name}` for a case; {mend}")));
     }
-    let joints = (drives > 1).then_some(drives);
-    let model = draft_model(&name, joints).map_err(|e| CliError::Failed(e.to_string()))?;
+    let several = (joints > 1).then_some(joints);
+    let model = draft_model(&name, several).map_err(|e| CliError::Failed(e.to_string()))?;
     Ok(DraftModel { guessed, ..model })
 }
 

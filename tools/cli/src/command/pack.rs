@@ -1,5 +1,6 @@
 //! `trueup fmu pack`
 
+mod from;
 mod start;
 
 use std::path::PathBuf;
@@ -21,7 +22,14 @@ use crate::templates;
 /// Where names are to be found.
 const LIST: &str = "`trueup fmu list` shows them";
 
+pub(crate) use from::ReadyModel;
+
 pub(crate) fn run(args: &Pack) -> Result<(), CliError> {
+    if let Some(file) = &args.from {
+        let ready = ReadyModel::of(&from::read(file)?, &args.set)?;
+        let templates = templates::read(&templates::platforms(&args.platform)?, args.library.as_deref())?;
+        return written(args, ready.fmus(&versions(args), &templates)?);
+    }
     for e in &args.effect {
         let id = e.split(':').next().unwrap_or_default();
         if !catalog::effects().any(|known| known.id == id) {
@@ -42,10 +50,17 @@ pub(crate) fn run(args: &Pack) -> Result<(), CliError> {
     let mut ready = Vec::new();
     for model in models {
         let configuration = configuration(model, args)?;
-        let wanted = |v: &FmiVersion| args.fmi.is_none_or(|wanted| wanted == v.major());
-        let versions: Vec<FmiVersion> = FmiVersion::ALL.into_iter().filter(wanted).collect();
-        ready.extend(pack(model, &configuration, None, &versions, &templates)?);
+        ready.extend(pack(model, &configuration, None, &versions(args), &templates)?);
     }
+    written(args, ready)
+}
+
+/// The requested versions of FMI.
+fn versions(args: &Pack) -> Vec<FmiVersion> {
+    FmiVersion::ALL.into_iter().filter(|v| args.fmi.is_none_or(|wanted| wanted == v.major())).collect()
+}
+
+fn written(args: &Pack, ready: Vec<(String, Vec<u8>)>) -> Result<(), CliError> {
     folder(&args.output)?;
     for (name, bytes) in ready {
         let path = args.output.join(name);
@@ -259,14 +274,14 @@ fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliE
 }
 
 /// A name and a description of an FMU that are not those of its model and effects.
-pub(crate) struct PackTitle {
-    pub(crate) title: String,
+struct PackTitle {
+    title: String,
     /// Behind the model's own description.
-    pub(crate) description: String,
+    description: String,
 }
 
 /// File names and contents of FMUs, version by version.
-pub(crate) fn pack(
+fn pack(
     model: CatalogModel,
     configuration: &Configuration,
     titled: Option<&PackTitle>,

@@ -1,5 +1,5 @@
-//! MAT files of level 7.3: HDF5 behind a user block, the variables as datasets of its root group. Plain HDF5 files as h5py
-//! writes them too.
+//! HDF5: MAT files of level 7.3, which have a user block before it and the variables as datasets of the root group, and files of
+//! other programs (h5py, PyTables), whose datasets may be in groups.
 
 use hdf5_reader::error::Error;
 use hdf5_reader::group::Group;
@@ -12,26 +12,63 @@ const EXPANDS: usize = 1032;
 /// More than that no recording takes.
 const LARGEST: usize = 1 << 31;
 
-/// All variables.
+/// Groups within groups that are looked into.
+const DEPTH: usize = 8;
+
+/// All variables of a MAT file.
 ///
 /// # Errors
 /// Why it cannot be read.
 pub(super) fn read(bytes: Vec<u8>) -> Result<Contents, Error> {
-    // What is made of a damaged file stays in proportion to it.
-    let mut left = bytes.len().saturating_mul(EXPANDS).min(LARGEST);
-    let options = OpenOptions { max_read_bytes: left, max_chunk_bytes: left, ..OpenOptions::default() };
-    let root = Hdf5File::from_vec_with_options(bytes, options)?.root_group()?;
-    let (groups, datasets) = root.member_names()?;
+    let (root, mut left) = root(bytes)?;
     let mut contents = Contents::default();
     // MATLAB keeps what its own variables refer to in groups of such names.
+    let (groups, _) = root.member_names()?;
     groups.iter().filter(|name| !name.starts_with('#')).for_each(|name| contents.skip(&format!("`{name}`")));
-    for name in datasets {
-        match one(&root, &name, &mut left)? {
-            Some(array) => contents.arrays.push(array),
-            None => contents.skip(&format!("`{name}`")),
+    datasets(&root, "", &mut left, &mut contents)?;
+    Ok(contents)
+}
+
+/// All datasets of a file of another program, by their paths (`joints/position`).
+///
+/// # Errors
+/// Why it cannot be read.
+pub(super) fn read_paths(bytes: Vec<u8>) -> Result<Contents, Error> {
+    let (root, mut left) = root(bytes)?;
+    let mut contents = Contents::default();
+    let mut open = vec![(root, String::new(), 0)];
+    while let Some((group, path, depth)) = open.pop() {
+        datasets(&group, &path, &mut left, &mut contents)?;
+        for name in group.member_names()?.0 {
+            // A group may be a member of itself.
+            match depth < DEPTH {
+                true => open.push((group.group(&name)?, format!("{path}{name}/"), depth + 1)),
+                false => {
+                    contents.skipped.push(format!("the group `{path}{name}` is too deep and is left out"))
+                }
+            }
         }
     }
     Ok(contents)
+}
+
+/// The root group, and how many bytes may be made of the file.
+fn root(bytes: Vec<u8>) -> Result<(Group, usize), Error> {
+    // What is made of a damaged file stays in proportion to it.
+    let left = bytes.len().saturating_mul(EXPANDS).min(LARGEST);
+    let options = OpenOptions { max_read_bytes: left, max_chunk_bytes: left, ..OpenOptions::default() };
+    Ok((Hdf5File::from_vec_with_options(bytes, options)?.root_group()?, left))
+}
+
+/// The datasets of a group, `path` before their names.
+fn datasets(group: &Group, path: &str, left: &mut usize, contents: &mut Contents) -> Result<(), Error> {
+    for name in group.member_names()?.1 {
+        match one(group, &name, left)? {
+            Some(array) => contents.arrays.push(Array { name: format!("{path}{name}"), ..array }),
+            None => contents.skip(&format!("`{path}{name}`")),
+        }
+    }
+    Ok(())
 }
 
 /// A variable; `None` if it is no array of numbers.

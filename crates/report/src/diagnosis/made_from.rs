@@ -1,4 +1,4 @@
-//! The page with what it was made from.
+//! What a page shows of the case that it was made from.
 
 use std::collections::BTreeMap;
 
@@ -6,25 +6,27 @@ use trueup_diagnosis::diagnose::Diagnosed;
 use trueup_diagnosis::picture::Picture;
 use trueup_identification::intake::left_out;
 use trueup_identification::model::SimulatedPlant;
-use trueup_report::{
-    Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence, diagnosis_page, number,
-};
 use trueup_signals::{Case, Interpolation, Loaded, Recording, VariableRole, base_name};
 
-/// `beside`: files that are written with it.
-pub(super) fn html(
+use super::evidence::{Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence};
+use super::files::DiagnosisRun;
+use super::replay;
+use crate::number::number;
+
+/// The page of a diagnosis; `beside`: files that are written with it.
+pub(super) fn page(
     loaded: &Loaded,
     found: &Diagnosed,
     picture: &Picture,
     beside: Vec<String>,
-    seed: u64,
+    run: &DiagnosisRun<'_>,
 ) -> String {
-    let folder = loaded.case.folder.canonicalize().unwrap_or_else(|_| loaded.case.folder.clone());
-    let case = folder.file_name().unwrap_or_default().to_string_lossy();
+    let case = loaded.case.name();
     let channels = loaded.recordings.values().flat_map(|r| &r.channels);
     let units: BTreeMap<&str, &str> = channels.map(|c| (c.name.as_str(), c.unit.as_str())).collect();
     let unit = |channel: &str| units.get(channel).copied().unwrap_or("");
     let traces = found.traces.iter().map(|t| EvidenceTrace::of(t, unit(&t.channel)));
+    let twists = found.twists.iter().map(|t| EvidenceTrace::of(t, "rad"));
     let floors = picture.floors.iter().map(|f| {
         [
             f.channel.clone(),
@@ -38,25 +40,27 @@ pub(super) fn html(
         scene: super::motion::scene(loaded, found),
         case: &case,
         traces: traces.collect(),
+        twists: twists.collect(),
+        replay: replay::options(loaded, found),
         floors: floors.collect(),
         next: next.collect(),
         maps: EvidenceMap::of(picture),
-        intake: intake(loaded),
+        intake: intake(loaded, &run.command),
         files: beside,
-        settings: vec![["seed".into(), seed.to_string()]],
+        settings: vec![["seed".into(), run.seed.to_string()]],
         versions: vec![["trueup".into(), env!("CARGO_PKG_VERSION").into()]],
     };
-    diagnosis_page(&found.diagnosis, &evidence)
+    super::diagnosis_page(&found.diagnosis, &evidence)
 }
 
-fn intake(loaded: &Loaded) -> IntakeEvidence {
+fn intake(loaded: &Loaded, command: &str) -> IntakeEvidence {
     let case = &loaded.case;
     let recorded = |name: &str| Some(card(case, name, loaded.recordings.get(name)?));
     let recordings = case.recordings().into_iter().filter_map(recorded).collect();
     let model = SimulatedPlant::of_case(case, &[]).ok();
     let assumptions = model.as_ref().map_or_else(Vec::new, |m| assumptions(loaded, m));
     let channels = channels(loaded, model.as_ref());
-    IntakeEvidence { recordings, channels, assumptions, command: command(std::env::args()) }
+    IntakeEvidence { recordings, channels, assumptions, command: command.to_owned() }
 }
 
 fn card(case: &Case, name: &str, r: &Recording) -> RecordingEvidence {
@@ -166,29 +170,9 @@ fn assumptions(loaded: &Loaded, model: &SimulatedPlant) -> Vec<String> {
     all
 }
 
-/// The command line, quoted where a shell requires it.
-fn command(arguments: impl Iterator<Item = String>) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+,./:@%".contains(c);
-    let quoted = |a: String| match !a.is_empty() && a.chars().all(plain) {
-        true => a,
-        false => format!("'{}'", a.replace('\'', "'\\''")),
-    };
-    std::iter::once("trueup".to_owned()).chain(arguments.skip(1).map(quoted)).collect::<Vec<_>>().join(" ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_command_line_can_be_typed_again() {
-        let of = |a: &[&str]| command(a.iter().map(|a| (*a).to_owned()));
-        assert_eq!(
-            of(&["/x/trueup", "diagnose", "my case", "-o", "out"]),
-            "trueup diagnose 'my case' -o out"
-        );
-        assert_eq!(of(&["trueup", "it's"]), "trueup 'it'\\''s'");
-    }
 
     #[test]
     fn rates_are_of_most_steps_and_say_where_they_differ() {

@@ -11,7 +11,7 @@ use trueup_signals::Loaded;
 const MEASURED: &str = "measured";
 
 /// Of the first recording that is compared; `None`: a coordinate of the plant was not measured, or the plant has no picture.
-pub(crate) fn scene(loaded: &Loaded, found: &Diagnosed) -> Option<Scene> {
+pub(super) fn scene(loaded: &Loaded, found: &Diagnosed) -> Option<Scene> {
     let model = SimulatedPlant::of_case(&loaded.case, &[]).ok()?;
     let p = model.set(&model.defaults(), &loaded.case.parameters).ok()?;
     let recording = &found.traces.first()?.recording;
