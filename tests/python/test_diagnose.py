@@ -1,14 +1,17 @@
 """trueup diagnose on blind trials: a small part of what docs/blind-trials.md describes."""
 
+import html
 import json
 import os
 import re
 import resource
+import shutil
 import subprocess
 import tomllib
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
 
 from test_diagnose_replay import replay_from_first_states_told
@@ -162,6 +165,115 @@ def test_what_is_shipped_is_what_is_reported(sealed):
         assert 0 < window["after"] < window["tuned"] < window["before"]
     page = (found / "report.html").read_text()
     assert "Over windows" in page and "begins again every" in page
+
+
+def test_yours_and_found_are_in_the_report(sealed):
+    """The user's values, the change in percent and in standard deviations of them, both sides of the gear, correlations."""
+    case, found, diagnosis, _ = sealed
+    said = tomllib.loads((case / "case.toml").read_text())
+    ratio = said["parameters"]["gearRatio"]
+    for name, amount in diagnosis["parameters"].items():
+        assert amount["nominal"] == said["parameters"][name]
+        doubt = said["uncertain"].get(name)
+        assert amount.get("nominal_deviation") == (pytest.approx(doubt * abs(amount["nominal"])) if doubt else None)
+    stiffness = diagnosis["parameters"]["stiffness"]
+    assert stiffness["sides"]["load"] == pytest.approx(stiffness["value"] * ratio**2)
+    gap = diagnosis["effects"][0]["parameters"]["backlashGap"]
+    assert "nominal" not in gap and gap["sides"]["load"] == pytest.approx(gap["value"] / ratio)
+    correlation = diagnosis["correlation"]
+    assert "stiffness" in correlation["names"] and any(n.startswith("backlashGap") for n in correlation["names"])
+    for i, row in enumerate(correlation["matrix"]):
+        assert row[i] == 1 and all(abs(x) <= 1 for x in row)
+        assert row == [other[i] for other in correlation["matrix"]]
+    page = html.unescape((found / "report.html").read_text()).replace("\u00a0", " ")
+    change = 100 * (stiffness["value"] / stiffness["nominal"] - 1)
+    digits = 0 if abs(change) >= 100 else 1 if abs(change) >= 10 else 2
+    assert f">{change:+.{digits}f}<" in page and "in standard deviations of yours" in page and "seen from the load" in page
+
+
+def test_rms_and_twist_are_those_of_the_recordings(sealed):
+    _, _, diagnosis, _ = sealed
+    for name, gap in diagnosis["gap"]["channels"].items():
+        # The gap is the RMS over one figure of the recording.
+        rms = gap["rms"]
+        assert rms["unit"] == "rad" and rms["before"] > rms["after"] > 0, name
+        for stage in ("tuned", "after", "floor"):
+            assert rms[stage] / rms["before"] == pytest.approx(gap[stage] / gap["before"], rel=1e-9)
+    twist = diagnosis["gap"]["derived"]["twist"]
+    assert twist["after"] < 0.5 * twist["before"], "play shows in the twist"
+
+
+def test_the_budget_is_made_by_taking_parts_out(sealed):
+    """Shares are the whole, in proportion to what the complete model misses without a part; a claimed effect has one."""
+    _, _, diagnosis, _ = sealed
+    overall, parts = diagnosis["gap"]["overall"], {part["part"]: part for part in diagnosis["budget"]}
+    print({name: (part.get("gap_without"), part["share"]) for name, part in parts.items()})
+    assert sum(part["share"] for part in parts.values()) == pytest.approx(1)
+    own = [parts["backlash"], parts["parameters"]]
+    assert all(part["gap_without"] > overall["after"] for part in own)
+    added = [part["gap_without"] ** 2 - overall["after"] ** 2 for part in own]
+    assert own[0]["share"] / own[1]["share"] == pytest.approx(added[0] / added[1], rel=1e-9)
+    # Without the effect the model misses many times what it misses with it.
+    assert own[0]["gap_without"] > 4 * overall["after"] and own[0]["share"] > 0.05
+
+
+def commands(page, begin):
+    """Commands of a page that begin so."""
+    found = (html.unescape(code) for code in re.findall(r"<code>(.*?)</code>", page, re.S))
+    return [command for command in found if command.startswith(begin)]
+
+
+def test_printed_commands_run_as_printed(sealed, tmp_path):
+    """In the folder of the page. The replay has the gap of the report."""
+    case, found, diagnosis, _ = sealed
+    page = (found / "report.html").read_text()
+    folder = shutil.copytree(found, tmp_path / "found")
+    path = f"{Path(program()).parent}{os.pathsep}{os.environ['PATH']}"
+    (look,), (simulate,), (pack,) = (commands(page, f"trueup {begin}") for begin in ("fmu info", "simulate", "fmu pack Two"))
+    for command in (look, simulate, pack, "trueup fmu pack --from diagnosis.json -o again"):
+        done = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True, env={**os.environ, "PATH": path})
+        assert done.returncode == 0, f"{command}: {done.stderr}"
+    assert {"TwoMassJoint+backlash.fmi2.fmu", "TwoMassJoint+backlash.fmi3.fmu"} <= {p.name for p in folder.iterdir()}
+    assert sorted(p.name for p in (folder / "again").iterdir()) == sorted(diagnosis["augmented"])
+    recording = re.search(r"<figcaption>twist, (\S+?\.csv):", page).group(1)
+    table = lambda file: np.genfromtxt(file, delimiter=",", names=True)
+    measured, replayed = table(case / recording), table(folder / "run.csv")
+    for channel, gap in diagnosis["gap"]["channels"].items():
+        inside = measured["time"] <= replayed["time"][-1]
+        shown = np.interp(measured["time"], replayed["time"], replayed[channel])
+        missed = np.std((shown - measured[channel])[inside]) / np.std(measured[channel])
+        print(channel, missed, gap["after"])
+        assert missed < 2 * gap["after"] + gap["floor"]
+
+
+def pasted(case, found, folder):
+    """A copy of the case with the lines of the page in place of the user's."""
+    shutil.copytree(case, folder)
+    blocks = [html.unescape(b) for b in re.findall(r'<pre class="paste"><code>(.*?)</code>', (found / "report.html").read_text(), re.S)]
+    values = next(b for b in blocks if not b.startswith(("[", "trueup")))
+    before, _, rest = (folder / "case.toml").read_text().partition("[parameters]\n")
+    own, bracket, behind = rest.partition("\n[")
+    named = {line.split(" = ")[0] for line in values.splitlines()}
+    kept = [line for line in own.splitlines() if line.split("=")[0].strip() not in named]
+    text = "\n".join([before + "[parameters]", *kept, values]) + bracket + behind
+    effects = [b for b in blocks if b.startswith("[effects]")]
+    (folder / "case.toml").write_text(text + "\n" + "\n".join(effects) + "\n")
+    return folder
+
+
+def test_pasted_lines_are_a_case(sealed, full, tmp_path):
+    case, found, diagnosis, _ = sealed
+    folder = pasted(case, found, tmp_path / "pasted")
+    said = tomllib.loads((folder / "case.toml").read_text())
+    gap = diagnosis["effects"][0]["parameters"]["backlashGap"]
+    assert said["effects"]["backlash"]["backlashGap"] == gap["value"]
+    assert said["parameters"]["stiffness"] == diagnosis["parameters"]["stiffness"]["value"]
+    checked = run("check", folder, "--json")
+    assert checked.returncode == 0, checked.stdout
+    assert not [f for f in json.loads(checked.stdout)["findings"] if f["severity"] == "grave"]
+    if full:
+        again = run("diagnose", folder, "-o", tmp_path / "again", "--json", "--verdict-only")
+        assert json.loads(again.stdout)["verdict"] == "no-gap", again.stdout
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -75,9 +75,10 @@ fn row(v: &ReportedValue<'_>) -> Vec<String> {
 
 /// With three digits and its sign.
 fn signed(x: f64) -> String {
-    let digits = match x.abs() {
-        a if a >= 100.0 => 0,
-        a if a >= 10.0 => 1,
+    // Of the rounded number: 9.9999 is 10.0.
+    let digits = match (100.0 * x).round().abs() {
+        hundredths if hundredths >= 10_000.0 => 0,
+        hundredths if hundredths >= 1000.0 => 1,
         _ => 2,
     };
     format!("{x:+.digits$}")
