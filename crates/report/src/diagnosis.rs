@@ -28,7 +28,8 @@ use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 use crate::page::Page;
 
 pub use evidence::{Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence};
-pub use files::{DiagnosisFileError, DiagnosisRun, diagnosis_files};
+pub use files::{DiagnosisFileError, diagnosis_files};
+pub use made_from::DiagnosisRun;
 pub use shell::command_line;
 pub use words::{effect_name, sentence};
 

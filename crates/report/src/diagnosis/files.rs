@@ -4,18 +4,8 @@ use trueup_diagnosis::diagnose::{Diagnosed, began, record};
 use trueup_diagnosis::experiment;
 use trueup_signals::Loaded;
 
-use super::{made_from, replay};
-
-/// How a diagnosis was run, for its page.
-#[derive(Clone, Debug, Default)]
-pub struct DiagnosisRun<'a> {
-    /// For everything that was drawn.
-    pub seed: u64,
-    /// The command; empty: there was none.
-    pub command: String,
-    /// FMUs that are written as well.
-    pub fmus: &'a [String],
-}
+use super::made_from::{self, DiagnosisRun};
+use super::replay;
 
 /// A file that cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -9,9 +9,19 @@ use trueup_identification::model::SimulatedPlant;
 use trueup_signals::{Case, Interpolation, Loaded, Recording, VariableRole, base_name};
 
 use super::evidence::{Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence};
-use super::files::DiagnosisRun;
 use super::replay;
 use crate::number::number;
+
+/// How a diagnosis was run, for its page.
+#[derive(Clone, Debug, Default)]
+pub struct DiagnosisRun<'a> {
+    /// For everything that was drawn.
+    pub seed: u64,
+    /// The command; empty: there was none.
+    pub command: String,
+    /// FMUs that are written as well.
+    pub fmus: &'a [String],
+}
 
 /// The page of a diagnosis; `beside`: files that are written with it.
 pub(super) fn page(

@@ -26,7 +26,9 @@ pub(super) fn scene(loaded: &Loaded, found: &Diagnosed) -> Option<Scene> {
     let name = if with_effects { "with the effects" } else { "own parameters refitted" };
     let same = matches!(found.diagnosis.verdict, Verdict::NoGap);
     // Of angles the largest difference, at the load.
-    let angle = |t: &&&ChannelTrace| t.channel.contains("Angle") || t.channel == "baseAttitude";
+    let channels = loaded.recordings.get(recording).into_iter().flat_map(|r| &r.channels);
+    let angles: Vec<&str> = channels.filter(|c| c.unit == "rad").map(|c| c.name.as_str()).collect();
+    let angle = |t: &&&ChannelTrace| angles.contains(&t.channel.as_str());
     let size = |t: &&ChannelTrace| {
         let unit = if t.channel == "motorAngle" { gear } else { 1.0 };
         let both = t.before.iter().chain(&t.after).zip(t.measured.iter().chain(&t.measured));

@@ -7,7 +7,7 @@ use super::run::{JointRun, between};
 use super::values::{JointState, JointValues};
 
 /// Motor angle, motor velocity, load angle, load velocity of each joint.
-type States<const L: usize> = [[f64; L]; 4];
+type AbreastStates<const L: usize> = [[f64; L]; 4];
 
 /// Joints under way.
 struct JointsAbreast<const L: usize> {
@@ -22,7 +22,7 @@ struct JointsAbreast<const L: usize> {
     inertia: [f64; L],
     rigid: bool,
     time: [f64; L],
-    state: States<L>,
+    state: AbreastStates<L>,
     stuck: [bool; L],
     /// Direction in which each motor slides.
     way: [f64; L],
@@ -72,14 +72,14 @@ impl<const L: usize> JointsAbreast<L> {
     }
 
     #[inline(always)]
-    fn spring(&self, x: &States<L>, l: usize) -> f64 {
+    fn spring(&self, x: &AbreastStates<L>, l: usize) -> f64 {
         let n = self.gear_ratio[l];
         let (eps, rate) = (x[0][l] - n * x[2][l], x[1][l] - n * x[3][l]);
         self.stiffness[l] * eps + self.damping[l] * rate
     }
 
     #[inline(always)]
-    fn rates<const RIGID: bool>(&self, x: &States<L>) -> States<L> {
+    fn rates<const RIGID: bool>(&self, x: &AbreastStates<L>) -> AbreastStates<L> {
         let mut dx = [[0.0; L]; 4];
         for l in 0..L {
             let n = self.gear_ratio[l];
@@ -96,9 +96,9 @@ impl<const L: usize> JointsAbreast<L> {
     }
 
     #[inline(always)]
-    fn rk4<const RIGID: bool>(&self, h: &[f64; L]) -> States<L> {
+    fn rk4<const RIGID: bool>(&self, h: &[f64; L]) -> AbreastStates<L> {
         let x = &self.state;
-        let along = |k: &States<L>, share: f64| -> States<L> {
+        let along = |k: &AbreastStates<L>, share: f64| -> AbreastStates<L> {
             std::array::from_fn(|i| std::array::from_fn(|l| x[i][l] + share * h[l] * k[i][l]))
         };
         let k1 = self.rates::<RIGID>(x);
@@ -114,7 +114,7 @@ impl<const L: usize> JointsAbreast<L> {
 
     /// Whether joint `l` is still in its mode at `x`.
     #[inline(always)]
-    fn stays(&self, x: &States<L>, l: usize) -> bool {
+    fn stays(&self, x: &AbreastStates<L>, l: usize) -> bool {
         let applied = self.drive[l] - if self.rigid { 0.0 } else { self.spring(x, l) };
         if self.stuck[l] { self.coulomb[l] - applied.abs() >= 0.0 } else { x[1][l] * self.way[l] >= 0.0 }
     }
@@ -151,7 +151,7 @@ impl<const L: usize> JointsAbreast<L> {
     }
 
     /// motorAngle, loadAngle, motorVelocity, transmissionTorque of joint `l` at `x`.
-    fn channels(&self, x: &States<L>, l: usize) -> [f64; 4] {
+    fn channels(&self, x: &AbreastStates<L>, l: usize) -> [f64; 4] {
         [x[0][l], x[2][l], x[1][l], if self.rigid { 0.0 } else { self.spring(x, l) }]
     }
 }
