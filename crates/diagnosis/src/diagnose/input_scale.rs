@@ -77,7 +77,7 @@ impl ScaleGain {
 
     /// Whether the mean of all, weighted by variance, is sure.
     fn sure_together(all: &[(&str, Self)]) -> bool {
-        let weight = |g: &Self| g.deviation.max(f64::MIN_POSITIVE.sqrt()).powi(-2);
+        let weight = |g: &Self| g.deviation.max(1e-100).powi(-2);
         let [sum, weights] =
             all.iter().fold([0.0; 2], |[s, w], (_, g)| [s + g.value * weight(g), w + weight(g)]);
         sum.abs() > SURE * weights.sqrt()
