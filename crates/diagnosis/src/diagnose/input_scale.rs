@@ -77,7 +77,7 @@ impl ScaleGain {
 
     /// Whether the mean of all, weighted by variance, is sure.
     fn sure_together(all: &[(&str, Self)]) -> bool {
-        let weight = |g: &Self| g.deviation.max(f64::MIN_POSITIVE.sqrt()).powi(-2);
+        let weight = |g: &Self| g.deviation.max(1e-100).powi(-2);
         let [sum, weights] =
             all.iter().fold([0.0; 2], |[s, w], (_, g)| [s + g.value * weight(g), w + weight(g)]);
         sum.abs() > SURE * weights.sqrt()
@@ -119,14 +119,21 @@ pub fn gains(search: &CaseSearch<'_>) -> Vec<InputGain> {
 
 /// What an input does in a channel of a recording.
 struct Seen<'a> {
-    name: &'a str,
+    prescribed: &'a GriddedRecording,
     /// Output that the channel shows.
     output: usize,
     /// Power of what it does there, over that of what the readings accelerate.
     acts: f64,
     gain: Option<ScaleGain>,
-    /// After regression on the motion.
-    partial: Option<ScaleGain>,
+    /// What is missed without the input, and what the input does, by instant that counts.
+    without: Vec<f64>,
+    along: Vec<f64>,
+}
+
+impl Seen<'_> {
+    fn name(&self) -> &str {
+        &self.prescribed.name
+    }
 }
 
 /// Reports which channels are dead and which inputs are in another unit or have the opposite sign: recording by recording where
@@ -150,15 +157,15 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
     let each = recorded.iter().map(|input| vec![*input]);
     // All of them alike first: those of one drive are in one unit.
     let all = (recorded.len() > 1).then(|| recorded.clone());
-    let sets: Vec<Vec<usize>> = all.into_iter().chain(each).collect();
-    for partial in [false, true] {
-        for inputs in &sets {
+    let seen = |inputs: Vec<usize>| (acting_most(runs, &inputs), inputs);
+    let sets: Vec<(Vec<Seen<'_>>, Vec<usize>)> = all.into_iter().chain(each).map(seen).collect();
+    // A unit that all recordings share comes before one of some of them; a gap may bias a gain from one unit to another.
+    for rule in [every_recording_by_partial_gains, every_recording, single_recordings] {
+        for (seen, inputs) in &sets {
             let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
             let channel = (inputs.len() == 1).then(|| called.clone());
-            let seen = acting_most(runs, inputs, partial);
-            let judged_files =
-                if partial { judged_by_partial_gains(&seen, &called) } else { judged(&seen, &called) };
-            if !judged_files.is_empty() {
+            let judged = rule(seen, &called);
+            if !judged.is_empty() {
                 let one = |(file, text)| NoticedMistake {
                     severity: OutcomeSeverity::Grave,
                     kind: "input-scale".into(),
@@ -167,7 +174,7 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
                     channel: channel.clone(),
                     text,
                 };
-                return judged_files.into_iter().map(one).collect();
+                return judged.into_iter().map(one).collect();
             }
         }
     }
@@ -175,80 +182,99 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
 }
 
 /// What inputs do in all recordings, in the channel where they act most over all of them: one that is dead acts nowhere.
-fn acting_most<'a>(runs: &[Acting<'a>], inputs: &[usize], partial: bool) -> Vec<Seen<'a>> {
-    let all: Vec<Seen<'_>> = runs.iter().filter_map(|run| seen(run, inputs, partial)).flatten().collect();
+fn acting_most<'a>(runs: &'a [Acting<'a>], inputs: &[usize]) -> Vec<Seen<'a>> {
+    let all: Vec<Seen<'_>> = runs.iter().filter_map(|run| seen(run, inputs)).flatten().collect();
     let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
     let most = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b)));
     all.into_iter().filter(|s| Some(s.output) == most).collect()
 }
 
-fn seen<'a>(run: &Acting<'a>, inputs: &[usize], partial: bool) -> Option<Vec<Seen<'a>>> {
+fn seen<'a>(run: &'a Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
     let prescribed = run.prescribed;
     let (with, without) = (&run.with, run.without(inputs)?);
     let counts = prescribed.counts.clone();
-    let along = |c: usize| -> Vec<f64> { with[c].iter().zip(&without[c]).map(|(a, b)| a - b).collect() };
     let one = |at: usize| {
-        let along = along(at);
-        Seen {
-            name: &prescribed.name,
-            output: prescribed.channels[at].output,
-            acts: run.share(&along, at),
-            gain: ScaleGain::new(&without[at][counts.clone()], &along[counts.clone()]),
-            partial: partial.then(|| partial_gain(prescribed, &without[at], &along)).flatten(),
-        }
+        let along: Vec<f64> = with[at].iter().zip(&without[at]).map(|(a, b)| a - b).collect();
+        let acts = run.share(&along, at);
+        let [without, along] = [&without[at], &along].map(|series| series[counts.clone()].to_vec());
+        let gain = ScaleGain::new(&without, &along);
+        Seen { prescribed, output: prescribed.channels[at].output, acts, gain, without, along }
     };
     Some((0..with.len()).map(one).collect())
 }
 
 /// The gain of what is missed without an input and of what it does, both less their regression on the motion.
-fn partial_gain(prescribed: &GriddedRecording, without: &[f64], along: &[f64]) -> Option<ScaleGain> {
-    let counts = prescribed.counts.clone();
+fn partial_gain(seen: &Seen<'_>) -> Option<ScaleGain> {
+    let prescribed = seen.prescribed;
     let mut outputs: Vec<usize> = prescribed.channels.iter().map(|c| c.output).collect();
     outputs.sort_unstable();
     outputs.dedup();
     let width = 3 * outputs.len() + 1;
-    let rows = counts.clone().flat_map(|k| motion(prescribed, &outputs, k));
-    let motion = DMatrix::from_row_iterator(counts.len(), width, rows);
-    let size = DVector::from_fn(width, |i, _| motion.column(i).norm().max(f64::MIN_POSITIVE));
-    let products = motion.tr_mul(&motion);
+    let rows = || prescribed.counts.clone().map(|k| DVector::from_vec(motion(prescribed, &outputs, k)));
+    let mut products = DMatrix::zeros(width, width);
+    let mut right = [DVector::zeros(width), DVector::zeros(width)];
+    for (k, row) in rows().enumerate() {
+        products.ger(1.0, &row, &row, 1.0);
+        right[0].axpy(seen.without[k], &row, 1.0);
+        right[1].axpy(seen.along[k], &row, 1.0);
+    }
+    let size = DVector::from_fn(width, |i, _| products[(i, i)].sqrt().max(f64::MIN_POSITIVE));
     let gram = DMatrix::from_fn(width, width, |i, j| {
         products[(i, j)] / size[i] / size[j] + if i == j { 1e-9 } else { 0.0 }
     });
     let gram = gram.cholesky()?;
-    let rest = |series: &[f64]| {
-        let series = DVector::from_column_slice(&series[counts.clone()]);
-        let coefficients = gram.solve(&motion.tr_mul(&series).component_div(&size)).component_div(&size);
-        series - &motion * coefficients
+    let [of_missed, of_input] =
+        right.map(|right| gram.solve(&right.component_div(&size)).component_div(&size));
+    let rest = |series: &[f64], coefficients: &DVector<f64>| -> Vec<f64> {
+        series.iter().zip(rows()).map(|(y, row)| y - row.dot(coefficients)).collect()
     };
-    ScaleGain::new(rest(without).as_slice(), rest(along).as_slice())
+    ScaleGain::new(&rest(&seen.without, &of_missed), &rest(&seen.along, &of_input))
+}
+
+/// The case, where all gains are surely near one unit.
+fn every_recording(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
+    let gains = gains(seen);
+    let whole: Vec<_> = gains.iter().map(|(_, g)| g.cause(1.0)).collect();
+    match whole.first() {
+        Some(Some(cause)) if whole.iter().all(|c| c.is_some_and(|c| c.0 == cause.0)) => {
+            vec![in_every_recording(called, cause.1, &gains)]
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// The case, where all partial gains are near one unit and are sure together, and no gain itself is as usual.
-fn judged_by_partial_gains(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
+fn every_recording_by_partial_gains(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
     if seen.iter().any(|s| s.gain.is_none_or(|g| g.is_near(1.0))) {
         return Vec::new();
     }
-    let gains: Vec<(&str, ScaleGain)> = seen.iter().filter_map(|s| Some((s.name, s.partial?))).collect();
+    let gains: Vec<(&str, ScaleGain)> =
+        seen.iter().filter_map(|s| Some((s.name(), partial_gain(s)?))).collect();
     let Some(cause) = gains.first().and_then(|(_, g)| g.likely(1.0)) else { return Vec::new() };
     let alike = gains.iter().all(|(_, g)| g.likely(1.0).is_some_and(|c| c.0 == cause.0));
     if gains.len() == seen.len() && alike && ScaleGain::sure_together(&gains) {
-        vec![("case.toml".into(), in_every_recording(called, cause.1, &gains))]
+        vec![in_every_recording(called, cause.1, &gains)]
     } else {
         Vec::new()
     }
 }
 
-fn in_every_recording(called: &str, cause: &str, gains: &[(&str, ScaleGain)]) -> String {
+fn gains<'s>(seen: &'s [Seen<'_>]) -> Vec<(&'s str, ScaleGain)> {
+    seen.iter().filter_map(|s| Some((s.name(), s.gain?))).collect()
+}
+
+fn in_every_recording(called: &str, cause: &str, gains: &[(&str, ScaleGain)]) -> (String, String) {
     let all = gains.iter().map(|(name, g)| format!("{:.3e} in {name}", g.value));
-    format!(
+    let text = format!(
         "{called}: it looks as if {cause} in every recording: the model needs it times {}; give the unit or the scale of the column in the sidecar",
         all.collect::<Vec<_>>().join(", ")
-    )
+    );
+    ("case.toml".into(), text)
 }
 
 /// Files with what is wrong in them.
-fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
-    let gains: Vec<(&str, ScaleGain)> = seen.iter().filter_map(|s| Some((s.name, s.gain?))).collect();
+fn single_recordings(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
+    let gains = gains(seen);
     // Compared with the other recordings a gap in the model, which all have, drops out.
     let usual = |own: usize| {
         let sure = |g: &ScaleGain| g.value.abs() > SURE * g.deviation;
@@ -258,24 +284,24 @@ fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
         let alike = others.len() > 1 && (others[others.len() - 1] / others[0]).ln().abs() < NEAR;
         alike.then(|| others[others.len() / 2])
     };
-    let whole: Vec<_> = gains.iter().map(|(_, g)| g.cause(1.0)).collect();
-    if let Some(Some(cause)) = whole.first()
-        && whole.iter().all(|c| c.is_some_and(|c| c.0 == cause.0))
-    {
-        return vec![("case.toml".into(), in_every_recording(called, cause.1, &gains))];
-    }
-    let one = |(k, (name, gain)): (usize, &(&str, ScaleGain))| {
-        let usual_gain = usual(k);
-        let (_, cause) = gain.cause(usual_gain.unwrap_or(1.0))?;
+    let found: Vec<(usize, Option<f64>, &str)> = (0..gains.len())
+        .filter_map(|k| {
+            let usual_gain = usual(k);
+            Some((k, usual_gain, gains[k].1.cause(usual_gain.unwrap_or(1.0))?.1))
+        })
+        .collect();
+    let alone = if found.len() == 1 { " alone" } else { "" };
+    let one = |(k, usual_gain, cause): &(usize, Option<f64>, &str)| {
+        let (name, gain) = &gains[*k];
         let usual_gain = usual_gain.map_or(String::new(), |b| format!(" where the others need {b:.3e}"));
         let text = format!(
-            "{called}: it looks as if {cause} in this recording alone: the model needs it times {:.3e}{usual_gain}; give the unit or the scale of \
+            "{called}: it looks as if {cause} in this recording{alone}: the model needs it times {:.3e}{usual_gain}; give the unit or the scale of \
              the column in its sidecar",
             gain.value
         );
-        Some(((*name).to_owned(), text))
+        ((*name).to_owned(), text)
     };
-    gains.iter().enumerate().filter_map(one).collect()
+    found.iter().map(one).collect()
 }
 
 #[cfg(test)]
