@@ -4,6 +4,7 @@ import json
 import pickle
 import re
 import time
+import tomllib
 
 import numpy as np
 import pytest
@@ -141,6 +142,31 @@ def test_a_fit_predicts_and_becomes_a_model(fit, program, backlash, recordings, 
     current = np.interp(t, recording["time"], recording["motorCurrent"])
     run = fit.predict(t, {"motorCurrent": current})
     np.testing.assert_array_equal(run["motorAngle"], packed.simulate(t, {"motorCurrent": current})["motorAngle"])
+
+
+def test_arviz_compares_and_checks_fits(backlash, recordings):
+    """Two fits of the same recordings; the one with play is better by far."""
+    az = pytest.importorskip("arviz")
+    said = tomllib.loads((backlash / "case.toml").read_text())
+    known = {key: said[key] for key in ("model", "parameters", "uncertain", "channels")}
+    case = tu.Case(train=recordings(["train-1.csv"]), fit=["stiffness", "coulombFriction"], **known)
+    play = tu.identify(case, effects=["backlash"], fast=True)
+    data = {"plain": tu.identify(case, fast=True).to_arviz(n=60), "play": play.to_arviz(n=60)}
+    for one in data.values():
+        assert {"posterior", "prior", "log_likelihood", "posterior_predictive", "observed_data"} <= set(one.groups())
+    # A draw's likelihood is that of its residuals, predictions linear about the estimates.
+    problem, draw = play.problem(), 7
+    found = {**play.json["parameters"], **play.json["uncertain"]}
+    theta = np.array([found[name]["value"] for name in problem.names])
+    drawn = np.array([float(data["play"].posterior[name][0, draw]) for name in problem.names])
+    mean, jacobian = problem.predict_and_jacobian(theta)
+    off = (problem.measured - mean - jacobian @ (drawn - theta)) / problem.deviation
+    expected = -0.5 * off**2 - np.log(np.sqrt(2 * np.pi) * problem.deviation)
+    likelihood = data["play"].log_likelihood["reading"][0, draw]
+    np.testing.assert_allclose(likelihood, expected, rtol=1e-6, atol=1e-6)
+    compared = az.compare(data, ic="waic")
+    assert compared.index[0] == "play"
+    az.plot_ppc(data["play"], num_pp_samples=5, random_seed=1)
 
 
 def test_a_saved_case_is_the_same(in_memory, fit, tmp_path):
