@@ -1,8 +1,9 @@
 """FMUs with events under integrators of others: FMPy's CVode and Euler, over random parameters and tolerances, against our own event code
 (the FMU's Co-Simulation at `FINE`).
 
-Judge of touches: of each pair the same sequence, at times that differ by no more than start values, parameters and inputs do that are off by
-what the integrator may leave. Judge of states where nothing bounces: their error. Of energy, where an FMU reports all of it: what is made or lost.
+Judge of events: of each flag (whether a pair touches, a joint sticks, a controller adapts) the same sequence, at times that differ by no more
+than start values, parameters and inputs do that are off by what the integrator may leave. Judge of states where nothing bounces: their error. Of
+energy, where an FMU reports all of it: what is made or lost.
 
 `EVENT_SEED` chooses other parameters; the seed is printed."""
 
@@ -24,6 +25,8 @@ NOMINAL = 1e-3
 # What a run leaves in units of its tolerance: each of a thousand steps or so (902 to 2144 evaluations, docs/benchmarks.md) leaves one at
 # most, of either sign, so three standard deviations of their sum.
 LEFT = 3 * 1000**0.5
+# s: a change at a jump of an input moves with nothing else.
+ROUNDED = 1e-12
 # Order of what Euler's steps h make of energy. An oscillation of frequency w grows by exp(w^2 h T) in the contacts' time T, at most about
 # exp(0.2) here, which raises the order by 0.2 / (4 ln 2) = 0.07; a touch that is met h late adds to h^2.
 ORDER = (0.8, 1.2)
@@ -36,7 +39,9 @@ JUMPING = ("state.firstSpeed", "state.firstAngle", "state.beginTime", "state.las
 
 def steps(rng, stop, count, **largest):
     """Inputs that jump `count` times: (time, name of input, ..) rows as FMPy takes them."""
-    times = np.concatenate([[0.0], np.sort(rng.uniform(0.02 * stop, 0.98 * stop, count)), [stop]]).round(3)
+    # Digits enough that no two jumps are at one time.
+    times = np.concatenate([[0.0], np.sort(rng.uniform(0.02 * stop, 0.98 * stop, count)), [stop]]).round(3 if stop > 1 else 6)
+    assert (np.diff(times) > 0).all(), times
     values = rng.uniform(-1, 1, (count + 1, len(largest))) * np.array(list(largest.values()))
     return signal(np.repeat(times, 2)[1:-1], list(largest), np.repeat(values, 2, axis=0))
 
@@ -120,8 +125,9 @@ def controller(rng, description):
     return start, inputs
 
 
-# FMU, structure, effect, parameters and inputs, stop, output step, step of Euler (None: unstable but for steps of microseconds; the
-# planar chaser's light links touch once more than they should at steps of 0.125 ms).
+# FMU, structure, effect, parameters and inputs, stop, output step, step of Euler (None: unstable but for steps of microseconds). The planar
+# chaser has a touch that nearly ends: Euler lets go for 28, 16, 8, 4 ms at steps of 1, 0.5, 0.25, 0.125 ms, in proportion to the step, and
+# no longer at the one here.
 CASES = {
     "TwoMassJoint": ("TwoMassJoint", (), None, joint, 2.0, 0.01, 1e-4),
     "TwoMassJoint+backlash": ("TwoMassJoint", (), "backlash", joint, 2.0, 0.01, 1e-4),
@@ -134,7 +140,7 @@ CASES = {
     "CaptureScene": ("CaptureScene", (), None, capture, 15.0, 0.05, 1e-3),
     "CaptureScene-motor": ("CaptureScene", ("closing=motor",), None, capture, 15.0, 0.05, 1e-3),
     "CaptureScene-mount": ("CaptureScene", ("endBallMount=elastic", "numberOfBalls=1", "against=plate"), None, capture, 15.0, 0.05, 1e-4),
-    "CaptureScene-planar": ("CaptureScene", ("chaser=planar",), None, capture, 15.0, 0.05, None),
+    "CaptureScene-planar": ("CaptureScene", ("chaser=planar",), None, capture, 15.0, 0.05, 3.125e-5),
     "JointController": ("JointController", (), None, controller, 10.0, 0.01, 1e-3),
     "ManipulatorController": ("ManipulatorController", (), None, controller, 10.0, 0.01, 1e-3),
 }  # fmt: skip
@@ -160,14 +166,17 @@ class Bench:
         self.ledger = [*stored, "jawWork"] if "chaserMass" in names else []
         self.depths = sorted(n for n in names if n.startswith("penetration"))
         self.touching = [n.replace("penetration", "inContact") for n in self.depths]
+        # What an FMU reports of its events.
+        self.flags = sorted(v.name for v in variables if v.causality == "output" and v.type == "Boolean")
+        assert set(self.touching) <= set(self.flags)
 
-    def exchange(self, start, inputs, tolerance=None, euler=None):
+    def exchange(self, start, inputs, tolerance=None, euler=None, flags_alone=False):
         """A run in Model Exchange, by CVode at this tolerance (None: that of the default experiment) or by Euler's steps."""
         how = {"relative_tolerance": tolerance} if euler is None else {"solver": "Euler", "step_size": euler}
         return simulate_fmu(
             self.folder, model_description=self.description, validate=False, fmi_type="ModelExchange", stop_time=self.stop,
             output_interval=euler or self.output, start_values=dict(start), input=inputs,
-            output=[*self.states, *self.touching, *self.ledger, *self.depths], **how,
+            output=[*self.flags] if flags_alone else [*self.states, *self.flags, *self.ledger, *self.depths], **how,
         )  # fmt: skip
 
     def ours(self, start, inputs):
@@ -182,7 +191,7 @@ class Bench:
             more += ["--input", self.to / "inputs.csv"]
         done = self.trueup(
             "simulate", self.path, "--interface", "cs", "--stop", self.stop, "--step", self.output, "--tolerance", FINE,
-            "--outputs", ",".join([*self.states, *self.touching]), "-o", file, *more,
+            "--outputs", ",".join([*self.states, *self.flags]), "-o", file, *more,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         head, *rows = file.read_text().replace("true", "1").replace("false", "0").splitlines()
@@ -190,13 +199,13 @@ class Bench:
 
     def moved(self, rng, start, inputs, share):
         """All values that go in moved by this share of them, of either sign: of start values, as an integrator's absolute tolerance
-        would, by that of their nominal value, too."""
+        would, by that of their nominal value, too, but where joints stick: one at rest is so exactly."""
 
         def off(value, least=0.0):
             return float(value + share * rng.choice([-1, 1]) * (abs(value) + least))
 
         values = self.values | {n: v for n, v in start.items() if isinstance(v, float)}
-        other = {n: off(v, NOMINAL if n.startswith("initial") else 0.0) for n, v in values.items()}
+        other = {n: off(v, NOMINAL if n.startswith("initial") and self.touching else 0.0) for n, v in values.items()}
         if inputs is not None:
             inputs = inputs.copy()
             for name in inputs.dtype.names[1:]:
@@ -217,13 +226,13 @@ class Bench:
         return (np.abs(have - want) / scale).max()
 
     def sequence(self, result):
-        """Of each pair whether it touches at the start and the times at which it then ends and begins to, by turns."""
+        """Of each flag its value at the start and the times at which it then changes."""
         t = np.asarray(result["time"])
-        flags = {name: np.asarray(result[name]).astype(bool) for name in self.touching}
+        flags = {name: np.asarray(result[name]).astype(bool) for name in self.flags}
         return {n: (bool(flag[0]), t[np.flatnonzero(flag[1:] != flag[:-1]) + 1]) for n, flag in flags.items()}
 
     def parted(self, result, wanted):
-        """By how much times of touches differ, s; infinite where a pair has other touches."""
+        """By how much times of changes differ, s; infinite where a flag has other ones."""
         found = self.sequence(result)
         alike = all(found[n][0] == first and len(found[n][1]) == len(times) for n, (first, times) in wanted.items())
         return max((np.abs(found[n][1] - times).max() for n, (_, times) in wanted.items() if len(times)), default=0.0) if alike else np.inf
@@ -286,7 +295,7 @@ class Touches:
     def judge(self, run, tolerance):
         """The share of what is allowed by which times differ, or None where touches are others, as they are where all values move by
         what the integrator may leave: a graze."""
-        parted, allowed = self.it.parted(run, self.wanted), LEFT * tolerance * self.slope
+        parted, allowed = self.it.parted(run, self.wanted), LEFT * tolerance * self.slope + ROUNDED
         if np.isfinite(parted):
             assert parted <= allowed, f"{tolerance}: off by {parted} s, {allowed} s allowed: {self.wanted}, {self.it.sequence(run)}"
             return parted / allowed if self.count else 0.0
@@ -300,7 +309,7 @@ class Touches:
 def test_no_event_is_lost(bench, name):
     it, euler = bench(name), CASES[name][-1]
     wanted = [it.ours(*one) for one in it.sets]
-    touches = [Touches(it, *one, want) for one, want in zip(it.sets, wanted, strict=True)] if it.touching else []
+    touches = [Touches(it, *one, want) for one, want in zip(it.sets, wanted, strict=True)] if it.flags else []
     # Light parts bounce so often that what integrators leave in states shows no lost touch; their sequence does.
     bounces = name.startswith("CaptureScene")
     print(f"seed {SEED}\n| FMU | tolerance | sets | touches begin or end | changed sequences | worst time / allowed | error | energy |")
@@ -315,13 +324,21 @@ def test_no_event_is_lost(bench, name):
         )
         assert not any(map(it.lost, runs)) and energy < most(tolerance)
         assert bounces or error < most(tolerance)
-    assert not it.touching or count > SETS / 2
+    # Presliding friction never sticks.
+    assert count > SETS / 2 or not it.flags or name.endswith("presliding-friction")
     if euler is None:
         return
     # What Euler leaves shrinks with its step; a lost event stays.
     for k, (one, want) in enumerate(list(zip(it.sets, wanted, strict=True))[:EULER]):
         steps = (euler, euler / 2)
-        runs = [it.exchange(*one, euler=h) for h in steps]
+        # A million steps of all states would take gigabytes.
+        flags_alone = bounces and not it.ledger
+        runs = [it.exchange(*one, euler=h, flags_alone=flags_alone) for h in steps]
+        if flags_alone:
+            parted = [it.parted(run, touches[k].wanted) for run in runs]
+            print(f"{name} Euler {steps} s, set {k}: times off by {parted} s")
+            assert np.isfinite(parted).all() and parted[1] < max(0.8 * parted[0], steps[0]), touches[k].wanted
+            continue
         errors, energies = ([of(run) for run in runs] for of in (lambda run: it.error(run, want), it.energy))
         order = np.log2(energies[0] / energies[1]) if it.ledger and touches[k].count else None
         print(f"{name} Euler {steps} s, set {k}: error {errors[0]:.1e}, {errors[1]:.1e}, energy {energies[0]:.1e}, {energies[1]:.1e}, order {order}")

@@ -90,12 +90,12 @@ class Drawn:
         else:
             # A foot without inertia that is bolted down; its mass does not matter.
             robot = f'<body name="foot" {self.place()}><geom size="0.1"/>{robot}</body>'
-        stand = f'<body name="stand" {self.place()}><geom size="0.1"/><inertial pos="0 0 0" mass="3"/></body>' if dice.random() < 0.5 else ""
+        support = f'<body name="support" {self.place()}><geom size="0.1"/><inertial pos="0 0 0" mass="3"/></body>' if dice.random() < 0.5 else ""
         site = '<site name="mark" pos="1 2 3"/>' if dice.random() < 0.5 else ""
         return f"""<mujoco model="drawn"><compiler angle="{self.unit}" eulerseq="{self.sequence}"/>
 <default><joint armature="0.02"/><default class="a"><joint axis="1 0.2 -0.4" armature="0.05"/><default class="c"><joint type="slide"/><site pos="0 0 0.1"/></default></default>
 <default class="b"><joint axis="0 1 0.3"/></default></default>
-<worldbody>{site}{stand}{robot}</worldbody></mujoco>"""
+<worldbody>{site}{support}{robot}</worldbody></mujoco>"""
 
 
 def compare(trueup, tmp_path, count):

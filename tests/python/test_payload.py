@@ -95,6 +95,7 @@ def test_a_payload_is_found_and_is_no_gap(tmp_path):
         assert abs(told["value"] - truth) < 4 * told["standard_error"] < 0.02 * truth + 1e-4, (name, told)
 
 
+@pytest.mark.full
 def test_a_payload_of_a_diagnosis_is_what_it_is(tmp_path):
     fmu = Path(need("TRUEUP_FMUS")) / "PlanarManipulator.fmi3.fmu"
     folder = case(tmp_path / "all", fmu, (0.8, (0.31, 0.02), 0.01), ALL)

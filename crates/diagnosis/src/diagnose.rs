@@ -34,7 +34,6 @@ use std::borrow::Cow;
 use trueup_hypotheses::innovations::findings::search_case;
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
-use trueup_models::effect::PlantKind;
 use trueup_signals::Loaded;
 
 use crate::engine::decide::{Decision, FreeRun, Thresholds, decide};
@@ -64,20 +63,20 @@ const SEARCHED: f64 = 0.35;
 pub enum DiagnosisEngine {
     /// Balances of accelerations along the measured motion, and free runs.
     Balances,
-    /// The evidence of the innovations about a smoothed trajectory; for a TwoMassJoint of which nothing further is known.
+    /// The evidence of the innovations about a smoothed trajectory.
     Innovations,
 }
 
-/// What weighs the causes of a joint where nothing else is called for.
-pub const JOINT_ENGINE: DiagnosisEngine = DiagnosisEngine::Innovations;
+/// What weighs the causes where nothing else is called for.
+pub const DEFAULT_ENGINE: DiagnosisEngine = DiagnosisEngine::Innovations;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
 pub struct DiagnoseOptions {
     /// For everything that is drawn.
     pub seed: u64,
-    /// What weighs the causes; `None`: [`JOINT_ENGINE`] of a joint, balances of an arm. Where the innovations engine cannot take a
-    /// case balances weigh them, and the record gives the reason.
+    /// What weighs the causes; `None`: [`DEFAULT_ENGINE`]. Where the innovations engine cannot take a case balances weigh them, and the
+    /// record gives the reason.
     pub engine: Option<DiagnosisEngine>,
     /// How far to search.
     pub effort: SearchEffort,
@@ -240,8 +239,7 @@ fn diagnose_all(
     }
     let raw = raw?;
     let mut instead = None;
-    let usual = if case.subject.plant == PlantKind::Joint { JOINT_ENGINE } else { DiagnosisEngine::Balances };
-    if options.engine.unwrap_or(usual) == DiagnosisEngine::Innovations {
+    if options.engine.unwrap_or(DEFAULT_ENGINE) == DiagnosisEngine::Innovations {
         report_progress(0.5 * SEARCHED, "weighing every cause by the innovations");
         match evidence(whole, &search, options) {
             Ok(own) => return by_innovations(loaded, &search, (raw, noticed), own, options, report_progress),

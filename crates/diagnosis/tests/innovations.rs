@@ -40,9 +40,9 @@ fn ships_what_is_reported(found: &Diagnosed, least: usize) {
     for (name, value) in &augmented.values {
         let index = name.split('[').nth(1).and_then(|k| k.trim_end_matches(']').parse().ok());
         let own = d.parameters.iter().find(|(n, _)| *n == name).map(|p| p.1);
-        let effects = d.effects.iter().filter(|e| index.is_none() || e.joint == index);
+        let mut effects = d.effects.iter().filter(|e| index.is_none() || e.joint == index);
         let of = |e: &'_ Claimed| e.parameters.get(name.split('[').next().unwrap_or(name)).cloned();
-        if let Some(amount) = own.cloned().or_else(|| effects.filter_map(of).next()) {
+        if let Some(amount) = own.cloned().or_else(|| effects.find_map(of)) {
             assert_eq!(amount.value, *value, "{name}");
             compared += 1;
         }
@@ -76,6 +76,7 @@ fn a_ripple_is_named_with_its_size_and_what_is_shipped_has_it() {
 /// An arm goes the same way: cause, joint, size, and what is shipped. Its torque passes two lags of 21.5 ms each, of which the effect
 /// is one lag with a dead time.
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn a_lag_of_an_arm_is_named_at_its_joint_and_what_is_shipped_has_it() {
     let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/tests/innovations/arm");
     let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();

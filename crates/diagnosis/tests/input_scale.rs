@@ -85,6 +85,57 @@ fn a_current_in_another_unit_is_reported_next_to_a_gap() {
     }
 }
 
+/// Next to any slack: the unit in which a current is, or none.
+fn next_to_any_slack(seed: u64, count: usize) {
+    println!("seed {seed}");
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let degrees = std::f64::consts::PI / 180.0;
+    let mut named = 0;
+    for k in 0..count {
+        let slack: f64 = rng.random_range(0.0..2.2);
+        let (factor, message) = [
+            (1e3, "thousandths were interpreted as units in every recording"),
+            (1e-3, "units were interpreted as thousandths in every recording"),
+            (degrees, "radians were interpreted as degrees in every recording"),
+            (1.0 / degrees, "degrees were interpreted as radians in every recording"),
+            (1.0, ""),
+        ][k % 5];
+        let all = found(factor, slack);
+        println!("times {factor}, slack {slack}: {:?}", all.iter().map(|m| &m.text).collect::<Vec<_>>());
+        match &all[..] {
+            [] => named += usize::from(factor == 1.0),
+            [one] => {
+                assert!(
+                    factor != 1.0 && one.text.contains(message),
+                    "times {factor}, slack {slack}: {}",
+                    one.text
+                );
+                named += 1;
+            }
+            _ => panic!("times {factor}, slack {slack}: {all:?}"),
+        }
+    }
+    println!("{named} of {count} named, none wrongly");
+    assert!(named * 10 >= count * 9, "{named} of {count}");
+}
+
+#[test]
+fn a_current_in_milliamperes_is_reported_next_to_the_widest_slack() {
+    let all = found(1e3, 2.0);
+    let [one] = &all[..] else { panic!("{all:?}") };
+    assert!(
+        one.file == "case.toml" && one.text.contains("thousandths were interpreted as units in every"),
+        "{}",
+        one.text
+    );
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn any_unit_is_reported_next_to_any_slack() {
+    next_to_any_slack(6204, 40);
+}
+
 #[test]
 fn a_current_in_another_unit_or_turned_is_reported() {
     let (milli, turned) = ("thousandths were interpreted", "opposite sign");
@@ -104,6 +155,21 @@ fn a_current_in_another_unit_or_turned_is_reported() {
         );
         assert!(reported.text.contains(message), "{}", reported.text);
     }
+}
+
+/// Recordings need not have the same channels: the motion that all show is what is compared.
+#[test]
+fn a_recording_without_a_reading_of_the_others_is_compared_with_them() {
+    let mut loaded = recorded(1.0, 0.3);
+    loaded.recordings.get_mut("2.csv").unwrap().channels.retain(|c| c.name != "loadAngle");
+    assert_eq!(reported(&loaded), []);
+    // Nor do they have where a reading keeps one value.
+    let mut loaded = recorded(1.0, 0.3);
+    let run = loaded.recordings.get_mut("3.csv").unwrap();
+    let angle = run.channels.iter_mut().find(|c| c.name == "motorAngle").unwrap();
+    angle.values.fill(0.25);
+    let all = reported(&loaded);
+    assert!(all.iter().all(|m| m.file == "3.csv"), "{all:?}");
 }
 
 #[test]

@@ -17,7 +17,8 @@ use trueup_estimation::innovations::smoother::smooth_with_powers;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::{TrajectoryPlant, TrajectoryPoint};
 use trueup_models::plants::{PlantStructure, build};
-use trueup_plant::Plant;
+use trueup_numerics::hybrid::At;
+use trueup_plant::{InverseMass, Plant, force_of_changes, tangent};
 use trueup_signals::{Case, Loaded};
 
 const NODES: usize = 12;
@@ -361,6 +362,41 @@ fn recorded(plant: &TrajectoryPlant, truth: &[f64], lines: &str, more: &[&str], 
 /// Structures of arms: on a base that floats or is held under gravity, springs in all joints, some or none.
 const ARMS: [(&[bool], bool); 4] =
     [(&[true, false, false], false), (&[false, false], true), (&[true, true], true), (&[false, true], false)];
+
+/// The inverse mass of a state serves other forces and torques there: with it, tangent and forces of parameters have the same bits as
+/// each by itself.
+#[test]
+fn a_shared_inverse_mass_changes_no_bit() {
+    for (seed, (flexible, fixed)) in ARMS.iter().enumerate() {
+        let rng = &mut StdRng::seed_from_u64(seed as u64);
+        let (plant, theta, _) = arm(flexible, *fixed, rng);
+        let sizes = plant.sizes();
+        let mut draw = |n: usize| -> Vec<f64> { (0..n).map(|_| rng.random_range(-1.0..1.0)).collect() };
+        let (n, coordinates) = (plant.coordinates().len(), plant.coordinates());
+        let (x, u, other, force) = (draw(sizes.states), draw(sizes.inputs), draw(sizes.inputs), draw(n));
+        let at = At { t: 0.0, x: &x, u: &u, p: &theta, modes: &[] };
+        let places: Vec<usize> =
+            coordinates.iter().filter_map(|c| c.position).chain(coordinates.iter().map(|c| c.rate)).collect();
+        let (inverse, by_state) = InverseMass::with_tangent(&*plant, at, &force, &places).unwrap();
+        let whole = tangent(&*plant, at, &force, &[]).unwrap();
+        for (i, c) in coordinates.iter().enumerate() {
+            assert_eq!(inverse.by_force[n * i..n * (i + 1)], whole.by_force[n * c.rate..n * (c.rate + 1)]);
+            for (k, place) in places.iter().enumerate() {
+                assert_eq!(
+                    by_state[2 * n * i + k],
+                    whole.by_state[sizes.states * c.rate + place],
+                    "seed {seed}"
+                );
+            }
+        }
+        let elsewhere = At { u: &other, ..at };
+        let changes: Vec<(usize, f64)> = (0..theta.len()).map(|k| (k, 1.0)).collect();
+        let own = inverse.force_of_changes(&*plant, elsewhere, &force, &changes);
+        let alone = force_of_changes(&*plant, elsewhere, &force, &changes).unwrap();
+        assert_eq!(own, alone, "seed {seed}");
+        assert_eq!(InverseMass::of(&*plant, elsewhere).unwrap(), inverse, "seed {seed}");
+    }
+}
 
 /// Checks EST-11: masses, inertias, springs, field, torques and own forces scaled together change no motion.
 #[test]

@@ -15,8 +15,8 @@ use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::friction::SMOOTH;
 use trueup_models::plants;
 use trueup_models::space::layout::{Inputs, Outputs};
+use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
-use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{LANES, Lanes};
 
 /// Why there is no such loop.
@@ -264,29 +264,30 @@ pub fn law(
         positive(p[parameter::WAVE_FREQUENCY], "the wave frequency")?;
     }
     let used: Vec<usize> = used.into_iter().chain([state::INTEGRAL_TORQUE]).collect();
-    let constant = |v: f64| Dual::<1> { re: v, eps: [0.0] };
-    let mut settings = p.map(constant);
-    settings[parameter::LIMIT] = constant(f64::INFINITY);
+    let mut settings = p.map(Lanes::constant);
+    settings[parameter::LIMIT] = Lanes::constant(f64::INFINITY);
     // At 0, the values are 0 and the derivatives those of the whole law, which is linear away from its limit.
-    let column = |x: Option<usize>, u: Option<usize>| {
-        let seed = |k: Option<usize>, i: usize| Dual { re: 0.0, eps: [if k == Some(i) { 1.0 } else { 0.0 }] };
+    let columns = |x: &[usize], u: &[usize]| {
+        let seed = |by: &[usize], i: usize| {
+            by.iter().position(|k| *k == i).map_or(Lanes::zero(), |lane| Lanes::variable(0.0, lane))
+        };
         let joint = law::ControlledJoint {
             strategy,
             p: settings,
             u: core::array::from_fn(|i| seed(u, i)),
             x: core::array::from_fn(|i| seed(x, i)),
             omega: settings[parameter::WAVE_FREQUENCY],
-            feedforward: constant(0.0),
+            feedforward: Lanes::zero(),
         };
-        let next = joint.sample(constant(period), None).map(|v| v.eps[0]);
-        (DVector::from_iterator(used.len(), used.iter().map(|i| next[*i])), next[state::HELD_OUTPUT])
+        let next = joint.sample_lanes(period);
+        let by = x.len() + u.len();
+        (
+            DMatrix::from_fn(used.len(), by, |row, lane| next[used[row]].eps[lane]),
+            DMatrix::from_fn(1, by, |_, lane| next[state::HELD_OUTPUT].eps[lane]),
+        )
     };
-    let gathered = |columns: Vec<(DVector<f64>, f64)>| {
-        let row = DMatrix::from_iterator(1, columns.len(), columns.iter().map(|c| c.1));
-        (DMatrix::from_columns(&columns.into_iter().map(|c| c.0).collect::<Vec<_>>()), row)
-    };
-    let (a, c) = gathered(used.iter().map(|i| column(Some(*i), None)).collect());
-    let (b, d) = gathered(FEEDS.iter().map(|i| column(None, Some(*i))).collect());
+    let (a, c) = columns(&used, &[]);
+    let (b, d) = columns(&[], &FEEDS);
     Ok(SampledController { a, b, c, d })
 }
 

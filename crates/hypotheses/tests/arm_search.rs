@@ -102,7 +102,8 @@ fn what_an_arm_has_that_the_engine_does_not_know_is_refused_by_name() {
     fn sensor(l: &mut Loaded) -> &mut SensorData {
         &mut l.recordings.values_mut().flat_map(|r| &mut r.channels).last().unwrap().sensor
     }
-    let changes: [(&str, Change); 5] = [
+    let changes: [(&str, Change); 6] = [
+        ("a payload", |l| l.case.payload = Some(3)),
         ("known effects", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: Some(1), given: Vec::new() });
         }),
@@ -125,5 +126,23 @@ fn what_an_arm_has_that_the_engine_does_not_know_is_refused_by_name() {
         change(&mut own);
         let why = search_case(&own).err().map(|e| e.to_string());
         assert!(why.as_ref().is_some_and(|w| w.contains(what)), "{what}: {why:?}");
+    }
+}
+
+/// A drive with a few samples is there: what lacks are samples.
+#[test]
+fn a_drive_with_too_few_samples_is_reported_by_their_number() {
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/tests/innovations/arm");
+    let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
+    for samples in [0, 7, 20] {
+        let mut own = loaded.clone();
+        let drives = own.recordings.values_mut().flat_map(|r| &mut r.channels);
+        let drive = drives.into_iter().find(|c| c.name == "jointTorque[2]").unwrap();
+        drive.time.truncate(samples);
+        drive.values.truncate(samples);
+        let why = search_case(&own).err().map(|e| e.to_string()).unwrap_or_default();
+        let expected =
+            if samples == 0 { "was not recorded".to_owned() } else { format!("has {samples} samples") };
+        assert!(why.contains("jointTorque[2]") && why.contains(&expected), "{samples}: {why}");
     }
 }

@@ -112,7 +112,7 @@ fn weight_tips_and_pushes_are_those_of_the_columns() {
     }
 }
 
-/// Pushes of single recordings: each recording has its largest, with both forces of the tip.
+/// Impulses of single recordings: each recording has its largest, with both forces of the tip.
 #[test]
 fn each_recording_has_its_own_push() {
     let pulses = vec![[0.5, 0.2], [0.9, 0.2], [0.3, 0.4]];

@@ -13,7 +13,7 @@ use trueup_hypotheses::innovations::along::PlantAlong;
 use trueup_hypotheses::innovations::candidate::ScreenedShape;
 use trueup_hypotheses::innovations::chain_along::{ChainSizes, FrameMechanics, along_chain};
 use trueup_hypotheses::innovations::chain_orders::chain_orders;
-use trueup_hypotheses::innovations::chain_screen::{LOOKS, best_of_families, chain_shapes, chain_survey};
+use trueup_hypotheses::innovations::chain_screen::{LOOKS, best_of_chain, chain_shapes, chain_survey};
 use trueup_hypotheses::innovations::laws::arm_law_of;
 use trueup_hypotheses::innovations::screen::Screening;
 use trueup_hypotheses::innovations::shape::LawShape;
@@ -253,7 +253,7 @@ fn columns(
                 part(&columns[order[k]][r], golden, frame.runs[r].nodes.len(), &what, said);
             }
         }
-        let group = frame.pass_groups(&packed, &base, &[columns], &q).remove(0);
+        let group = frame.pass_groups(&packed, &base, &[columns]).remove(0);
         // The data come first.
         let product = |i: usize, j: usize| match (i, j) {
             (0, 0) => base.gram.product(0, 0),
@@ -273,7 +273,7 @@ fn columns(
         }
     }
     // One group of more columns than pass side by side has the same products.
-    let whole = frame.pass_groups(&packed, &base, &[&together], &q).remove(0);
+    let whole = frame.pass_groups(&packed, &base, &[&together]).remove(0);
     for (k, (within, own, with_first)) in alone.into_iter().enumerate() {
         let at = |i: usize, j: usize| whole.own[whole.size * i + j];
         let first = k - within;
@@ -323,7 +323,7 @@ fn screen(frame: &mut TrajectoryFrame, golden: &Value, said: &mut OffNumbers) ->
     if !((base - golden_base).abs() <= NATS) {
         said.0.push(format!("screen: base {base}, golden {golden_base}"));
     }
-    let best = best_of_families(&all);
+    let best = best_of_chain(&all);
     let named = |c: &ScreenedShape, g: &Value| {
         let shape = shape_of(text(g, "effect"), text(g, "place"), &g["shape"], &along);
         let joints = shape.joints.is_empty() || shape.joints() == c.shape.joints();

@@ -293,7 +293,7 @@ fn columns(frame: &mut InnovationsFrame, null: &FittedNull, golden: &Value, said
     let count = golden.len();
     said.say(all.len() != count, || format!("columns: {}, golden {count}", all.len()));
     let groups: Vec<&[FilterColumn]> = all.chunks(1).collect();
-    let grams = frame.pass_groups(&packed, &base, &groups, &null.begin);
+    let grams = frame.pass_groups(&packed, &base, &groups);
     for ((column, gram), g) in all.iter().zip(&grams).zip(golden) {
         let name = format!("column {} {}", text(g, "name"), g["amplitude"]);
         let sum = |on: usize| -> Vec<f64> {

@@ -1,6 +1,7 @@
 //! Files of a crate import in one direction: those that import each other in a circle are listed, and the list only shrinks.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use super::rust::{Source, is_test_file};
 use super::{Complaints, File, files, none};
@@ -16,8 +17,8 @@ const LEFT: &[&str] = &[
 type Module = Vec<String>;
 
 /// Files by crate and module.
-fn modules(all: &[File]) -> BTreeMap<&str, BTreeMap<Module, (&str, Source)>> {
-    let mut crates: BTreeMap<&str, BTreeMap<Module, (&str, Source)>> = BTreeMap::new();
+fn modules(all: &[File]) -> BTreeMap<&str, BTreeMap<Module, (&str, Arc<Source>)>> {
+    let mut crates: BTreeMap<&str, BTreeMap<Module, (&str, Arc<Source>)>> = BTreeMap::new();
     for file in all.iter().filter(|f| !is_test_file(&f.path)) {
         let Some((name, rest)) = file.path.split_once("/src/") else { continue };
         let mut module: Module = rest.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
@@ -70,7 +71,7 @@ fn expand(text: &str, before: &[String], into: &mut Vec<Vec<String>>) {
 
 /// The module that a path names within its crate, re-exports followed.
 fn resolved(
-    of: &BTreeMap<Module, (&str, Source)>,
+    of: &BTreeMap<Module, (&str, Arc<Source>)>,
     at: &[String],
     path: &[String],
     depth: usize,

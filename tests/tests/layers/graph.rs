@@ -77,7 +77,6 @@ const RULES: &[Rule] = &[
             "trueup-models",
             "trueup-plant",
             "trueup-signals",
-            "trueup-estimation",
             "trueup-hypotheses",
             "trueup-identification",
         ],

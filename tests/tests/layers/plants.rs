@@ -55,7 +55,8 @@ fn names(file: &File) -> Complaints {
     {
         return Vec::new();
     }
-    let literals = Source::of(file).literals;
+    let source = Source::of(file);
+    let literals = &source.literals;
     let lines = literals.lines().enumerate();
     lines
         .filter_map(|(i, line)| Some((i, MODELS.iter().find(|name| line.contains(*name))?)))

@@ -1,5 +1,8 @@
 //! Rust source as the rules see it: code without comments, literals and test modules.
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
 use super::File;
 
 /// A source file taken apart. Both texts have the lines of the file.
@@ -18,8 +21,15 @@ pub(crate) fn is_test_file(path: &str) -> bool {
 }
 
 impl Source {
-    pub(crate) fn of(file: &File) -> Self {
-        let (code, literals) = split(&file.text);
+    /// Taken apart once for all rules.
+    pub(crate) fn of(file: &File) -> Arc<Self> {
+        static KNOWN: Mutex<Option<HashMap<String, Arc<Source>>>> = Mutex::new(None);
+        let mut known = KNOWN.lock().expect("no rule panics here");
+        let known = known.get_or_insert_default();
+        known.entry(file.text.clone()).or_insert_with(|| Arc::new(Self::take_apart(&file.text))).clone()
+    }
+    fn take_apart(text: &str) -> Self {
+        let (code, literals) = split(text);
         let tests = test_modules(&code);
         let without = |text: String| {
             let inside = |i: usize| tests.iter().any(|t| t.contains(&i));

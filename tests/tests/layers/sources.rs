@@ -84,7 +84,7 @@ fn machine_paths(file: &File) -> Complaints {
     if is_test_file(&file.path) {
         return Vec::new();
     }
-    let text = if file.path.ends_with(".rs") { Source::of(file).literals } else { file.text.clone() };
+    let text = if file.path.ends_with(".rs") { Source::of(file).literals.clone() } else { file.text.clone() };
     let mut complaints = Vec::new();
     for (i, line) in text.lines().enumerate() {
         // Spelt so that this check does not find itself.
@@ -108,9 +108,10 @@ fn machine_paths(file: &File) -> Complaints {
 /// `targets` are the paths of test binaries of their own, as the crate's manifest gives them.
 fn unnamed_modules(main: &File, others: &[File], manifest: &File) -> Complaints {
     let folder = main.path.strip_suffix("main.rs").unwrap_or_default();
-    let code = Source::of(main).code;
-    let named =
-        |name: &str| code.lines().any(|l| l.trim().trim_start_matches("pub ") == format!("mod {name};"));
+    let source = Source::of(main);
+    let named = |name: &str| {
+        source.code.lines().any(|l| l.trim().trim_start_matches("pub ") == format!("mod {name};"))
+    };
     let own = |name: &str| manifest.text.contains(&format!("path = \"tests/{name}.rs\""));
     let module = |f: &File| {
         let rest = f.path.strip_prefix(folder)?;

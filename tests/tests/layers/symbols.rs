@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// Functions of models that a library may have at most. What the compiler inlines changes with its version, so this is a bound and
-/// not a list. Of rustc 1.95 diagnosis has 3 (constructors for the strings of a case), flexibility 8 (the control law with one
-/// derivative), all others 0. An object that is made of a generic model has 28 methods and what they call; with two of them
+/// not a list. Of rustc 1.95 diagnosis has 3 (constructors for the strings of a case), flexibility 8 (constructors; the
+/// control law with one derivative, compiled in models since), all others 0. An object that is made of a generic model has 28 methods and what they call; with two of them
 /// diagnosis had 118, with a mass matrix at two scalars of its own flexibility had 117.
 const AT_MOST: usize = 12;
 

@@ -154,7 +154,7 @@ impl std::str::FromStr for JointWay {
 pub(crate) enum EngineArgument {
     /// Balances of accelerations, and free runs
     Balances,
-    /// Evidence of the innovations about a smoothed trajectory (TwoMassJoint; other cases by balances)
+    /// Evidence of the innovations about a smoothed trajectory (cases that it cannot take are compared by balances)
     Innovations,
 }
 

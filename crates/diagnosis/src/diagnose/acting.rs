@@ -112,3 +112,26 @@ impl<'a> Acting<'a> {
         shares.max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0)
     }
 }
+
+/// Outputs that have a channel in every recording: one that does not move in one of them has none there.
+pub(super) fn shown_everywhere(all: &[Acting<'_>]) -> Vec<usize> {
+    let Some((first, others)) = all.split_first() else { return Vec::new() };
+    let shows = |a: &Acting<'_>, output: usize| a.prescribed.channels.iter().any(|c| c.output == output);
+    let mut outputs: Vec<usize> = first.prescribed.channels.iter().map(|c| c.output).collect();
+    outputs.retain(|output| others.iter().all(|a| shows(a, *output)));
+    outputs.sort_unstable();
+    outputs.dedup();
+    outputs
+}
+
+/// The motion at an instant as regressors: 1, then of these outputs position, rate and the rate's sign (0 within three deviations).
+pub(super) fn motion(prescribed: &GriddedRecording, outputs: &[usize], k: usize) -> Vec<f64> {
+    let sign = |v: f64, deviation: f64| if v.abs() > 3.0 * deviation { v.signum() } else { 0.0 };
+    let mut row = vec![1.0];
+    for output in outputs {
+        if let Some(s) = prescribed.channels.iter().find(|c| c.output == *output) {
+            row.extend([s.y[k], s.dy[k], sign(s.dy[k], s.rate_sigma)]);
+        }
+    }
+    row
+}

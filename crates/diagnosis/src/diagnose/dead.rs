@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::acting::Acting;
+use super::acting::{Acting, motion, shown_everywhere};
 use crate::engine::balance::{GriddedRecording, Smooth};
 use crate::outcome::{NoticedMistake, OutcomeSeverity};
 
@@ -154,10 +154,11 @@ fn shown<'a, A: AsRef<[f64]>>(
     output: usize,
     of: impl Fn(&'a Acting<'a>, usize) -> Option<(A, &'a [f64])>,
 ) -> Vec<ChannelParts<'a>> {
+    let outputs = shown_everywhere(all);
     let one = |a: &'a Acting<'a>| {
         let at = a.showing(output)?;
         let (along, varies) = of(a, at)?;
-        Some((a, at, parts(a, at, along.as_ref(), varies)?))
+        Some((a, at, parts(a, &outputs, at, along.as_ref(), varies)?))
     };
     all.iter().filter_map(one).collect()
 }
@@ -384,24 +385,27 @@ fn deviation(x: &[f64]) -> f64 {
     (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
-/// Sums over the parts of a recording, of a channel `at` that `along` acts on; `varies` is the channel in question.
-fn parts(a: &Acting<'_>, at: usize, along: &[f64], varies: &[f64]) -> Option<Vec<DeadPart>> {
+/// Sums over the parts of a recording, of a channel `at` that `along` acts on, with the motion of these outputs; `varies` is the channel in
+/// question.
+fn parts(
+    a: &Acting<'_>,
+    outputs: &[usize],
+    at: usize,
+    along: &[f64],
+    varies: &[f64],
+) -> Option<Vec<DeadPart>> {
     let prescribed = a.prescribed;
     if prescribed.counts.len() < 4 * PARTS {
         return None;
     }
-    let sign = |v: f64, deviation: f64| if v.abs() > 3.0 * deviation { v.signum() } else { 0.0 };
     let row = |k: usize| {
-        let mut row = vec![1.0];
-        for s in &prescribed.channels {
-            row.extend([s.y[k], s.dy[k], sign(s.dy[k], s.rate_sigma)]);
-        }
+        let mut row = motion(prescribed, outputs, k);
         row.extend([along[k], -a.with[at][k]]);
         row
     };
     let one = |part: usize| {
         let rows = rows(prescribed, &(part..part + 1));
-        let n = 3 * prescribed.channels.len() + 3;
+        let n = 3 * outputs.len() + 3;
         let matrix = DMatrix::from_row_iterator(rows.len(), n, rows.clone().flat_map(row));
         DeadPart {
             rows: rows.len() as f64,

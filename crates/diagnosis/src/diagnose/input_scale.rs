@@ -1,9 +1,14 @@
 //! The gain of each input, recording by recording, before any cause is looked for: another unit, the opposite sign.
+//!
+//! The gain is that of least squares. A gap in the model that moves with the input biases it, so where it is near nothing known the partial
+//! gain is taken: what is missed and what the input does, both less their regression on the motion ([decision 75](../../../../docs/decisions/0075-gains-next-to-a-gap.md)).
 
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use super::acting::Acting;
+use super::acting::{Acting, motion};
 use super::dead;
+use crate::engine::balance::GriddedRecording;
 use crate::engine::search::CaseSearch;
 use crate::outcome::{NoticedMistake, OutcomeSeverity};
 
@@ -55,13 +60,27 @@ impl ScaleGain {
         (den > 0.0 && value.is_finite() && own.deviation.is_finite()).then_some(own)
     }
 
-    /// The unit that it is near, other than `usual`; `None` where it is as usual, or near none.
+    fn is_near(&self, value: f64) -> bool {
+        (self.value / value).ln().abs() < NEAR
+    }
+
+    /// The unit that it is near, other than `usual`, however sure; `None` where it is as usual, or near none.
+    fn likely(&self, usual: f64) -> Option<&'static (f64, &'static str)> {
+        let cause = CAUSES.iter().find(|(c, _)| self.is_near(c * usual))?;
+        (!self.is_near(usual) && (cause.0 > 0.0 || self.left < LEFT)).then_some(cause)
+    }
+
+    /// The same where it is sure.
     fn cause(&self, usual: f64) -> Option<&'static (f64, &'static str)> {
-        let times = self.value / usual;
-        let near = |c: f64| (times / c).ln().abs() < NEAR;
-        let sure = self.value.abs() > SURE * self.deviation;
-        let cause = CAUSES.iter().find(|(c, _)| near(*c))?;
-        (sure && !near(1.0) && (cause.0 > 0.0 || self.left < LEFT)).then_some(cause)
+        self.likely(usual).filter(|_| self.value.abs() > SURE * self.deviation)
+    }
+
+    /// Whether the mean of all, weighted by variance, is sure.
+    fn sure_together(all: &[(&str, Self)]) -> bool {
+        let weight = |g: &Self| g.deviation.max(f64::MIN_POSITIVE.sqrt()).powi(-2);
+        let [sum, weights] =
+            all.iter().fold([0.0; 2], |[s, w], (_, g)| [s + g.value * weight(g), w + weight(g)]);
+        sum.abs() > SURE * weights.sqrt()
     }
 }
 
@@ -93,18 +112,9 @@ pub fn gains(search: &CaseSearch<'_>) -> Vec<InputGain> {
                 standard_deviation: gain.deviation,
             })
         };
-        where_it_acts(&runs, &[input]).into_iter().filter_map(one).collect::<Vec<_>>()
+        acting_most(&runs, &[input], false).into_iter().filter_map(one).collect::<Vec<_>>()
     };
     (0..names.len()).filter(recorded).flat_map(of).collect()
-}
-
-/// What inputs do in the output in which they act most over all recordings: one that is dead acts nowhere.
-fn where_it_acts<'a>(runs: &[Acting<'a>], inputs: &[usize]) -> Vec<Seen<'a>> {
-    let mut all: Vec<Seen<'_>> = runs.iter().filter_map(|run| seen(run, inputs)).flatten().collect();
-    let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
-    let most = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b)));
-    all.retain(|s| Some(s.output) == most);
-    all
 }
 
 /// What an input does in a channel of a recording.
@@ -115,6 +125,8 @@ struct Seen<'a> {
     /// Power of what it does there, over that of what the readings accelerate.
     acts: f64,
     gain: Option<ScaleGain>,
+    /// After regression on the motion.
+    partial: Option<ScaleGain>,
 }
 
 /// Reports which channels are dead and which inputs are in another unit or have the opposite sign: recording by recording where
@@ -138,27 +150,39 @@ fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<NoticedMistake> {
     let each = recorded.iter().map(|input| vec![*input]);
     // All of them alike first: those of one drive are in one unit.
     let all = (recorded.len() > 1).then(|| recorded.clone());
-    for inputs in all.into_iter().chain(each) {
-        let seen = where_it_acts(runs, &inputs);
-        let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
-        let channel = (inputs.len() == 1).then(|| called.clone());
-        let judged_files = judged(&seen, &called);
-        if !judged_files.is_empty() {
-            let one = |(file, text)| NoticedMistake {
-                severity: OutcomeSeverity::Grave,
-                kind: "input-scale".into(),
-                file,
-                line: None,
-                channel: channel.clone(),
-                text,
-            };
-            return judged_files.into_iter().map(one).collect();
+    let sets: Vec<Vec<usize>> = all.into_iter().chain(each).collect();
+    for partial in [false, true] {
+        for inputs in &sets {
+            let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
+            let channel = (inputs.len() == 1).then(|| called.clone());
+            let seen = acting_most(runs, inputs, partial);
+            let judged_files =
+                if partial { judged_by_partial_gains(&seen, &called) } else { judged(&seen, &called) };
+            if !judged_files.is_empty() {
+                let one = |(file, text)| NoticedMistake {
+                    severity: OutcomeSeverity::Grave,
+                    kind: "input-scale".into(),
+                    file,
+                    line: None,
+                    channel: channel.clone(),
+                    text,
+                };
+                return judged_files.into_iter().map(one).collect();
+            }
         }
     }
     Vec::new()
 }
 
-fn seen<'a>(run: &Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
+/// What inputs do in all recordings, in the channel where they act most over all of them: one that is dead acts nowhere.
+fn acting_most<'a>(runs: &[Acting<'a>], inputs: &[usize], partial: bool) -> Vec<Seen<'a>> {
+    let all: Vec<Seen<'_>> = runs.iter().filter_map(|run| seen(run, inputs, partial)).flatten().collect();
+    let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
+    let most = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b)));
+    all.into_iter().filter(|s| Some(s.output) == most).collect()
+}
+
+fn seen<'a>(run: &Acting<'a>, inputs: &[usize], partial: bool) -> Option<Vec<Seen<'a>>> {
     let prescribed = run.prescribed;
     let (with, without) = (&run.with, run.without(inputs)?);
     let counts = prescribed.counts.clone();
@@ -170,9 +194,56 @@ fn seen<'a>(run: &Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
             output: prescribed.channels[at].output,
             acts: run.share(&along, at),
             gain: ScaleGain::new(&without[at][counts.clone()], &along[counts.clone()]),
+            partial: partial.then(|| partial_gain(prescribed, &without[at], &along)).flatten(),
         }
     };
     Some((0..with.len()).map(one).collect())
+}
+
+/// The gain of what is missed without an input and of what it does, both less their regression on the motion.
+fn partial_gain(prescribed: &GriddedRecording, without: &[f64], along: &[f64]) -> Option<ScaleGain> {
+    let counts = prescribed.counts.clone();
+    let mut outputs: Vec<usize> = prescribed.channels.iter().map(|c| c.output).collect();
+    outputs.sort_unstable();
+    outputs.dedup();
+    let width = 3 * outputs.len() + 1;
+    let rows = counts.clone().flat_map(|k| motion(prescribed, &outputs, k));
+    let motion = DMatrix::from_row_iterator(counts.len(), width, rows);
+    let size = DVector::from_fn(width, |i, _| motion.column(i).norm().max(f64::MIN_POSITIVE));
+    let products = motion.tr_mul(&motion);
+    let gram = DMatrix::from_fn(width, width, |i, j| {
+        products[(i, j)] / size[i] / size[j] + if i == j { 1e-9 } else { 0.0 }
+    });
+    let gram = gram.cholesky()?;
+    let rest = |series: &[f64]| {
+        let series = DVector::from_column_slice(&series[counts.clone()]);
+        let coefficients = gram.solve(&motion.tr_mul(&series).component_div(&size)).component_div(&size);
+        series - &motion * coefficients
+    };
+    ScaleGain::new(rest(without).as_slice(), rest(along).as_slice())
+}
+
+/// The case, where all partial gains are near one unit and are sure together, and no gain itself is as usual.
+fn judged_by_partial_gains(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
+    if seen.iter().any(|s| s.gain.is_none_or(|g| g.is_near(1.0))) {
+        return Vec::new();
+    }
+    let gains: Vec<(&str, ScaleGain)> = seen.iter().filter_map(|s| Some((s.name, s.partial?))).collect();
+    let Some(cause) = gains.first().and_then(|(_, g)| g.likely(1.0)) else { return Vec::new() };
+    let alike = gains.iter().all(|(_, g)| g.likely(1.0).is_some_and(|c| c.0 == cause.0));
+    if gains.len() == seen.len() && alike && ScaleGain::sure_together(&gains) {
+        vec![("case.toml".into(), in_every_recording(called, cause.1, &gains))]
+    } else {
+        Vec::new()
+    }
+}
+
+fn in_every_recording(called: &str, cause: &str, gains: &[(&str, ScaleGain)]) -> String {
+    let all = gains.iter().map(|(name, g)| format!("{:.3e} in {name}", g.value));
+    format!(
+        "{called}: it looks as if {cause} in every recording: the model needs it times {}; give the unit or the scale of the column in the sidecar",
+        all.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// Files with what is wrong in them.
@@ -191,14 +262,7 @@ fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
     if let Some(Some(cause)) = whole.first()
         && whole.iter().all(|c| c.is_some_and(|c| c.0 == cause.0))
     {
-        let all = gains.iter().map(|(name, g)| format!("{:.3e} in {name}", g.value));
-        let text = format!(
-            "{called}: it looks as if {} in every recording: the model needs it times {}; give the unit or the scale of the column in the \
-             sidecar",
-            cause.1,
-            all.collect::<Vec<_>>().join(", ")
-        );
-        return vec![("case.toml".into(), text)];
+        return vec![("case.toml".into(), in_every_recording(called, cause.1, &gains))];
     }
     let one = |(k, (name, gain)): (usize, &(&str, ScaleGain))| {
         let usual_gain = usual(k);
@@ -227,5 +291,15 @@ mod tests {
         assert!((g.value - 2.5).abs() < 4.0 * g.deviation && g.deviation < 0.03, "{g:?}");
         assert!((g.left - 0.09 / (2.25 + 0.09)).abs() < 0.01, "{g:?}");
         assert!(ScaleGain::new(&without, &vec![0.0; 800]).is_none());
+    }
+
+    #[test]
+    fn gains_of_several_recordings_are_sure_together() {
+        let gain = |value: f64, deviation: f64| ("", ScaleGain { value, deviation, left: 1.0 });
+        // Four of three deviations each are one of six; of one deviation each, one of two.
+        assert!(ScaleGain::sure_together(&[3.0, 3.0, 3.0, 3.0].map(|v| gain(v, 1.0))));
+        assert!(!ScaleGain::sure_together(&[1.0, 1.0, 1.0, 1.0].map(|v| gain(v, 1.0))));
+        // An exact one decides.
+        assert!(ScaleGain::sure_together(&[gain(1.0, 0.0), gain(-1.0, 1.0)]));
     }
 }

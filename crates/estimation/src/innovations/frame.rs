@@ -339,15 +339,15 @@ impl InnovationsFrame {
         self.pass_bank(packed, &[q.to_vec()]).pop().unwrap_or_default()
     }
 
-    /// Gram matrices of groups in addition to a base that was passed at the same intensities.
+    /// Gram matrices of groups in addition to a base that was passed.
     pub fn pass_groups(
         &self,
         packed: &PackedColumns,
         base: &PassedBase,
         groups: &[&[FilterColumn]],
-        q: &[f64],
     ) -> Vec<GroupGram> {
-        base.groups(packed, groups, |k| self.filter_input(k, q))
+        // With gains at hand the intensities have no effect.
+        base.groups(packed, groups, |k| self.filter_input(k, &self.q))
     }
 
     /// Evidence of a base at each of these intensities.

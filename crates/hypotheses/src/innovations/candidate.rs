@@ -57,7 +57,7 @@ impl ScreenedShape {
     pub(super) fn or_better(self, other: Self) -> Self {
         if other.evidence > self.evidence { other } else { self }
     }
-    /// Effect and place, of readings the channels; the form where forms are apart, or where each is asked for.
+    /// Effect and place, of readings the channels; the form where forms are apart, or where each form is a family.
     pub fn family(&self, each_form: bool) -> (&'static str, &'static str, &[usize], &'static str) {
         let form = if each_form || self.law.forms_apart() { self.shape.form } else { "" };
         (self.law.id(), self.shape.place, &self.shape.channels, form)
@@ -71,6 +71,24 @@ impl ScreenedShape {
     pub(super) fn can_be(&self, amplitudes: &[f64]) -> bool {
         self.terms.positive.iter().all(|k| amplitudes.get(*k).is_some_and(|a| *a > 0.0))
     }
+}
+
+/// The best by evidence of those that are alike, best first.
+pub(super) fn best_of_alike<H>(
+    all: Vec<H>,
+    alike: impl Fn(&H, &H) -> bool,
+    evidence: impl Fn(&H) -> f64,
+) -> Vec<H> {
+    let mut best: Vec<H> = Vec::new();
+    for h in all {
+        match best.iter_mut().find(|b| alike(b, &h)) {
+            Some(b) if evidence(&h) > evidence(b) => *b = h,
+            Some(_) => {}
+            None => best.push(h),
+        }
+    }
+    best.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+    best
 }
 
 /// Laws with shapes along the present trajectory of a frame.

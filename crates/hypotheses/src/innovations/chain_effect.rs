@@ -3,18 +3,11 @@
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 
+use super::candidate::best_of_alike;
 use super::chain_form::EffectForm;
-use super::hypothesis::best_of_alike;
 use super::law::DryFriction;
+use super::levels::CHAIN_SEARCH;
 use super::shape::LawShape;
-
-/// Nats that the prior of each push costs.
-pub const EACH_PUSH: f64 = 6.0;
-/// A latent error of a reading counts as this share of a latent force, both in their floors.
-const OF_READINGS: f64 = 0.1;
-/// Nats, or share of its gain, that Stribeck's term has to be worth on top of plain friction; share of the latents' power that it may
-/// leave, and the largest latent force, in floors, with which it need not.
-const STRIBECK: (f64, f64, f64, f64) = (12.0, 0.01, 0.7, 3.0);
 
 /// Latents that a hypothesis leaves, in their floors.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +27,11 @@ impl LatentLevels {
     }
     /// Forces, and errors of readings by their weight.
     pub fn weighted(&self) -> Vec<f64> {
-        self.forces.iter().copied().chain(self.readings.iter().map(|e| OF_READINGS * e)).collect()
+        self.forces
+            .iter()
+            .copied()
+            .chain(self.readings.iter().map(|e| CHAIN_SEARCH.of_readings * e))
+            .collect()
     }
     /// The largest of the weighted ones.
     pub fn largest(&self) -> f64 {
@@ -85,7 +82,7 @@ impl ChainEffect {
         Self {
             id: form.law.id(),
             shape: form.shape().clone(),
-            evidence: fit.evidence - EACH_PUSH * form.pulses() as f64,
+            evidence: fit.evidence - CHAIN_SEARCH.each_push * form.pulses() as f64,
             of_fit: fit.evidence,
             left: LatentLevels::of(&frame, &fit.intensities),
             form: Some(form),
@@ -155,7 +152,7 @@ pub type RankedEvidence<'a> = (Option<DryFriction>, &'a mut f64, &'a LatentLevel
 pub fn rank_friction(all: Vec<RankedEvidence<'_>>, null: f64) {
     let plain = all.iter().find(|h| h.0 == Some(DryFriction::Plain)).map(|h| (*h.1, h.2.clone()));
     let Some((evidence, left)) = plain else { return };
-    let (nats, share, power, calm) = STRIBECK;
+    let ([nats, share], [power, calm]) = (CHAIN_SEARCH.falling, CHAIN_SEARCH.falling_leaves);
     let cost = nats.max(share * (evidence - null));
     for h in all.into_iter().filter(|h| h.0 == Some(DryFriction::Falling)) {
         let largest = h.2.forces.iter().copied().fold(0.0, f64::max);

@@ -16,6 +16,7 @@ use super::chain_orders::chain_orders;
 use super::chain_screen::{chain_bank, chain_screening, chain_shapes, with_laws};
 use super::law::Refinement;
 use super::laws::LawRef;
+use super::levels::CHAIN_SEARCH;
 use super::pairs::held;
 use super::screen::Screening;
 use super::shape::LawShape;
@@ -27,10 +28,6 @@ const ROUNDS: [usize; 2] = [5, 3];
 const SEARCH: (usize, usize, [&str; 4]) = (2, 2, ["d", "delay", "gap", "limit"]);
 /// Neighbours in steps: relative, and of an order in orders.
 const AROUND: [[f64; 4]; 2] = [[-1.0, -0.5, 0.5, 1.0], [-0.6, -0.3, 0.3, 0.6]];
-/// Nats that one more joint has to gain.
-pub(super) const MORE_JOINTS: f64 = 12.0;
-/// Latents in floors above which something is left to explain.
-pub(super) const LEFT: f64 = 2.5;
 
 /// A case with what its hypotheses share.
 pub struct ChainFits<'a> {
@@ -175,7 +172,7 @@ impl ChainFits<'_> {
     pub fn extended(&self, mut h: ChainEffect) -> Result<ChainEffect, TrajectoryError> {
         let mut more = false;
         while let Some(form) = h.form.clone().filter(|f| f.law.spreads() && !h.apart) {
-            if h.left.largest_of_all() <= LEFT {
+            if h.left.largest_of_all() <= CHAIN_SEARCH.left {
                 break;
             }
             let mut frame = h.frame.clone();
@@ -184,12 +181,12 @@ impl ChainFits<'_> {
             else {
                 break;
             };
-            if gain < MORE_JOINTS {
+            if gain < CHAIN_SEARCH.more_joints {
                 break;
             }
             let wider = EffectForm { parts: [&form.parts[..], &[found]].concat(), ..form };
             let next = self.attempt(&h.frame, wider, &q)?;
-            if next.evidence < h.evidence + MORE_JOINTS {
+            if next.evidence < h.evidence + CHAIN_SEARCH.more_joints {
                 break;
             }
             (h, more) = (next, true);
@@ -225,7 +222,7 @@ impl ChainFits<'_> {
         })
     }
 
-    /// All shapes that are wanted along the present trajectory of a frame, with the orders of its scores.
+    /// The shapes that `wanted` takes along the present trajectory of a frame, with the orders of its scores.
     pub fn shapes(
         &self,
         frame: &TrajectoryFrame,

@@ -6,11 +6,9 @@ use super::along::PlantAlong;
 use super::candidate::ScreenedShape;
 use super::law::LawTerms;
 use super::laws::LawRef;
+use super::levels::CHAIN_SEARCH;
 use super::shape::LawShape;
 use super::slope::LawSlopes;
-
-/// A companion below this share of the level is left out: lengths only add up.
-const LEAST: f64 = -0.08;
 
 /// A law at one place.
 #[derive(Clone)]
@@ -120,7 +118,8 @@ impl EffectForm {
             let values: Vec<(usize, f64)> =
                 kept.into_iter().map(|k| (k, own.next().copied().unwrap_or(0.0))).collect();
             let level = values.first().map_or(0.0, |v| v.1.abs());
-            let negative = values.iter().filter(|(k, v)| longer.contains(k) && *v <= LEAST * level);
+            let negative =
+                values.iter().filter(|(k, v)| longer.contains(k) && *v <= CHAIN_SEARCH.companion * level);
             for (k, _) in negative {
                 part.left_out.push(*k);
                 any = true;

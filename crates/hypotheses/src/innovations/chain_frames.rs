@@ -11,13 +11,12 @@ use super::chain_effect::ChainEffect;
 use super::chain_fits::{ChainFits, frame_with};
 use super::chain_form::EffectForm;
 use super::laws::arm_law_of;
+use super::levels::CHAIN_SEARCH;
 use super::shape::LawShape;
 use super::spline::CubicSpline;
 
 /// Times that readings are put back, the change of the delay below which they stay, s, and the least and largest delay, s.
 const RETIMED: (usize, f64, [f64; 2]) = (4, 2e-4, [5e-4, 0.53]);
-/// Nats that the priors of a delay and of a spring cost.
-const COST: [f64; 2] = [3.0, 4.0];
 /// Rounds of a fit in a frame of its own, and of a spring's last one.
 const ROUNDS: [usize; 2] = [3, 6];
 /// Long delays: step and end of those that are tried, s; the least that counts, s; share of the squares without delay that it leaves at
@@ -60,7 +59,8 @@ impl ChainFits<'_> {
             let step = half * fit.amplitudes.first().copied().unwrap_or(0.0);
             if best.as_ref().is_none_or(|b| fit.evidence > b.of_fit) {
                 let shape = LawShape::new("sensor", "delay", &[("d", delay)]).of(channels);
-                best = Some(ChainEffect::apart("sensor-delay", shape, Some(rest), fit, z, COST[0]));
+                best =
+                    Some(ChainEffect::apart("sensor-delay", shape, Some(rest), fit, z, CHAIN_SEARCH.delay));
             }
             if step.abs() < RETIMED.1 {
                 break;
@@ -164,13 +164,18 @@ impl ChainFits<'_> {
             let fit = self.fit(&mut z, &[], &q, ROUNDS[0])?;
             if best.as_ref().is_none_or(|b| fit.evidence > b.of_fit) {
                 let shape = LawShape::new("transmission", "spring", &[("f", hz)]).at(&[joint]);
-                best = Some(ChainEffect::apart("joint-flexibility", shape, None, fit, z, COST[1]));
+                best =
+                    Some(ChainEffect::apart("joint-flexibility", shape, None, fit, z, CHAIN_SEARCH.spring));
             }
         }
         let Some(b) = best else { return Ok(None) };
         let mut z = b.frame.clone();
         let fit = self.fit(&mut z, &[], &b.fit.intensities, ROUNDS[1])?;
         let better = fit.evidence >= b.of_fit;
-        Ok(Some(if better { ChainEffect::apart(b.id, b.shape, None, fit, z, COST[1]) } else { b }))
+        Ok(Some(if better {
+            ChainEffect::apart(b.id, b.shape, None, fit, z, CHAIN_SEARCH.spring)
+        } else {
+            b
+        }))
     }
 }

@@ -8,27 +8,24 @@ use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 
 use super::candidate::ScreenedShape;
-use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, place_of, rank_friction};
-use super::chain_fits::{ChainFits, LEFT, MORE_JOINTS, scored};
+use super::chain_effect::{ChainEffect, LatentLevels, place_of, rank_friction};
+use super::chain_fits::{ChainFits, scored};
 use super::chain_form::EffectForm;
-use super::chain_pushes::pushed_places;
-use super::chain_screen::{best_of_families, chain_bank, chain_screening, chain_survey, with_laws};
+use super::chain_pushes::{PushSearch, pushed_places};
+use super::chain_screen::{best_of_chain, chain_bank, chain_screening, chain_survey, with_laws};
 use super::law::DryFriction;
 use super::laws::arm_law_of;
+use super::levels::CHAIN_SEARCH;
 use super::pairs::held;
 use super::shape::LawShape;
 use super::verdict::ReportedEffect;
 
 /// Factors of the intensities of the survey in addition to a first effect.
 const LOOKS: (f64, &[f64]) = (0.2, &[1.0]);
-/// Nats that a second has to gain in the screen; families that are looked at, and fitted.
-const GAIN: (f64, usize, usize) = (15.0, 3, 2);
-/// Share of what one explains, in addition to the parameters, from which on another one can do the same.
-const SAME: f64 = 0.9;
+/// Families of seconds that are looked at, and fitted.
+const SECONDS: [usize; 2] = [3, 2];
 /// Eigenvalues below this share of the largest are none: columns in single precision.
 const RANK: f64 = 1e-12;
-/// Share of the first's power below which no push is looked for.
-const QUIET: f64 = 0.02;
 /// Rounds of a fit of two.
 const ROUNDS: usize = 4;
 
@@ -85,18 +82,22 @@ impl ChainFits<'_> {
         });
         let mut screening = chain_screening(&mut here, &standing);
         let base = chain_survey(&here, &mut screening, &mut all, q, LOOKS);
-        let families: Vec<ScreenedShape> = best_of_families(&all).into_iter().take(GAIN.1).cloned().collect();
+        let families: Vec<ScreenedShape> = best_of_chain(&all).into_iter().take(SECONDS[0]).collect();
         let mut out = ChainSeconds::default();
         self.beside(h, &here, &own, &standing, &families, base, &mut out)?;
-        let quiet = |p: &ChainPair| p.left.largest() < LEFT || p.left.power() < QUIET * h.left.power();
-        if !h.is_impulses() && !out.pairs.iter().any(quiet) {
+        let quiet = |p: &ChainPair| {
+            p.left.largest() < CHAIN_SEARCH.left || p.left.power() < CHAIN_SEARCH.quiet * h.left.power()
+        };
+        let places = if h.is_impulses() { Vec::new() } else { pushed_places(&here, q) };
+        if !places.is_empty() && !out.pairs.iter().any(quiet) {
             let mut more = Vec::new();
-            for place in pushed_places(&here, q) {
-                let Some(form) = self.pushes(&here, q, place, &standing) else { continue };
+            let mut search = PushSearch::new(&here, q, &standing);
+            for place in places {
+                let Some(form) = search.on(self, place) else { continue };
                 let found = self.along(&here, |along| form.candidate(along));
                 let mut found: Vec<ScreenedShape> = found.into_iter().collect();
                 screening.look(&here, &mut found, &chain_bank(&here, q, &[1.0, 0.2]));
-                found.iter_mut().for_each(|f| f.evidence -= EACH_PUSH * form.pulses() as f64);
+                found.iter_mut().for_each(|f| f.evidence -= CHAIN_SEARCH.each_push * form.pulses() as f64);
                 more.extend(found);
             }
             let best = families.first().map(|f| f.evidence - 0.5 * (f.evidence - base).max(0.0));
@@ -143,18 +144,21 @@ impl ChainFits<'_> {
         out: &mut ChainSeconds,
     ) -> Result<(), TrajectoryError> {
         let q = &h.fit.intensities;
-        let mut found: Vec<&ScreenedShape> = found.iter().filter(|c| c.evidence > base + GAIN.0).collect();
+        let mut found: Vec<&ScreenedShape> =
+            found.iter().filter(|c| c.evidence > base + CHAIN_SEARCH.second).collect();
         found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         let mut fitted = 0;
         for c in found {
             let mut z = here.clone();
             let second = &c.terms.applied;
-            if !standing.is_empty() && spanned(&mut z, q, standing, second, &c.amplitudes) > SAME {
+            if !standing.is_empty() && spanned(&mut z, q, standing, second, &c.amplitudes) > CHAIN_SEARCH.same
+            {
                 continue;
             }
             if let [first] = standing
                 && !h.apart
-                && spanned(&mut z, q, std::slice::from_ref(second), first, &h.fit.amplitudes) > SAME
+                && spanned(&mut z, q, std::slice::from_ref(second), first, &h.fit.amplitudes)
+                    > CHAIN_SEARCH.same
             {
                 out.alone.push(c.clone());
                 continue;
@@ -163,7 +167,7 @@ impl ChainFits<'_> {
             let pair = self.together(h, z, own, form, &c.intensities)?;
             out.pairs.push(self.widened(h, own, pair)?);
             fitted += 1;
-            if fitted == GAIN.2 {
+            if fitted == SECONDS[1] {
                 break;
             }
         }
@@ -179,7 +183,8 @@ impl ChainFits<'_> {
         q: &[f64],
     ) -> Result<ChainPair, TrajectoryError> {
         let (second, fit) = self.fit_trimmed(&mut z, own, form, q, ROUNDS)?;
-        let evidence = fit.evidence - (h.of_fit - h.evidence) - EACH_PUSH * second.pulses() as f64;
+        let evidence =
+            fit.evidence - (h.of_fit - h.evidence) - CHAIN_SEARCH.each_push * second.pulses() as f64;
         let (of_first, left) = (h.fit.amplitudes.len(), LatentLevels::of(&z, &fit.intensities));
         Ok(ChainPair { first: h.clone(), second, evidence, fit, of_first, left, frame: z })
     }
@@ -191,16 +196,16 @@ impl ChainFits<'_> {
         own: &[EffectForm],
         mut pair: ChainPair,
     ) -> Result<ChainPair, TrajectoryError> {
-        while pair.second.law.spreads() && pair.left.largest_of_all() > LEFT {
+        while pair.second.law.spreads() && pair.left.largest_of_all() > CHAIN_SEARCH.left {
             let mut z = pair.frame.clone();
             let both: Vec<EffectForm> = own.iter().chain([&pair.second]).cloned().collect();
             let standing = held(self.applied(&z, &both), &pair.fit.amplitudes);
             scored(&mut z, &pair.fit.intensities, &standing);
             let found = self.another_joint(&mut z, &pair.second, &pair.fit.intensities, &standing);
-            let Some((part, q, _)) = found.filter(|f| f.2 >= MORE_JOINTS) else { break };
+            let Some((part, q, _)) = found.filter(|f| f.2 >= CHAIN_SEARCH.more_joints) else { break };
             let form = EffectForm { parts: [&pair.second.parts[..], &[part]].concat(), ..pair.second };
             let next = self.together(h, pair.frame.clone(), own, form, &q)?;
-            if next.evidence < pair.evidence + MORE_JOINTS {
+            if next.evidence < pair.evidence + CHAIN_SEARCH.more_joints {
                 break;
             }
             pair = next;

@@ -1,26 +1,25 @@
 //! Impulses on a chain, at the same times in all recordings or in each by itself: matched filter of the scores, then evidence.
 
-use std::f64::consts::PI;
-
 use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::numeric::median;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::nodes::START;
 
 use super::candidate::ScreenedShape;
-use super::chain_effect::{EACH_PUSH, LatentLevels};
-use super::chain_fits::{ChainFits, LEFT, scored};
+use super::chain_effect::LatentLevels;
+use super::chain_fits::{ChainFits, scored};
 use super::chain_form::EffectForm;
 use super::chain_screen::{chain_bank, chain_screening};
 use super::laws::ARM_PUSHES;
+use super::levels::CHAIN_SEARCH;
+use super::pushes::{neighbours, raised_cosine};
+use super::screen::Screening;
 use super::shape::LawShape;
 
 /// Widths that are looked for, s, and places of each.
 const WIDTHS: ([f64; 4], usize) = ([0.12, 0.25, 0.45, 0.8], 3);
 /// Most impulses: in all recordings, and in one.
 const MOST: [usize; 2] = [4, 3];
-/// Nats that one more has to gain, and its share that it has to gain before it is refined.
-const GAIN: (f64, f64) = (22.0, 0.4);
 /// Steps of begin (in widths) and factors of width of the refinement.
 const STEPS: [[f64; 2]; 3] = [[0.5, 1.5], [0.25, 1.25], [0.1, 1.1]];
 
@@ -30,7 +29,8 @@ pub type PushedPlace = (&'static str, usize);
 /// Places of a chain with latent forces above their floors.
 pub fn pushed_places(frame: &TrajectoryFrame, q: &[f64]) -> Vec<PushedPlace> {
     let plant = &frame.plant;
-    let strong: Vec<bool> = LatentLevels::of(frame, q).forces.iter().map(|h| *h > LEFT).collect();
+    let strong: Vec<bool> =
+        LatentLevels::of(frame, q).forces.iter().map(|h| *h > CHAIN_SEARCH.left).collect();
     let mut all = Vec::new();
     if plant.floats() && strong.iter().take(3).any(|s| *s) {
         all.push(("base", 0));
@@ -55,19 +55,60 @@ fn shape_of((place, joint): PushedPlace, pulses: Vec<[f64; 2]>) -> LawShape {
     LawShape { pulses, ..LawShape::new(place, "pulses", &[]) }.at(&[joint])
 }
 
-impl ChainFits<'_> {
-    /// The impulses on a place that explain most in addition to the laws that are fitted.
-    pub fn pushes(
-        &self,
+/// Recordings in which impulses are looked for, on one place after the other.
+struct PushedRecordings {
+    /// With the scores in addition to the laws that are fitted.
+    frame: TrajectoryFrame,
+    standing: Vec<AppliedLaw>,
+    screening: Screening,
+    /// Evidence without impulses.
+    alone: f64,
+    /// Most impulses.
+    most: usize,
+}
+
+impl PushedRecordings {
+    fn new(
         frame: &TrajectoryFrame,
         q: &[f64],
-        place: PushedPlace,
         standing: &[AppliedLaw],
-    ) -> Option<EffectForm> {
+        recordings: &[usize],
+        most: usize,
+    ) -> Self {
+        let mut frame = frame.of_recordings(recordings);
+        let some = |law: &AppliedLaw| {
+            let of = |c: &Vec<_>| recordings.iter().map(|k| Clone::clone(&c[*k])).collect();
+            AppliedLaw { columns: law.columns.iter().map(of).collect(), ..law.clone() }
+        };
+        let standing: Vec<AppliedLaw> = standing.iter().map(some).collect();
+        let mut screening = chain_screening(&mut frame, &standing);
+        let alone = screening.look(&frame, &mut [], &chain_bank(&frame, q, &[1.0, 0.3, 0.1]));
+        scored(&mut frame, q, &standing);
+        Self { frame, standing, screening, alone, most }
+    }
+}
+
+/// Where impulses are looked for in addition to the laws that are fitted: in all recordings, and in each alone.
+pub struct PushSearch {
+    q: Vec<f64>,
+    together: PushedRecordings,
+    each: Vec<PushedRecordings>,
+}
+
+impl PushSearch {
+    /// At these intensities.
+    pub fn new(frame: &TrajectoryFrame, q: &[f64], standing: &[AppliedLaw]) -> Self {
         let all: Vec<usize> = (0..frame.runs.len()).collect();
-        let together = self.pursue(frame, q, place, standing, &all, MOST[0]);
+        let of = |some: &[usize], most: usize| PushedRecordings::new(frame, q, standing, some, most);
+        let each = all.iter().map(|k| of(&[*k], MOST[1])).collect();
+        Self { q: q.to_vec(), together: of(&all, MOST[0]), each }
+    }
+
+    /// The impulses on a place that explain most.
+    pub fn on(&mut self, fits: &ChainFits<'_>, place: PushedPlace) -> Option<EffectForm> {
+        let together = fits.pursue(&mut self.together, &self.q, place);
         let alone: Vec<FoundPulses> =
-            all.iter().map(|k| self.pursue(frame, q, place, standing, &[*k], MOST[1])).collect();
+            self.each.iter_mut().map(|one| fits.pursue(one, &self.q, place)).collect();
         let mut shape = shape_of(place, together.pulses);
         if alone.iter().map(|a| a.gain).sum::<f64>() > together.gain {
             shape.pulses = alone.iter().flat_map(|a| a.pulses.clone()).collect();
@@ -75,62 +116,48 @@ impl ChainFits<'_> {
         }
         (!shape.pulses.is_empty()).then(|| EffectForm::new(ARM_PUSHES, shape))
     }
+}
 
-    fn pursue(
-        &self,
-        frame: &TrajectoryFrame,
-        q: &[f64],
-        place: PushedPlace,
-        standing: &[AppliedLaw],
-        recordings: &[usize],
-        most: usize,
-    ) -> FoundPulses {
-        let mut z = frame.of_recordings(recordings);
-        let some = |law: &AppliedLaw| {
-            let of = |c: &Vec<_>| recordings.iter().map(|k| Clone::clone(&c[*k])).collect();
-            AppliedLaw { columns: law.columns.iter().map(of).collect(), ..law.clone() }
-        };
-        let standing: Vec<AppliedLaw> = standing.iter().map(some).collect();
-        let mut screening = chain_screening(&mut z, &standing);
-        let first = screening.look(&z, &mut [], &chain_bank(&z, q, &[1.0, 0.3, 0.1]));
-        let (mut last, mut best): (f64, Option<ScreenedShape>) = (first, None);
+impl ChainFits<'_> {
+    fn pursue(&self, of: &mut PushedRecordings, q: &[f64], place: PushedPlace) -> FoundPulses {
+        let PushedRecordings { frame, standing, screening, alone, most } = of;
+        let (mut last, mut best): (f64, Option<ScreenedShape>) = (*alone, None);
         let made = |z: &TrajectoryFrame, sets: Vec<Vec<[f64; 2]>>| -> Vec<ScreenedShape> {
             self.along(z, |along| {
                 let one = |p| ScreenedShape::new(ARM_PUSHES, along, shape_of(place, p));
                 sets.into_iter().filter_map(one).collect()
             })
         };
-        for _ in 0..most {
+        let [least, share] = CHAIN_SEARCH.push;
+        // Further impulses are looked for in the scores in addition to the first ones.
+        let mut beside: Option<TrajectoryFrame> = None;
+        for _ in 0..*most {
             let mine = best.as_ref().map_or_else(Vec::new, |b| b.shape.pulses.clone());
             let own = best.as_ref().map_or_else(|| q.to_vec(), |b| b.intensities.clone());
-            let laws: Vec<AppliedLaw> =
-                standing.iter().chain(best.iter().map(|b| &b.terms.applied)).cloned().collect();
-            scored(&mut z, &own, &laws);
+            if let Some(b) = &best {
+                let laws: Vec<AppliedLaw> = standing.iter().chain([&b.terms.applied]).cloned().collect();
+                scored(beside.get_or_insert_with(|| frame.clone()), &own, &laws);
+            }
+            let z = beside.as_ref().unwrap_or(frame);
             let with = |p: [f64; 2]| [&mine[..], &[p]].concat();
-            let mut all = made(&z, self.matched(&z, place).into_iter().map(with).collect());
-            screening.look(&z, &mut all, &chain_bank(&z, &own, &[1.0, 0.2]));
+            let mut all = made(z, self.matched(z, place).into_iter().map(with).collect());
+            screening.look(z, &mut all, &chain_bank(z, &own, &[1.0, 0.2]));
             let found = all.into_iter().filter(ScreenedShape::is_possible).reduce(ScreenedShape::or_better);
-            let Some(mut found) = found.filter(|b| b.evidence >= last + GAIN.1 * GAIN.0) else { break };
-            for [by, factor] in STEPS {
-                let Some([begin, width]) = found.shape.pulses.last().copied() else { break };
-                let mut sets = Vec::new();
-                for i in [-1.0, 0.0, 1.0] {
-                    for x in [1.0 / factor, 1.0, factor] {
-                        sets.push(with([begin + i * by * width + 0.5 * width * (1.0 - x), width * x]));
-                    }
-                }
-                let mut all = made(&z, sets);
-                screening.look(&z, &mut all, &[found.intensities.clone()]);
+            let Some(mut found) = found.filter(|b| b.evidence >= last + share * least) else { break };
+            for step in STEPS {
+                let Some(pulse) = found.shape.pulses.last().copied() else { break };
+                let mut all = made(z, neighbours(pulse, step).into_iter().map(with).collect());
+                screening.look(z, &mut all, &[found.intensities.clone()]);
                 found = all.into_iter().fold(found, ScreenedShape::or_better);
             }
-            if found.evidence < last + GAIN.0 {
+            if found.evidence < last + least {
                 break;
             }
             last = found.evidence;
             best = Some(found);
         }
         let pulses = best.map_or_else(Vec::new, |b| b.shape.pulses);
-        let gain = last - first - EACH_PUSH * pulses.len() as f64;
+        let gain = last - *alone - CHAIN_SEARCH.each_push * pulses.len() as f64;
         FoundPulses { pulses, gain }
     }
 
@@ -178,8 +205,7 @@ impl ChainFits<'_> {
             if m > nodes {
                 continue;
             }
-            let bump: Vec<f64> =
-                (0..m).map(|j| 0.5 * (1.0 - (2.0 * PI * j as f64 / m as f64).cos())).collect();
+            let bump = raised_cosine(m);
             let at = |i: usize| -> f64 {
                 sums.iter().map(|s| bump.iter().zip(&s[i..]).map(|(b, s)| b * s).sum::<f64>().powi(2)).sum()
             };

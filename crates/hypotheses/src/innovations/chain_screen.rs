@@ -8,14 +8,14 @@ use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use super::along::PlantAlong;
 use super::candidate::ScreenedShape;
 use super::laws::{ARM_LAWS, LawRef};
-use super::screen::{ScreenRules, ScreenedFrame, Screening, survey};
+use super::screen::{ScreenRules, ScreenedFrame, Screening, best_of_families, survey};
 use super::shape::LawShape;
 use super::spectrum::OrderPeaks;
 
 /// What is looked at again.
 const AGAIN: ScreenRules = ScreenRules { shapes: 3, families: 20, below: 3.0, each_form: false };
 
-/// Candidates of all laws along a trajectory whose columns are wanted.
+/// Candidates of all laws along a trajectory, of the shapes that `wanted` takes.
 pub fn chain_shapes(
     along: &PlantAlong<'_>,
     orders: &[OrderPeaks],
@@ -43,9 +43,8 @@ impl ScreenedFrame for TrajectoryFrame {
         packed: &PackedColumns,
         base: &PassedBase,
         groups: &[&[FilterColumn]],
-        q: &[f64],
     ) -> Vec<GroupGram> {
-        TrajectoryFrame::pass_groups(self, packed, base, groups, q)
+        TrajectoryFrame::pass_groups(self, packed, base, groups)
     }
 }
 
@@ -78,14 +77,6 @@ pub fn chain_survey(
 }
 
 /// The best of each family, best first.
-pub fn best_of_families(candidates: &[ScreenedShape]) -> Vec<&ScreenedShape> {
-    let mut order: Vec<&ScreenedShape> = candidates.iter().filter(|c| c.is_possible()).collect();
-    order.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let mut best: Vec<&ScreenedShape> = Vec::new();
-    for c in order {
-        if !best.iter().any(|b| b.family(false) == c.family(false)) {
-            best.push(c);
-        }
-    }
-    best
+pub fn best_of_chain(candidates: &[ScreenedShape]) -> Vec<ScreenedShape> {
+    best_of_families(candidates, |a, b| a.family(false) == b.family(false))
 }

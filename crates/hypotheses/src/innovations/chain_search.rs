@@ -9,36 +9,28 @@ use trueup_signals::{Loaded, Recording};
 
 use super::candidate::ScreenedShape;
 use super::chain_along::ChainSizes;
-use super::chain_effect::{ChainEffect, EACH_PUSH, LatentLevels, best_of_each, rank_friction};
-use super::chain_fits::{ChainFits, LEFT, scored};
+use super::chain_effect::{ChainEffect, LatentLevels, best_of_each, rank_friction};
+use super::chain_fits::{ChainFits, scored};
 use super::chain_form::EffectForm;
 use super::chain_pairs::{ChainPair, plain_shape};
-use super::chain_pushes::pushed_places;
-use super::chain_screen::{LOOKS, best_of_families, chain_bank, chain_screening, chain_survey};
+use super::chain_pushes::{PushSearch, pushed_places};
+use super::chain_screen::{LOOKS, best_of_chain, chain_bank, chain_screening, chain_survey};
 use super::law::DryFriction;
 use super::laws::{LawRef, arm_law_of};
+use super::levels::CHAIN_SEARCH;
+use super::search::has_own_parameters;
 use super::shape::LawShape;
 
 /// Rounds of the nominal model, of the refitted one, of plain friction in place of Stribeck's.
 const ROUNDS: [usize; 3] = [4, 7, 5];
 /// Families that are fitted: of the screen, of impulses.
 const LEADERS: [usize; 2] = [6, 2];
-/// Nats over the base: below the first a family is not fitted where another one is, below the second never.
-const NATS: [f64; 2] = [5.0, -3.0];
-/// Share of the best gain below which a family is not fitted, and as soon as one explains all.
-const SHARE: [f64; 2] = [0.08, 0.3];
-/// One explains all if it leaves this share of the latents' power, or nothing above [`LEFT`]; and gains this share of the best.
-const ALL: [f64; 2] = [2e-3, 0.9];
-/// Nats of the best, and the share of it, above which a shape is refined along its own trajectory and at further joints.
-const AGAIN: (f64, f64) = (15.0, 0.25);
 /// Speeds with which Stribeck's term begins on top of plain friction, in usual ones.
 const SPEEDS: [f64; 4] = [0.06, 0.15, 0.35, 0.7];
-/// Late channels: how many, nats, share of the best gain.
-const LATE: (usize, f64, f64) = (3, 15.0, 0.15);
-/// Latents in floors above which long delays are looked for, and springs in rigid joints.
-const LOUD: [f64; 2] = [50.0, 4.0];
-/// Effects in addition to which a second is looked for, nats, and share of the first's gain.
-const FIRST: (usize, f64, f64) = (2, 30.0, 0.4);
+/// Late channels that have a frame, at most.
+const LATE: usize = 3;
+/// Effects in addition to which a second is looked for.
+const FIRST: usize = 2;
 
 /// An arm that cannot be searched.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -92,7 +84,6 @@ pub struct ChainFindings {
 fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static str> {
     let recordings = || loaded.recordings.values();
     let sensors = || recordings().flat_map(|r| &r.channels).map(|c| &c.sensor);
-    let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
     let table = structures.plant.plant().table();
     let other = |r: &Recording| {
         let mut others = (0..table.inputs.len()).filter(|k| !table.driving.contains(k));
@@ -100,9 +91,11 @@ fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static s
     };
     let known = [
         (!loaded.case.effects.is_empty(), "known effects"),
+        // Its refit from a mass of 0 does not end where the trajectory is that of the payload.
+        (loaded.case.payload.is_some(), "a payload"),
         (sensors().any(|s| s.late.is_some()), "unknown delays"),
         (sensors().any(|s| s.delay != 0.0), "declared delays"),
-        (recordings().any(own), "parameters of single recordings"),
+        (recordings().any(has_own_parameters), "parameters of single recordings"),
         (recordings().any(other), "recorded forces on base or tip"),
     ];
     known.into_iter().find(|k| k.0).map(|k| k.1)
@@ -143,7 +136,7 @@ pub fn search_chain(
     let mut screening = chain_screening(&mut frame, &[]);
     let base = chain_survey(&frame, &mut screening, &mut shapes, &null.fit.intensities, LOOKS);
     drop(screening);
-    let first: Vec<ScreenedShape> = best_of_families(&shapes).into_iter().cloned().collect();
+    let first: Vec<ScreenedShape> = best_of_chain(&shapes);
     let mut search = ChainSearch { fits, frame, null, base, first, effects: Vec::new() };
     search.leaders(&search.first.clone(), LEADERS[0])?;
     search.again()?;
@@ -168,7 +161,7 @@ struct ChainSearch<'a> {
 
 impl ChainSearch<'_> {
     fn explains_all(&self, left: &LatentLevels) -> bool {
-        left.largest() < LEFT || left.power() < ALL[0] * self.null.left.power()
+        left.largest() < CHAIN_SEARCH.left || left.power() < CHAIN_SEARCH.all * self.null.left.power()
     }
     fn any_explains_all(&self) -> bool {
         self.effects.iter().any(|h| self.explains_all(&h.left))
@@ -186,13 +179,17 @@ impl ChainSearch<'_> {
     /// The first of the screen, refined and fitted.
     fn leaders(&mut self, families: &[ScreenedShape], most: usize) -> Result<(), ChainSearchError> {
         let best = families.first().map_or(0.0, |f| self.screened(f));
+        let levels = CHAIN_SEARCH;
         for c in families.iter().filter(|c| !c.law.is_structure()).take(most) {
             let top = self.best_gain();
-            let leads = |h: &&ChainEffect| self.gain(h) > ALL[1] * top;
+            let leads = |h: &&ChainEffect| self.gain(h) > CHAIN_SEARCH.leads * top;
             let calm = self.effects.iter().filter(leads).any(|h| self.explains_all(&h.left));
-            let (gain, share) = (self.screened(c), SHARE[usize::from(calm)]);
+            let gain = self.screened(c);
+            let share = if calm { levels.fitted_share_calm } else { levels.fitted_share };
             let others = !self.effects.is_empty();
-            if gain < NATS[1] || others && (gain < NATS[0] || gain < share * best.max(0.5 * top)) {
+            if gain < levels.fitted_alone
+                || others && (gain < levels.fitted || gain < share * best.max(0.5 * top))
+            {
                 continue;
             }
             let h = self.fits.attempt(&self.frame, EffectForm::of(c), &c.intensities)?;
@@ -207,7 +204,9 @@ impl ChainSearch<'_> {
         let mut all = best_of_each(std::mem::take(&mut self.effects));
         let top = all.first().map_or(0.0, |h| h.evidence - null);
         let better = |fits: &ChainFits<'_>, h: ChainEffect| -> Result<ChainEffect, TrajectoryError> {
-            let chosen = top > AGAIN.0 && h.evidence - null > AGAIN.1 * top && !h.is_impulses();
+            let chosen = top > CHAIN_SEARCH.again
+                && h.evidence - null > CHAIN_SEARCH.again_share * top
+                && !h.is_impulses();
             if chosen { fits.extended(fits.polished(h)?) } else { Ok(h) }
         };
         let stribeck =
@@ -229,7 +228,7 @@ impl ChainSearch<'_> {
                     _ => better(&self.fits, own.clone())?,
                 };
                 all.extend([own, sb]);
-                if best.evidence - null > AGAIN.1 * top {
+                if best.evidence - null > CHAIN_SEARCH.again_share * top {
                     all.extend(self.on_top(&best, falling)?);
                 }
                 all.push(best);
@@ -271,14 +270,15 @@ impl ChainSearch<'_> {
     fn apart(&mut self) -> Result<(), ChainSearchError> {
         let q = self.null.fit.intensities.clone();
         let best = self.first.first().map_or(0.0, |f| self.screened(f));
-        let late = self.first.iter().filter(|c| c.law.is_late()).take(LATE.0);
+        let late = self.first.iter().filter(|c| c.law.is_late()).take(LATE);
+        let [nats, share] = CHAIN_SEARCH.late;
         let late: Vec<ScreenedShape> =
-            late.filter(|c| self.screened(c) > LATE.1 && self.screened(c) > LATE.2 * best).cloned().collect();
+            late.filter(|c| self.screened(c) > nats.max(share * best)).cloned().collect();
         for c in late {
             let found = self.fits.retimed(&self.frame, &c.shape.channels, c.shape.value("d"), &q)?;
             self.effects.extend(found);
         }
-        if !self.any_explains_all() && self.null.left.largest() > LOUD[0] {
+        if !self.any_explains_all() && self.null.left.largest() > CHAIN_SEARCH.loud[0] {
             let groups = self.frame.intake.groups.clone();
             for (_, channels) in groups.iter().filter(|g| !g.0.contains('+')) {
                 if let Some(delay) = self.fits.long_delay(&self.frame, channels)? {
@@ -288,7 +288,7 @@ impl ChainSearch<'_> {
         }
         if !self.any_explains_all() {
             for j in 0..self.frame.plant.drives.len() {
-                let loud = self.null.left.forces[self.frame.plant.joints[j]] > LOUD[1];
+                let loud = self.null.left.forces[self.frame.plant.joints[j]] > CHAIN_SEARCH.loud[1];
                 if !self.frame.plant.flexible(j) && loud {
                     self.effects.extend(self.fits.with_spring(&self.frame, j)?);
                 }
@@ -304,16 +304,22 @@ impl ChainSearch<'_> {
         }
         let q = self.null.fit.intensities.clone();
         let mut all = Vec::new();
-        for place in pushed_places(&self.frame, &q) {
-            let Some(form) = self.fits.pushes(&self.frame, &q, place, &[]) else { continue };
+        let places = pushed_places(&self.frame, &q);
+        if places.is_empty() {
+            return Ok(());
+        }
+        let mut search = PushSearch::new(&self.frame, &q, &[]);
+        let mut screening = chain_screening(&mut self.frame, &[]);
+        for place in places {
+            let Some(form) = search.on(&self.fits, place) else { continue };
             let mut found: Vec<ScreenedShape> =
                 self.fits.along(&self.frame, |along| form.candidate(along)).into_iter().collect();
             let bank = chain_bank(&self.frame, &q, &[1.0, 0.3, 0.1]);
-            chain_screening(&mut self.frame, &[]).look(&self.frame, &mut found, &bank);
-            found.iter_mut().for_each(|f| f.evidence -= EACH_PUSH * form.pulses() as f64);
+            screening.look(&self.frame, &mut found, &bank);
+            found.iter_mut().for_each(|f| f.evidence -= CHAIN_SEARCH.each_push * form.pulses() as f64);
             all.extend(found);
         }
-        let families: Vec<ScreenedShape> = best_of_families(&all).into_iter().cloned().collect();
+        let families = best_of_chain(&all);
         self.leaders(&families, LEADERS[1])?;
         self.first.extend(families);
         self.first.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -324,8 +330,10 @@ impl ChainSearch<'_> {
     fn pairs(&mut self) -> Result<Vec<ChainPair>, ChainSearchError> {
         let mut pairs: Vec<ChainPair> = Vec::new();
         let best = self.effects.first().map_or(0.0, |h| self.gain(h));
-        for h in self.effects.iter().take(FIRST.0).cloned().collect::<Vec<_>>() {
-            let little = self.gain(&h) < FIRST.1.max(FIRST.2 * best) || h.left.largest_of_all() < LEFT;
+        let [nats, share] = CHAIN_SEARCH.first;
+        for h in self.effects.iter().take(FIRST).cloned().collect::<Vec<_>>() {
+            let little =
+                self.gain(&h) < nats.max(share * best) || h.left.largest_of_all() < CHAIN_SEARCH.left;
             if little || pairs.iter().any(|p| self.explains_all(&p.left)) {
                 continue;
             }

@@ -8,7 +8,7 @@ use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intensity::power;
 
-use super::candidate::{ScreenedShape, applied};
+use super::candidate::{ScreenedShape, applied, best_of_alike};
 use super::joint_along::UsualSizes;
 use super::laws::LawRef;
 use super::pushes::EACH;
@@ -87,24 +87,6 @@ pub fn play(effect: FittedEffect) -> FittedEffect {
 /// The best of each effect and place, best first.
 pub fn best_each(all: Vec<FittedEffect>) -> Vec<FittedEffect> {
     best_of_alike(all, |a, b| a.key() == b.key(), |h| h.evidence)
-}
-
-/// The best by evidence of those that are alike, best first.
-pub(super) fn best_of_alike<H>(
-    all: Vec<H>,
-    alike: impl Fn(&H, &H) -> bool,
-    evidence: impl Fn(&H) -> f64,
-) -> Vec<H> {
-    let mut best: Vec<H> = Vec::new();
-    for h in all {
-        match best.iter_mut().find(|b| alike(b, &h)) {
-            Some(b) if evidence(&h) > evidence(b) => *b = h,
-            Some(_) => {}
-            None => best.push(h),
-        }
-    }
-    best.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
-    best
 }
 
 /// Fits a candidate from the start of its frame.

@@ -115,3 +115,84 @@ pub struct SizeTail {
 
 /// Of the reference program for arms, as [`CHAIN`].
 pub const TAIL: SizeTail = SizeTail { wide: 6.0, cost: 1.0, better: 0.5, hopeless: 5.0 };
+
+/// Numbers by which the search of a chain goes on. Nats are of evidence, latents are in their floors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChainSearchLevels {
+    /// Nats that the prior of each push costs.
+    pub each_push: f64,
+    /// Nats that the prior of a delay costs.
+    pub delay: f64,
+    /// Nats that the prior of a spring in a rigid joint costs.
+    pub spring: f64,
+    /// A latent error of a reading counts as this share of a latent force.
+    pub of_readings: f64,
+    /// Latents above which something is left to explain.
+    pub left: f64,
+    /// Power of the latents, as a share of the first one, below which all is explained.
+    pub all: f64,
+    /// Share of the best gain from which on what explains all counts.
+    pub leads: f64,
+    /// Nats over the base below which a family is not fitted where another one is.
+    pub fitted: f64,
+    /// The same where none is.
+    pub fitted_alone: f64,
+    /// Share of the best gain below which a family is not fitted.
+    pub fitted_share: f64,
+    /// The same as soon as one explains all.
+    pub fitted_share_calm: f64,
+    /// Nats of the best from which on effects are fitted again, along their own trajectories and at further joints.
+    pub again: f64,
+    /// Share of the best gain from which on one is.
+    pub again_share: f64,
+    /// Nats that one more joint has to gain.
+    pub more_joints: f64,
+    /// A companion of dry friction below this share of its level is left out: lengths only add up.
+    pub companion: f64,
+    /// Nats, and share of the plain one's gain, that Stribeck's term has to be worth on top of plain friction.
+    pub falling: [f64; 2],
+    /// Share of the latents' power that Stribeck's friction may leave of the plain one's, and the latent force below which it need not.
+    pub falling_leaves: [f64; 2],
+    /// Nats of the screen, and share of its best, from which on a late channel has a frame.
+    pub late: [f64; 2],
+    /// Latents above which long delays are looked for, and latent forces above which a rigid joint has a spring.
+    pub loud: [f64; 2],
+    /// Nats that one more push has to gain, and the share of them that it has to gain before it is refined.
+    pub push: [f64; 2],
+    /// Nats, and share of the best gain, from which on a second is looked for.
+    pub first: [f64; 2],
+    /// Nats that a second has to gain in the screen.
+    pub second: f64,
+    /// Share of what one explains, in addition to the parameters, from which on another one can do the same.
+    pub same: f64,
+    /// Share of the first's power below which no push is looked for.
+    pub quiet: f64,
+}
+
+/// Of the reference program for arms, as [`CHAIN`].
+pub const CHAIN_SEARCH: ChainSearchLevels = ChainSearchLevels {
+    each_push: 6.0,
+    delay: 3.0,
+    spring: 4.0,
+    of_readings: 0.1,
+    left: 2.5,
+    all: 2e-3,
+    leads: 0.9,
+    fitted: 5.0,
+    fitted_alone: -3.0,
+    fitted_share: 0.08,
+    fitted_share_calm: 0.3,
+    again: 15.0,
+    again_share: 0.25,
+    more_joints: 12.0,
+    companion: -0.08,
+    falling: [12.0, 0.01],
+    falling_leaves: [0.7, 3.0],
+    late: [15.0, 0.15],
+    loud: [50.0, 4.0],
+    push: [22.0, 0.4],
+    first: [30.0, 0.4],
+    second: 15.0,
+    same: 0.9,
+    quiet: 0.02,
+};

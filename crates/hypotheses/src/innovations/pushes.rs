@@ -57,17 +57,10 @@ pub fn pursue(
         let mut screening = Screening::of_joint(frame, standing);
         screening.look(frame, &mut all, &bank(&current, &[1.0]));
         let Some(mut found) = all.into_iter().reduce(ScreenedShape::or_better) else { break };
-        for [by, factor] in STEPS {
-            let Some([begin, width]) = found.shape.pulses.last().copied() else { break };
-            let mut sets = Vec::new();
-            for i in [-1.0, 0.0, 1.0] {
-                for x in [1.0 / factor, 1.0, factor] {
-                    if i != 0.0 || x != 1.0 {
-                        let moved = [begin + i * by * width + 0.5 * width * (1.0 - x), width * x];
-                        sets.push([&got[..], &[moved]].concat());
-                    }
-                }
-            }
+        for step in STEPS {
+            let Some(pulse) = found.shape.pulses.last().copied() else { break };
+            let sets: Vec<Vec<[f64; 2]>> =
+                neighbours(pulse, step).into_iter().map(|p| [&got[..], &[p]].concat()).collect();
             let mut all = make(frame, &sets);
             screening.look(frame, &mut all, &[found.intensities.clone()]);
             found = all.into_iter().fold(found, |a, b| if b.evidence >= a.evidence { b } else { a });
@@ -86,6 +79,18 @@ pub fn pursue(
     best
 }
 
+/// Impulses around one: its begin moved by a step in widths, its width by a factor, about the same middle.
+pub(super) fn neighbours([begin, width]: [f64; 2], [by, factor]: [f64; 2]) -> Vec<[f64; 2]> {
+    let moves = [-1.0, 0.0, 1.0].into_iter().flat_map(|i| [1.0 / factor, 1.0, factor].map(|x| (i, x)));
+    let others = moves.filter(|(i, x)| *i != 0.0 || *x != 1.0);
+    others.map(|(i, x)| [begin + i * by * width + 0.5 * width * (1.0 - x), width * x]).collect()
+}
+
+/// A raised cosine over so many nodes.
+pub(super) fn raised_cosine(nodes: usize) -> Vec<f64> {
+    (0..nodes).map(|j| 0.5 * (1.0 - (2.0 * PI * j as f64 / nodes as f64).cos())).collect()
+}
+
 /// Begin and width of raised cosines that match the score of a force best.
 fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
     let Some(longest) = frame.runs.iter().max_by_key(|r| r.nodes) else { return Vec::new() };
@@ -102,7 +107,7 @@ fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
         if m > nodes {
             continue;
         }
-        let shape: Vec<f64> = (0..m).map(|j| 0.5 * (1.0 - (2.0 * PI * j as f64 / m as f64).cos())).collect();
+        let shape = raised_cosine(m);
         let match_at = |i: usize| shape.iter().zip(&g[i..]).map(|(a, b)| a * b).sum::<f64>().abs();
         let mut z: Vec<f64> = (0..=nodes - m).map(match_at).collect();
         for _ in 0..PLACES {

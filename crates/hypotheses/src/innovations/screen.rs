@@ -5,7 +5,7 @@ use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::gram::{GroupGram, PackedColumns, PassedBase};
 
-use super::candidate::ScreenedShape;
+use super::candidate::{ScreenedShape, best_of_alike};
 use super::joint_along::{UsualSizes, along_joint};
 use super::law::Refinement;
 use super::laws::LAWS;
@@ -47,13 +47,12 @@ pub trait ScreenedFrame {
     const TAILS: &'static [bool];
     /// Passes a base at each of these intensities.
     fn pass(&self, packed: &PackedColumns, bank: &[Vec<f64>]) -> Vec<PassedBase>;
-    /// Gram matrices of groups in addition to a base that was passed at the same intensities.
+    /// Gram matrices of groups in addition to a base that was passed.
     fn pass_groups(
         &self,
         packed: &PackedColumns,
         base: &PassedBase,
         groups: &[&[FilterColumn]],
-        q: &[f64],
     ) -> Vec<GroupGram>;
 }
 
@@ -67,9 +66,8 @@ impl ScreenedFrame for InnovationsFrame {
         packed: &PackedColumns,
         base: &PassedBase,
         groups: &[&[FilterColumn]],
-        q: &[f64],
     ) -> Vec<GroupGram> {
-        InnovationsFrame::pass_groups(self, packed, base, groups, q)
+        InnovationsFrame::pass_groups(self, packed, base, groups)
     }
 }
 
@@ -113,7 +111,7 @@ impl Screening {
             let Some((_, base)) = self.passed.iter().find(|p| p.0 == *q) else { continue };
             let groups: Vec<&[FilterColumn]> =
                 candidates.iter().map(|c| &c.terms.applied.columns[..]).collect();
-            let groups = frame.pass_groups(&self.packed, base, &groups, q);
+            let groups = frame.pass_groups(&self.packed, base, &groups);
             alone = alone.max(log_evidence(&base.gram, &self.priors).log);
             for ((c, group), tails) in candidates.iter_mut().zip(&groups).zip(&tails) {
                 let gram = base.gram.with(group);
@@ -208,19 +206,22 @@ pub fn sift(
     survey(frame, &mut screening, candidates, [&first, &rest], AGAIN)
 }
 
+/// The best of those that are alike, best first.
+pub fn best_of_families(
+    candidates: &[ScreenedShape],
+    alike: impl Fn(&ScreenedShape, &ScreenedShape) -> bool,
+) -> Vec<ScreenedShape> {
+    let possible = candidates.iter().filter(|c| c.is_possible()).collect();
+    let best = best_of_alike(possible, |a: &&ScreenedShape, b| alike(a, b), |c| c.evidence);
+    best.into_iter().cloned().collect()
+}
+
 /// The best of each effect and place, best first; and the best of their other forms.
 pub fn families(candidates: &[ScreenedShape]) -> (Vec<ScreenedShape>, Vec<ScreenedShape>) {
-    let mut all: Vec<&ScreenedShape> = candidates.iter().filter(|c| c.is_possible()).collect();
-    all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let (mut first, mut others): (Vec<ScreenedShape>, Vec<ScreenedShape>) = (Vec::new(), Vec::new());
-    for c in all {
-        let same = |o: &ScreenedShape| o.key() == c.key() && o.shape.form == c.shape.form;
-        if !first.iter().any(|o| o.key() == c.key()) {
-            first.push(c.clone());
-        } else if !first.iter().chain(&others).any(same) {
-            others.push(c.clone());
-        }
-    }
+    let first = best_of_families(candidates, |a, b| a.key() == b.key());
+    let each = |a: &ScreenedShape, b: &ScreenedShape| a.family(true) == b.family(true);
+    let mut others = best_of_families(candidates, each);
+    others.retain(|c| !first.iter().any(|f| each(f, c)));
     (first, others)
 }
 

@@ -75,6 +75,11 @@ pub struct JointFindings {
     pub pairs: Vec<FittedPair>,
 }
 
+/// Whether a recording has parameters of its own, but those that say how it begins.
+pub(super) fn has_own_parameters(r: &Recording) -> bool {
+    r.parameters.keys().any(|name| !name.starts_with("initial"))
+}
+
 /// A case's frame and plant.
 ///
 /// # Errors
@@ -88,14 +93,13 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     let sensors = || loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
     let doubted = sensors().any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
     let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
-    let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
     let known = [
         (!case.effects.is_empty(), "known effects"),
         (doubted, "gains, offsets and unknown delays"),
         (sensors().any(|s| s.delay != 0.0), "declared delays"),
         (sticks > slides, "static friction above Coulomb friction"),
         (case.doubt("gearRatio").is_some(), "a gear ratio that is not known"),
-        (loaded.recordings.values().any(own), "parameters of single recordings"),
+        (loaded.recordings.values().any(has_own_parameters), "parameters of single recordings"),
     ];
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointSearchError::Known { file: file(), what });

@@ -2,6 +2,7 @@
 
 use super::{input, parameter, state, waves};
 use trueup_numerics::Scalar;
+use trueup_plant::Lanes;
 
 /// What the position loop and the wave split make of the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -200,5 +201,13 @@ impl<T: Scalar> ControlledJoint<T> {
         x[state::INTEGRAL_TORQUE] = lag(x[state::INTEGRAL_TORQUE], command.integral(torque), exponent);
         x[state::HELD_OUTPUT] = torque / command.per_output;
         x
+    }
+}
+
+impl ControlledJoint<Lanes> {
+    /// [`sample`](Self::sample) after `h` s of a law whose frequency does not adapt, with its derivatives: compiled here alone.
+    #[inline(never)]
+    pub fn sample_lanes(&self, h: f64) -> [Lanes; state::COUNT] {
+        self.sample(Lanes::constant(h), None)
     }
 }

@@ -6,7 +6,7 @@ pub(super) type TrialVector = [f64; COORDINATES];
 /// Column by column; only what is on and below the diagonal is read.
 pub(super) type TrialMatrix = [TrialVector; COORDINATES];
 
-/// Puts L of m = L L' in the place of `m`, for the first `n` coordinates; `false`: it is not positive definite.
+/// Replaces `m` = L L' by L, for the first `n` coordinates; `false`: it is not positive definite.
 #[inline]
 pub(super) fn factor(m: &mut TrialMatrix, n: usize) -> bool {
     for j in 0..n {
@@ -28,7 +28,7 @@ pub(super) fn factor(m: &mut TrialMatrix, n: usize) -> bool {
     true
 }
 
-/// Puts x of L L' x = `b` in the place of `b`.
+/// Replaces `b` by x of L L' x = `b`.
 #[inline]
 pub(super) fn solve(l: &TrialMatrix, n: usize, b: &mut TrialVector) {
     for i in 0..n {
@@ -57,7 +57,7 @@ mod tests {
 
     use super::*;
 
-    /// Systems that nobody chose: the digits are those of the library that made the cases of today's keys.
+    /// Random systems: the digits are those of the library that made the cases of today's keys.
     #[test]
     fn its_digits_are_those_of_nalgebra() {
         for seed in 0..200 {

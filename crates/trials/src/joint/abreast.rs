@@ -207,7 +207,7 @@ mod tests {
     use super::*;
     use crate::draw::SeededDraw;
 
-    /// Joints, times and currents that nobody chose: abreast and alone, every digit of every reading is the same.
+    /// Random joints, times and currents: abreast and alone, every digit of every reading is the same.
     #[test]
     fn joints_abreast_move_as_each_of_them_alone() {
         let mut stopped = 0;

@@ -162,9 +162,9 @@ impl TrajectoryFrame {
     }
 
     fn filter_input(&self, recording: usize, q: &[f64]) -> FilterInput<'_> {
-        let run = &self.runs[recording];
-        let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
-        let size = 3 * n + channels;
+        let linear = &self.runs[recording].linear;
+        let n = self.coordinates();
+        let size = 3 * n + self.channels();
         let noise = |(step, pushed): (&PlantStep, &Vec<f64>)| {
             let mut noise = vec![0.0; size * size];
             for (to, from) in noise.chunks_mut(size).zip(pushed.chunks(2 * n)) {
@@ -180,19 +180,28 @@ impl TrajectoryFrame {
         for (k, s) in self.first_deviation.iter().chain(q).enumerate() {
             first[(size + 1) * k] = s * s;
         }
+        let noise = linear.steps.iter().zip(&linear.noise).map(noise).collect();
+        FilterInput { noise, first, ..self.passed_input(recording) }
+    }
+
+    /// What columns pass with gains at hand: no intensities.
+    fn passed_input(&self, recording: usize) -> FilterInput<'_> {
+        let run = &self.runs[recording];
+        let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
+        let size = 3 * n + channels;
         let variance = |(k, count): (usize, &f64)| {
             if *count > 0.0 { self.intake.channels[k % channels].variance / count } else { 0.0 }
         };
         FilterInput {
             steps: &run.linear.steps,
-            noise: run.linear.steps.iter().zip(&run.linear.noise).map(noise).collect(),
+            noise: Vec::new(),
             order: StepOrder::Own(nodes),
             unknown: &[],
             unknown_on: (0, 0),
             rows: &run.linear.rows,
             variance: run.readings.count.iter().enumerate().map(variance).collect(),
             counted: &run.readings.counted,
-            first,
+            first: vec![0.0; size * size],
             forces: n,
             channels,
             errors: channels,
@@ -295,15 +304,14 @@ impl TrajectoryFrame {
         PassedBase { gram, gains, innovations }
     }
 
-    /// Gram matrices of groups in addition to a base that was passed at the same intensities.
+    /// Gram matrices of groups in addition to a base that was passed.
     pub fn pass_groups(
         &self,
         packed: &PackedColumns,
         base: &PassedBase,
         groups: &[&[FilterColumn]],
-        q: &[f64],
     ) -> Vec<GroupGram> {
-        base.groups(packed, groups, |k| self.filter_input(k, q))
+        base.groups(packed, groups, |k| self.passed_input(k))
     }
 
     /// Gains of all recordings.

@@ -47,7 +47,7 @@ pub(crate) struct ReadyModel {
 }
 
 impl ReadyModel {
-    /// The options of `trueup fmu pack` that it stands for; `set`: values that go before its own.
+    /// The options of `trueup fmu pack` that it corresponds to; `set`: values that go before its own.
     pub(crate) fn of(packed: &PackedModel, set: &[String]) -> Result<Self, CliError> {
         let args = Pack {
             model: vec![packed.model.clone()],
