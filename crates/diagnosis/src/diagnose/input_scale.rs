@@ -106,13 +106,13 @@ pub fn gains(search: &CaseSearch<'_>) -> Vec<InputGain> {
         let one = |s: Seen<'_>| {
             let gain = s.gain?;
             Some(InputGain {
-                recording: s.name.to_owned(),
+                recording: s.name().to_owned(),
                 input: names[input].clone(),
                 gain: gain.value,
                 standard_deviation: gain.deviation,
             })
         };
-        acting_most(&runs, &[input], false).into_iter().filter_map(one).collect::<Vec<_>>()
+        acting_most(&runs, &[input]).into_iter().filter_map(one).collect::<Vec<_>>()
     };
     (0..names.len()).filter(recorded).flat_map(of).collect()
 }
@@ -233,7 +233,7 @@ fn partial_gain(seen: &Seen<'_>) -> Option<ScaleGain> {
 
 /// The case, where all gains are surely near one unit.
 fn every_recording(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
-    let gains = gains(seen);
+    let gains = named_gains(seen);
     let whole: Vec<_> = gains.iter().map(|(_, g)| g.cause(1.0)).collect();
     match whole.first() {
         Some(Some(cause)) if whole.iter().all(|c| c.is_some_and(|c| c.0 == cause.0)) => {
@@ -259,7 +259,7 @@ fn every_recording_by_partial_gains(seen: &[Seen<'_>], called: &str) -> Vec<(Str
     }
 }
 
-fn gains<'s>(seen: &'s [Seen<'_>]) -> Vec<(&'s str, ScaleGain)> {
+fn named_gains<'s>(seen: &'s [Seen<'_>]) -> Vec<(&'s str, ScaleGain)> {
     seen.iter().filter_map(|s| Some((s.name(), s.gain?))).collect()
 }
 
@@ -274,7 +274,7 @@ fn in_every_recording(called: &str, cause: &str, gains: &[(&str, ScaleGain)]) ->
 
 /// Files with what is wrong in them.
 fn single_recordings(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
-    let gains = gains(seen);
+    let gains = named_gains(seen);
     // Compared with the other recordings a gap in the model, which all have, drops out.
     let usual = |own: usize| {
         let sure = |g: &ScaleGain| g.value.abs() > SURE * g.deviation;
