@@ -129,7 +129,7 @@ fn other_formats() {
             "run.xlsx",
             b"PK",
             Unreadable,
-            &["`.xlsx` is no recording", ".csv, .parquet, .mat or .mcap"],
+            &["`.xlsx` is no recording", ".csv, .parquet, .mat, .h5 or .mcap"],
         ),
         ("packed", "run.csv.gz", b"\x1f\x8b", Unreadable, &["`.gz`", "unpack"]),
     ];
