@@ -209,7 +209,7 @@ fn how_the_rotors_are_coupled_is_read_from_the_case() {
     for (declared, message) in [
         ("motorCoupling = \"loose\"", "motorCoupling: `loose` is none of paper, geared"),
         ("baseMass = \"heavy\"", "baseMass: heavy is no number"),
-        ("baseMass = -3.0", "baseMass: -3 is outside 0 .. inf"),
+        ("baseMass = -3.0", "baseMass: it is -3 and has to be above 0"),
     ] {
         let error = load(declared).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");

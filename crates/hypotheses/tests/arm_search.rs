@@ -102,7 +102,7 @@ fn what_an_arm_has_that_the_engine_does_not_know_is_refused_by_name() {
     fn sensor(l: &mut Loaded) -> &mut SensorData {
         &mut l.recordings.values_mut().flat_map(|r| &mut r.channels).last().unwrap().sensor
     }
-    let changes: [(&str, Change); 6] = [
+    let changes: [(&str, Change); 7] = [
         ("a payload", |l| l.case.payload = Some(3)),
         ("known effects", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: Some(1), given: Vec::new() });
@@ -112,6 +112,12 @@ fn what_an_arm_has_that_the_engine_does_not_know_is_refused_by_name() {
         ("single recordings", |l| {
             let first = l.recordings.values_mut().next().unwrap();
             first.parameters.insert("baseMass".into(), ParameterValue::Number(50.0));
+        }),
+        ("its rigid joint", |l| {
+            for recording in l.recordings.values_mut() {
+                let joint = recording.channel("jointAngle[2]").unwrap().clone();
+                recording.channels.push(Channel { name: "motorAngle[2]".into(), ..joint });
+            }
         }),
         ("base or tip", |l| {
             let first = l.recordings.values_mut().next().unwrap();

@@ -101,6 +101,14 @@ fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static s
     known.into_iter().find(|k| k.0).map(|k| k.1)
 }
 
+/// Whether two channels show one coordinate: a motor and its link where the model has a rigid joint. What moves them apart is a
+/// spring, which a frame without one takes for an error of both readings.
+fn shown_twice(frame: &TrajectoryFrame) -> bool {
+    let mut shown: Vec<usize> = frame.intake.channels.iter().filter_map(|c| c.state).collect();
+    shown.sort_unstable();
+    shown.windows(2).any(|pair| pair[0] == pair[1])
+}
+
 /// Fits the model alone; leaves a frame where hypotheses begin.
 ///
 /// # Errors
@@ -109,10 +117,14 @@ pub fn chain_null(
     loaded: &Loaded,
     structures: &PlantStructures,
 ) -> Result<(TrajectoryFrame, ChainNull), ChainSearchError> {
+    let unknown = |what| ChainSearchError::Known { file: loaded.case.file.display().to_string(), what };
     if let Some(what) = not_known(loaded, structures) {
-        return Err(ChainSearchError::Known { file: loaded.case.file.display().to_string(), what });
+        return Err(unknown(what));
     }
     let mut frame = TrajectoryFrame::new(loaded, structures.plant.clone(), &structures.nominal, &[])?;
+    if shown_twice(&frame) {
+        return Err(unknown("readings of a motor next to those of its rigid joint"));
+    }
     frame.start()?;
     let q = frame.intensities.clone();
     let nominal = frame.clone().fit(&|_| Vec::new(), None, &q, ROUNDS[0], true)?.evidence;
