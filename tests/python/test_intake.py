@@ -255,5 +255,6 @@ def test_a_doubt_of_0_is_a_known_value(tmp_path, trueup):
     done = trueup("diagnose", case, "-o", tmp_path / "out", "--verdict-only", "--json")
     assert done.returncode == 0, done.stderr
     diagnosis = json.loads(done.stdout)
-    assert diagnosis["verdict"] in ("no-gap", "parameters") and diagnosis["candidates"], diagnosis["verdict"]
+    assert diagnosis["verdict"] in ("no-gap", "parameters"), diagnosis["verdict"]
+    assert diagnosis["gap"]["overall"]["after"] < 1.05 * diagnosis["gap"]["overall"]["floor"], diagnosis["gap"]["overall"]
     assert diagnosis["unknown"]["probability"] < 0.5
