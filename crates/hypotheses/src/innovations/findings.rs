@@ -7,8 +7,9 @@ use trueup_estimation::innovations::trajectory::structures::{CasePlantError, Pla
 use trueup_signals::Loaded;
 
 use super::along::PlantAlong;
+use super::candidate::ScreenedShape;
 use super::chain_along::{ChainSizes, FrameMechanics, along_chain};
-use super::chain_effect::ChainEffect;
+use super::chain_effect::{ChainEffect, place_of};
 use super::chain_form::EffectForm;
 use super::chain_pairs::ChainPair;
 use super::chain_search::{ChainFindings, ChainSearchError, search_chain};
@@ -87,6 +88,8 @@ pub struct CaseFindings {
     pub alone: FoundEffect,
     /// Effects, best first.
     pub effects: Vec<FoundEffect>,
+    /// What the screen has besides, best first, with its evidence there: not fitted, no values.
+    pub screened: Vec<FoundEffect>,
     /// The two effects that the verdict names.
     pub pair: Option<FoundEffect>,
     /// The verdict.
@@ -149,6 +152,7 @@ fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
             causes: Vec::new(),
         },
         effects: found.effects.iter().map(effect).collect(),
+        screened: Vec::new(),
         pair,
         judged,
     }
@@ -173,7 +177,8 @@ fn joint_cause(
     FoundCause { id, place: shape.place.to_owned(), joint: 0, impulses: shape.pulses.len(), values }
 }
 
-fn of_chain(found: &ChainFindings) -> CaseFindings {
+/// Those of a chain.
+pub fn of_chain(found: &ChainFindings) -> CaseFindings {
     let (null, judged) = (&found.null, judge_chain(found));
     let mut effects: Vec<FoundEffect> = found.effects.iter().map(|h| chain_effect(h, &found.sizes)).collect();
     // Friction of a rigid joint is of one body, whichever of both has it.
@@ -193,6 +198,7 @@ fn of_chain(found: &ChainFindings) -> CaseFindings {
             theta: null.fit.theta.clone(),
             causes: Vec::new(),
         },
+        screened: screened(found),
         pair: pair.map(|p| chain_pair(p, &found.sizes)),
         effects,
         judged,
@@ -227,6 +233,36 @@ fn chain_effect(h: &ChainEffect, sizes: &ChainSizes) -> FoundEffect {
     };
     let (evidence, power) = (h.evidence, h.left.power());
     FoundEffect { key: (h.id, h.place()), evidence, power, theta: h.fit.theta.clone(), causes }
+}
+
+/// Families of the screen that gain there and were not fitted.
+fn screened(found: &ChainFindings) -> Vec<FoundEffect> {
+    let Some(frame) = found.effects.first().map(|h| &h.frame) else { return Vec::new() };
+    let null = &found.null;
+    let names: Vec<&str> = frame.intake.channels.iter().map(|c| &*c.name).collect();
+    let fitted = |c: &ScreenedShape| {
+        found.effects.iter().any(|h| h.key() == (c.law.id(), c.shape.place, &c.shape.channels))
+    };
+    let gain = |c: &ScreenedShape| c.evidence - found.base;
+    let left = found.screen.iter().filter(|c| gain(c) > 0.0 && !fitted(c));
+    let effect = |c: &ScreenedShape| {
+        let shape = &c.shape;
+        let cause = |joint, channel: Option<usize>| FoundCause {
+            id: c.law.cause(shape),
+            place: place_in(&names, shape, channel),
+            joint,
+            impulses: shape.pulses.len(),
+            values: Vec::new(),
+        };
+        FoundEffect {
+            key: (c.law.id(), place_of(frame, shape)),
+            evidence: null.fit.evidence + gain(c),
+            power: null.left.power(),
+            theta: null.fit.theta.clone(),
+            causes: each_place(shape, cause),
+        }
+    };
+    left.map(effect).collect()
 }
 
 fn chain_pair(p: &ChainPair, sizes: &ChainSizes) -> FoundEffect {
@@ -290,11 +326,21 @@ fn at_places(
 ) -> Vec<FoundCause> {
     let of = |joint: usize, channel: Option<usize>| FoundCause {
         id: law.cause(shape),
-        place: channel.map_or_else(|| shape.place.to_owned(), |c| format!("sensor:{}", names[c])),
+        place: place_in(names, shape, channel),
         joint,
         impulses: if shape.only.is_empty() { shape.pulses.len() } else { 1 },
         values: law.values(&LawFit { along, shape, joint, channel, amplitudes, put_back }),
     };
+    each_place(shape, of)
+}
+
+/// Where a shape acts, at one of its channels if it has some.
+fn place_in(names: &[&str], shape: &LawShape, channel: Option<usize>) -> String {
+    channel.map_or_else(|| shape.place.to_owned(), |c| format!("sensor:{}", names[c]))
+}
+
+/// One for each joint or channel of a shape.
+fn each_place<T>(shape: &LawShape, of: impl Fn(usize, Option<usize>) -> T) -> Vec<T> {
     match &shape.channels[..] {
         [] => shape.joints().iter().map(|j| of(*j, None)).collect(),
         channels => channels.iter().map(|c| of(0, Some(*c))).collect(),
