@@ -74,7 +74,7 @@ pub struct FoundEffect {
     pub evidence: f64,
     /// Power of the latents that are left.
     pub power: f64,
-    /// The plant's parameters.
+    /// The plant's parameters, of a joint behind them gains and offsets of inputs.
     pub theta: Vec<f64>,
     /// Places at which it acts.
     pub causes: Vec<FoundCause>,
@@ -117,12 +117,16 @@ pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
 
 fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
     let (null, sizes) = (&found.null, &found.null.sizes);
+    let own = null.names.len();
+    let of_rig =
+        |theta: &[f64]| -> (Vec<String>, Vec<f64>) { null.rig.reported(&theta[own..]).into_iter().unzip() };
+    let values = |theta: &[f64]| [&theta[..own], &of_rig(theta).1].concat();
     let key = |(id, place): (&'static str, &'static str)| -> ReportedEffect { (id, place.to_owned()) };
     let effect = |h: &FittedEffect| FoundEffect {
         key: key(h.key()),
         evidence: h.evidence,
         power: h.power(),
-        theta: h.fit.theta.clone(),
+        theta: values(&h.fit.theta),
         causes: vec![joint_cause(h, (h.id, &h.shape), &h.fit.amplitudes, &h.fit.theta, sizes)],
     };
     let together = |p: &&FittedPair| judged.set == [p.first, p.second].map(key);
@@ -134,17 +138,17 @@ fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
             key: key(p.first),
             evidence: p.evidence,
             power: power(&p.fit.q),
-            theta: p.fit.theta.clone(),
+            theta: values(&p.fit.theta),
             causes: vec![cause(h.id, &h.shape, a), cause(p.second.0, &p.shape, b)],
         })
     });
     CaseFindings {
-        names: null.names.iter().map(|n| (*n).to_owned()).collect(),
+        names: null.names.iter().map(|n| (*n).to_owned()).chain(of_rig(&null.theta).0).collect(),
         alone: FoundEffect {
             key: ("", String::new()),
             evidence: null.evidence,
             power: power(&null.q),
-            theta: null.theta.clone(),
+            theta: values(&null.theta),
             causes: Vec::new(),
         },
         effects: found.effects.iter().map(effect).collect(),
