@@ -57,7 +57,10 @@ TRUTH = {
         "base": {"force": vector("baseForce", 3), "position": vector("basePosition", 3), "velocity": vector("baseVelocity", 3)},
         "tip": {"force": [f"tipForce[1,{k}]" for k in (1, 2, 3)], "velocity": [f"tipVelocity[1,{k}]" for k in (1, 2, 3)]},
     },
-    "FlexibleArm": joints(6, ("current", "motorCurrent"), **MOTION),
+    "FlexibleArm": {
+        **joints(6, ("current", "motorCurrent"), **MOTION),
+        "tip": {"force": [f"tipForce[1,{k}]" for k in (1, 2, 3)], "torque": [f"tipTorque[1,{k}]" for k in (1, 2, 3)]},
+    },
     "FreeBody": {
         "base": {"force": ["portForce[1,1]", "portForce[1,2]"], "torque": ["portTorque[1]"], "velocity": ["portVelocity[1,1]", "portVelocity[1,2]"]}
     },

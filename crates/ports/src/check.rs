@@ -3,7 +3,8 @@
 use crate::conjugate::asymmetry;
 use crate::experiment::{DirectionalComparison, Experiment};
 use crate::guess::short;
-use crate::quantity::{FmuQuantities, PortKind};
+use crate::kind::PortKind;
+use crate::quantity::FmuQuantities;
 use crate::roles::{FmuPorts, PortPlace, PortRole};
 
 /// Outcome of a check.

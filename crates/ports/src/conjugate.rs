@@ -5,7 +5,8 @@
 //! holds, the one with most inputs is taken, among those the one that names suggest.
 
 use crate::experiment::Experiment;
-use crate::quantity::{FmuQuantities, PortKind};
+use crate::kind::PortKind;
+use crate::quantity::FmuQuantities;
 use crate::words::affinity;
 
 /// The velocity of an input.
@@ -47,6 +48,16 @@ struct ConjugateSearch<'a> {
     steps: usize,
     best: (usize, f64),
     found: Vec<Vec<Option<usize>>>,
+}
+
+/// An input at its place in the search.
+struct OrderedInput {
+    /// How names suggest its best output.
+    name: f64,
+    /// Other inputs that agree with that output.
+    most: usize,
+    at: usize,
+    candidates: Vec<(usize, f64)>,
 }
 
 /// Assigns outputs to inputs; `false`: not all assignments were tried.
@@ -145,20 +156,25 @@ impl ConjugateSearch<'_> {
             };
             (0..n).filter(|other| *other != at && with(*other)).count()
         };
-        let mut ordered: Vec<(f64, usize, usize, Vec<(usize, f64)>)> = (0..n)
+        let mut ordered: Vec<OrderedInput> = (0..n)
             .map(|at| {
                 let mut list: Vec<(usize, usize, f64)> =
                     self.candidates[at].iter().map(|(k, name)| (agreeing(at, *k), *k, *name)).collect();
                 list.sort_by(|a, b| b.2.total_cmp(&a.2).then(b.0.cmp(&a.0)));
                 let (name, most) = list.first().map_or((f64::NEG_INFINITY, 0), |c| (c.2, c.0));
-                (name, most, at, list.into_iter().map(|(_, k, name)| (k, name)).collect())
+                OrderedInput {
+                    name,
+                    most,
+                    at,
+                    candidates: list.into_iter().map(|(_, k, name)| (k, name)).collect(),
+                }
             })
             .collect();
-        ordered.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
+        ordered.sort_by(|a, b| b.name.total_cmp(&a.name).then(b.most.cmp(&a.most)));
         let (inputs, scaled) = (self.inputs.clone(), self.scaled.clone());
-        self.inputs = ordered.iter().map(|o| inputs[o.2]).collect();
-        self.scaled = ordered.iter().map(|o| scaled[o.2]).collect();
-        self.candidates = ordered.into_iter().map(|o| o.3).collect();
+        self.inputs = ordered.iter().map(|o| inputs[o.at]).collect();
+        self.scaled = ordered.iter().map(|o| scaled[o.at]).collect();
+        self.candidates = ordered.into_iter().map(|o| o.candidates).collect();
     }
 
     /// Two pairs of an input and an output can both be conjugate.

@@ -14,13 +14,14 @@ use std::sync::Arc;
 use trueup_fmi_import::{ImportError, UnpackedFmu, UsedInterface};
 
 use crate::error::PortsError;
-use crate::quantity::{FmuQuantities, FmuQuantity, PortKind};
+use crate::kind::PortKind;
+use crate::quantity::{FmuQuantities, FmuQuantity};
 
 pub use directional::DirectionalComparison;
 pub use gear::GearFit;
 
 /// Rows of a matrix.
-pub type MatrixRows = Vec<Vec<f64>>;
+pub type SensitivityRows = Vec<Vec<f64>>;
 
 /// Outputs over points or along runs.
 #[derive(Clone, Debug)]
@@ -28,16 +29,16 @@ pub(crate) enum ObservedMotion {
     /// Outputs, and their derivatives by time with the inputs held, at points.
     Points(Vec<[Vec<f64>; 2]>),
     /// Outputs at evenly spaced times; the step in s.
-    Paths(Vec<(f64, MatrixRows)>),
+    Paths(Vec<(f64, SensitivityRows)>),
 }
 
 /// The FMU at its start: derivatives by its states.
 #[derive(Clone, Debug)]
 pub(crate) struct RestPoint {
     /// Of the outputs.
-    pub(crate) outputs: MatrixRows,
+    pub(crate) outputs: SensitivityRows,
     /// Of the outputs' derivatives by time.
-    pub(crate) flows: MatrixRows,
+    pub(crate) flows: SensitivityRows,
 }
 
 /// What the FMU offers, and whether it holds.
@@ -65,9 +66,9 @@ pub struct Experiment {
     /// What it offers.
     pub offers: FmuCapabilities,
     /// d(dy/dt)/du of outputs by inputs, at each point where it was measured.
-    pub mobilities: Vec<MatrixRows>,
+    pub mobilities: Vec<SensitivityRows>,
     /// dy/du.
-    pub direct: MatrixRows,
+    pub direct: SensitivityRows,
     /// Step of each input that moves something; `None`: none did.
     pub amplitudes: Vec<Option<f64>>,
     /// Co-Simulation: outputs answer an input's step one communication step late.
@@ -75,7 +76,7 @@ pub struct Experiment {
     pub(crate) motion: ObservedMotion,
     pub(crate) rest: Option<RestPoint>,
     /// For each input the run with its step alone (Co-Simulation).
-    pub(crate) alone: Vec<Option<(f64, MatrixRows)>>,
+    pub(crate) alone: Vec<Option<(f64, SensitivityRows)>>,
 }
 
 /// Inputs that may drive something: by their kind, or all where no kind is known.

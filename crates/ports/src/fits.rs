@@ -6,7 +6,8 @@ use trueup_cosim::system::SourceSpan;
 use trueup_cosim::{InputMistake, suggestion};
 use trueup_fmi_description::description::DescriptionCausality;
 
-use crate::quantity::{FmuQuantities, FmuQuantity, PortKind, causality};
+use crate::kind::PortKind;
+use crate::quantity::{FmuQuantities, FmuQuantity, causality};
 use crate::roles::{FmuPorts, PortRole, PortVariable};
 
 /// Every mistake of a user's file.

@@ -7,8 +7,9 @@ use trueup_numerics::ShortNumber;
 use trueup_signals::base_name;
 
 use crate::conjugate::{ConjugatePair, conjugates};
-use crate::experiment::{Experiment, MatrixRows};
-use crate::quantity::{FmuQuantities, PortKind};
+use crate::experiment::{Experiment, SensitivityRows};
+use crate::kind::PortKind;
+use crate::quantity::FmuQuantities;
 use crate::roles::{FmuPorts, PortFigure, PortPlace, PortRole, PortSensor, PortVariable};
 use crate::words::{self, NamedSite, affinity};
 
@@ -51,7 +52,7 @@ impl PortsDraft<'_> {
     fn output(&self, k: usize) -> &str {
         &self.all.outputs[k].name
     }
-    fn mobility(&self) -> &MatrixRows {
+    fn mobility(&self) -> &SensitivityRows {
         &self.e.mobilities[0]
     }
     fn pair(&self, input: usize) -> Option<&ConjugatePair> {
@@ -82,7 +83,7 @@ impl PortsDraft<'_> {
     }
 
     /// Torques that change the angular momentum of the whole by themselves act from outside: all elements of one variable, or none.
-    fn from_outside(&self, input: usize) -> bool {
+    fn is_from_outside(&self, input: usize) -> bool {
         let rows =
             || (0..self.all.outputs.len()).filter(|k| self.all.outputs[*k].kind == PortKind::AngularMomentum);
         let whole = |j: usize| {

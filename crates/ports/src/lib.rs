@@ -13,6 +13,7 @@ pub mod fits;
 pub mod guess;
 pub mod insert;
 pub mod keys;
+pub mod kind;
 pub mod quantity;
 pub mod read;
 pub mod roles;

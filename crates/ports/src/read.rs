@@ -14,7 +14,7 @@ use crate::roles::{
     BODY_ROLES, FmuPorts, JOINT_ROLES, PortFigure, PortPlace, PortRole, PortSensor, PortVariable,
 };
 
-type TomlValue<'i> = Spanned<DeValue<'i>>;
+type PortsTomlValue<'i> = Spanned<DeValue<'i>>;
 
 struct PortsReader<'a> {
     file: &'a Path,
@@ -76,7 +76,7 @@ impl PortsReader<'_> {
         }
     }
 
-    fn table<'t, 'i>(&mut self, value: &'t TomlValue<'i>, what: &str) -> Option<&'t DeTable<'i>> {
+    fn table<'t, 'i>(&mut self, value: &'t PortsTomlValue<'i>, what: &str) -> Option<&'t DeTable<'i>> {
         let table = value.get_ref().as_table();
         if table.is_none() {
             let kind = value.get_ref().type_str();
@@ -88,7 +88,7 @@ impl PortsReader<'_> {
         table
     }
 
-    fn text(&mut self, value: &TomlValue, key: &str) -> Option<String> {
+    fn text(&mut self, value: &PortsTomlValue, key: &str) -> Option<String> {
         let text = value.get_ref().as_str().map(str::to_owned);
         if text.is_none() {
             let kind = value.get_ref().type_str();
@@ -97,7 +97,7 @@ impl PortsReader<'_> {
         text
     }
 
-    fn number(&mut self, value: &TomlValue, key: &str) -> Option<f64> {
+    fn number(&mut self, value: &PortsTomlValue, key: &str) -> Option<f64> {
         let text = match value.get_ref() {
             DeValue::Integer(i) if i.radix() == 10 => Some(i.as_str()),
             DeValue::Float(f) => Some(f.as_str()),
@@ -115,7 +115,7 @@ impl PortsReader<'_> {
     /// Entries in the order of the file.
     fn entries<'t, 'i>(
         table: &'t DeTable<'i>,
-    ) -> Vec<(&'t Spanned<std::borrow::Cow<'i, str>>, &'t TomlValue<'i>)> {
+    ) -> Vec<(&'t Spanned<std::borrow::Cow<'i, str>>, &'t PortsTomlValue<'i>)> {
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         entries
@@ -144,7 +144,7 @@ impl PortsReader<'_> {
         }
     }
 
-    fn place(&mut self, place: PortPlace, value: &TomlValue, keys: Keys, roles: &[PortRole]) {
+    fn place(&mut self, place: PortPlace, value: &PortsTomlValue, keys: Keys, roles: &[PortRole]) {
         let title = place.table();
         let Some(table) = self.table(value, &title) else { return };
         self.known(table, &format!("[{title}]"), keys);
@@ -193,7 +193,7 @@ impl PortsReader<'_> {
         }
     }
 
-    fn sensor(&mut self, name: &Spanned<std::borrow::Cow<str>>, value: &TomlValue) {
+    fn sensor(&mut self, name: &Spanned<std::borrow::Cow<str>>, value: &PortsTomlValue) {
         let title = format!("sensors.\"{}\"", name.get_ref());
         let Some(table) = self.table(value, &title) else { return };
         self.known(table, &format!("[{title}]"), keys::SENSOR);

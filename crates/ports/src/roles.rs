@@ -2,7 +2,7 @@
 
 use trueup_fmi_description::description::DescriptionCausality;
 
-use crate::quantity::PortKind;
+use crate::kind::PortKind;
 
 /// Where a port is.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

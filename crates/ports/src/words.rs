@@ -2,7 +2,7 @@
 
 use trueup_fmi_description::description::DescriptionCausality;
 
-use crate::quantity::PortKind;
+use crate::kind::PortKind;
 
 /// The side of a joint, or the body, that a name suggests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,7 +16,7 @@ use trueup_cosim::system::{Algorithm, ComponentInterface};
 pub(crate) use arm::{ArmCommand, ArmMap};
 pub(crate) use case::{Check, Init, Schema, SchemaOf};
 pub(crate) use identify::{Identify, Statics};
-pub(crate) use ports::Ports;
+pub(crate) use ports::PortsCommand;
 pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{Merge, ReportMap, SweepCommand, SweepFollowUp};
@@ -45,7 +45,7 @@ pub(crate) enum CliCommand {
     /// Report what recordings, sensors and excitation can determine, and what is wrong with them, before any fit
     Check(Check),
     /// Draft and check what the variables of anybody's FMU mean, and which effects can act where
-    Ports(Ports),
+    Ports(PortsCommand),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares

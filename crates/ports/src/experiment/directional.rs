@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use trueup_fmi_import::{AnyInstance, ImportError, UnpackedFmu};
 
-use super::MatrixRows;
+use super::SensitivityRows;
 use crate::quantity::FmuQuantities;
 
 /// Differences of width 6e-6 do not resolve derivatives below that.
@@ -30,7 +30,7 @@ pub struct DirectionalComparison {
 pub(super) fn error(
     fmu: &Arc<UnpackedFmu>,
     all: &FmuQuantities,
-    differences: [&MatrixRows; 2],
+    differences: [&SensitivityRows; 2],
 ) -> Result<DirectionalComparison, ImportError> {
     let d = fmu.description();
     let rates: Vec<_> = d.structure.derivatives.iter().filter_map(|u| d.resolve(u.reference)).collect();

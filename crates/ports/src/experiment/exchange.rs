@@ -10,7 +10,7 @@ use trueup_numerics::hybrid::At;
 use trueup_plant::{LANES, Lanes, Plant};
 
 use super::{
-    Experiment, FmuCapabilities, MatrixRows, ObservedMotion, RestPoint, directional, effort, velocity,
+    Experiment, FmuCapabilities, ObservedMotion, RestPoint, SensitivityRows, directional, effort, velocity,
 };
 use crate::error::PortsError;
 use crate::quantity::FmuQuantities;
@@ -42,7 +42,7 @@ struct Place {
     modes: [i32; 1],
 }
 
-struct Moved<'a> {
+struct MovedFmu<'a> {
     plant: HybridFmu,
     all: &'a FmuQuantities,
     start: f64,
@@ -55,7 +55,7 @@ struct Moved<'a> {
     pick: Vec<usize>,
 }
 
-impl<'a> Moved<'a> {
+impl<'a> MovedFmu<'a> {
     fn new(plant: HybridFmu, d: &Description, all: &'a FmuQuantities, start: f64) -> Self {
         let table = plant.table();
         let place: HashMap<&str, usize> =
@@ -123,7 +123,7 @@ impl<'a> Moved<'a> {
     }
 
     /// Derivatives of rates and outputs by the states.
-    fn by_states(&self, place: &Place) -> [MatrixRows; 2] {
+    fn by_states(&self, place: &Place) -> [SensitivityRows; 2] {
         let n = place.x.len();
         let constant = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
         let (u, p) = (constant(&place.u), constant(&self.p));
@@ -149,7 +149,7 @@ impl<'a> Moved<'a> {
     }
 
     /// d(dy/dt)/du and dy/du by steps of the inputs of this size: mechanical systems are affine in them.
-    fn by_inputs(&self, place: &Place, by_states: &MatrixRows, step: f64) -> [MatrixRows; 2] {
+    fn by_inputs(&self, place: &Place, by_states: &SensitivityRows, step: f64) -> [SensitivityRows; 2] {
         let outputs = self.pick.len();
         let mut found = [vec![vec![0.0; place.u.len()]; outputs], vec![vec![0.0; place.u.len()]; outputs]];
         for (j, q) in self.all.inputs.iter().enumerate() {
@@ -178,12 +178,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).filter(|(a, _)| **a != 0.0).map(|(a, b)| a * b).sum()
 }
 /// Derivatives of dy/dt by the states.
-fn flows(rates: &MatrixRows, outputs: &MatrixRows) -> MatrixRows {
+fn flows(rates: &SensitivityRows, outputs: &SensitivityRows) -> SensitivityRows {
     let column = |i: usize| rates.iter().map(|row| row[i]).collect::<Vec<_>>();
     let columns: Vec<Vec<f64>> = (0..rates.len()).map(column).collect();
     outputs.iter().map(|row| columns.iter().map(|by| dot(row, by)).collect()).collect()
 }
-fn finite(rows: &MatrixRows) -> bool {
+fn finite(rows: &SensitivityRows) -> bool {
     rows.iter().flatten().all(|v| v.is_finite())
 }
 
@@ -191,7 +191,7 @@ pub(super) fn run(fmu: &Arc<UnpackedFmu>, all: &FmuQuantities) -> Result<Experim
     let d = fmu.description();
     let start = d.experiment.start_time.unwrap_or(0.0);
     let plant = HybridFmu::new(fmu, start).map_err(|e| PortsError::Fmu(e.to_string()))?;
-    let mut m = Moved::new(plant.by_differences(), d, all, start);
+    let mut m = MovedFmu::new(plant.by_differences(), d, all, start);
     let mut x0 = m.x0.clone();
     m.plant.start(&m.p, &mut x0);
     m.failure()?;
@@ -221,10 +221,10 @@ pub(super) fn run(fmu: &Arc<UnpackedFmu>, all: &FmuQuantities) -> Result<Experim
         let each = m.u0.iter().zip(&m.all.inputs).zip(&signs);
         each.map(|((u, q), s)| if effort(q) { u + by * q.nominal * (s + s.signum()) } else { *u }).collect()
     };
-    let answers = |mobility: &MatrixRows, j: usize| {
+    let answers = |mobility: &SensitivityRows, j: usize| {
         all.outputs.iter().zip(mobility).any(|(q, row)| velocity(q) && row[j] != 0.0)
     };
-    let mut best: Option<(usize, f64, [MatrixRows; 2], RestPoint)> = None;
+    let mut best: Option<(usize, f64, [SensitivityRows; 2], RestPoint)> = None;
     let efforts: Vec<usize> = (0..all.inputs.len()).filter(|j| effort(&all.inputs[*j])).collect();
     for by in LADDER {
         let Ok(place) = m.go(&m.x0, nudged(by)) else { continue };

@@ -6,9 +6,10 @@ use trueup_fmi_import::{
     AnyInstance, ExperimentSetup, ImportError, InstanceOptions, UnpackedFmu, UsedInterface, fmi3,
 };
 
-use super::{Experiment, FmuCapabilities, MatrixRows, ObservedMotion, effort, failed, velocity};
+use super::{Experiment, FmuCapabilities, ObservedMotion, SensitivityRows, effort, failed, velocity};
 use crate::error::PortsError;
-use crate::quantity::{FmuQuantities, PortKind};
+use crate::kind::PortKind;
+use crate::quantity::FmuQuantities;
 use crate::words::{self, NamedSite};
 
 /// Steps of an input that are tried, in its nominal value.
@@ -64,7 +65,7 @@ impl<'a> RepeatedRun<'a> {
     }
 
     /// Outputs at the start and after each step; fewer where the FMU ends the run.
-    fn run(&mut self, u: &[f64], steps: usize, step: f64) -> Result<MatrixRows, ImportError> {
+    fn run(&mut self, u: &[f64], steps: usize, step: f64) -> Result<SensitivityRows, ImportError> {
         let mut instance = self.begin(u)?;
         let mut rows = vec![self.outputs(&mut instance)?];
         for k in 0..steps {
@@ -173,7 +174,7 @@ pub(super) fn run(fmu: &Arc<UnpackedFmu>, all: &FmuQuantities) -> Result<Experim
 fn amplitude(
     runs: &mut RepeatedRun,
     u0: &[f64],
-    base: &MatrixRows,
+    base: &SensitivityRows,
     j: usize,
     step: f64,
     watched: &[usize],

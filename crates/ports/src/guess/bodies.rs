@@ -1,7 +1,7 @@
 //! Forces and torques on base and tip.
 
 use super::PortsDraft;
-use crate::quantity::PortKind;
+use crate::kind::PortKind;
 use crate::roles::{PortPlace, PortRole};
 use crate::words::{self, NamedSite};
 
@@ -19,7 +19,7 @@ impl PortsDraft<'_> {
             .iter()
             .copied()
             .filter(|j| !base.contains(j) && !tip.contains(j))
-            .filter(|j| force(self, *j) && !self.of_a_joint(*j) || self.from_outside(*j))
+            .filter(|j| force(self, *j) && !self.of_a_joint(*j) || self.is_from_outside(*j))
             .collect();
         let alone = moving.iter().all(|j| unnamed.contains(j));
         if alone && self.one_body(&unnamed) {

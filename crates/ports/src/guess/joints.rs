@@ -2,16 +2,23 @@
 
 use super::{PortsDraft, short};
 use crate::experiment::GearFit;
-use crate::quantity::{FmuQuantity, PortKind};
+use crate::kind::PortKind;
+use crate::quantity::FmuQuantity;
 use crate::roles::{PortPlace, PortRole};
 use crate::words::{self, NamedSite, affinity};
+
+/// One side of a joint: its velocity, and the output whose derivative that is, with the difference.
+#[derive(Clone, Copy)]
+struct DraftSide {
+    velocity: usize,
+    angle: Option<(usize, f64)>,
+}
 
 /// One joint while it is drafted.
 struct DraftJoint {
     drive: usize,
-    /// Velocity and angle.
-    motor: (usize, Option<(usize, f64)>),
-    link: Option<(usize, Option<(usize, f64)>, GearFit)>,
+    motor: DraftSide,
+    link: Option<(DraftSide, GearFit)>,
     external: Option<usize>,
 }
 
@@ -33,13 +40,13 @@ impl PortsDraft<'_> {
                 continue;
             }
             let Some(pair) = self.pair(*j) else { continue };
-            let motor = (pair.output, self.angle_of(pair.output));
+            let motor = self.side(pair.output);
             // The torque on the link is conjugate to a velocity that a spring couples to the motor's.
             let partner =
                 drives.iter().filter(|x| *x != j && self.may_be_both_sides(*j, **x)).find_map(|x| {
                     let other = self.pair(*x)?;
-                    let gear = self.coupled(motor, (other.output, self.angle_of(other.output)), *j)?;
-                    (!self.e.same(motor.0, other.output)).then_some((*x, gear))
+                    let gear = self.coupled(motor, self.side(other.output), *j)?;
+                    (!self.e.same(motor.velocity, other.output)).then_some((*x, gear))
                 });
             let Some((x, gear)) = partner else {
                 joints.push(self.alone(*j, motor));
@@ -48,9 +55,9 @@ impl PortsDraft<'_> {
             let (drive, external) = self.motor_of(*j, x, gear);
             links.push(external);
             joints.retain(|joint| joint.drive != external);
-            let of = |input: usize| self.pair(input).map_or(motor, |p| (p.output, self.angle_of(p.output)));
+            let of = |input: usize| self.pair(input).map_or(motor, |p| self.side(p.output));
             let (motor, link) = (of(drive), of(external));
-            let link = self.coupled(motor, link, drive).map(|gear| (link.0, link.1, gear));
+            let link = self.coupled(motor, link, drive).map(|gear| (link, gear));
             if !joints.iter().any(|joint| joint.drive == drive) {
                 joints.push(DraftJoint { drive, motor, link, external: Some(external) });
             }
@@ -95,13 +102,12 @@ impl PortsDraft<'_> {
         self.e.rest.is_some() || suggested && affinity(self.input(j), self.input(x)) >= 0.0
     }
 
-    fn coupled(
-        &self,
-        (vm, qm): (usize, Option<(usize, f64)>),
-        (vl, ql): (usize, Option<(usize, f64)>),
-        drive: usize,
-    ) -> Option<GearFit> {
-        self.e.gear([qm?.0, vm], [ql?.0, vl], drive)
+    fn side(&self, velocity: usize) -> DraftSide {
+        DraftSide { velocity, angle: self.angle_of(velocity) }
+    }
+
+    fn coupled(&self, motor: DraftSide, link: DraftSide, drive: usize) -> Option<GearFit> {
+        self.e.gear([motor.angle?.0, motor.velocity], [link.angle?.0, link.velocity], drive)
     }
 
     /// Which of two inputs turns the motor, then the other.
@@ -134,10 +140,10 @@ impl PortsDraft<'_> {
     }
 
     /// A joint with one input: its link is a velocity that is coupled to the motor's, or the same.
-    fn alone(&mut self, drive: usize, motor: (usize, Option<(usize, f64)>)) -> DraftJoint {
-        let kind = self.all.outputs[motor.0].kind;
+    fn alone(&mut self, drive: usize, motor: DraftSide) -> DraftJoint {
+        let kind = self.all.outputs[motor.velocity].kind;
         let twins: Vec<usize> = (0..self.all.outputs.len())
-            .filter(|k| self.all.outputs[*k].kind == kind && self.e.same(motor.0, *k))
+            .filter(|k| self.all.outputs[*k].kind == kind && self.e.same(motor.velocity, *k))
             .collect();
         let at = |site| {
             twins.iter().copied().filter(|k| words::site(self.output(*k)) == Some(site)).max_by(|a, b| {
@@ -146,28 +152,30 @@ impl PortsDraft<'_> {
             })
         };
         if twins.len() > 1 {
-            let motor = at(NamedSite::Motor).map_or(motor, |v| (v, self.angle_of(v)));
+            let motor = at(NamedSite::Motor).map_or(motor, |v| self.side(v));
             let link = at(NamedSite::Link)
-                .filter(|v| *v != motor.0)
-                .or_else(|| twins.iter().copied().find(|v| *v != motor.0));
-            let link = link.map(|v| (v, self.angle_of(v), GearFit { ratio: 1.0, error: 0.0, rigid: true }));
+                .filter(|v| *v != motor.velocity)
+                .or_else(|| twins.iter().copied().find(|v| *v != motor.velocity));
+            let link = link.map(|v| (self.side(v), GearFit { ratio: 1.0, error: 0.0, rigid: true }));
             return DraftJoint { drive, motor, link, external: None };
         }
         let taken = |k: &usize| self.pairs.iter().any(|p| self.e.same(p.output, *k));
-        let mut partners: Vec<(usize, Option<(usize, f64)>, GearFit)> = (0..self.all.outputs.len())
-            .filter(|k| *k != motor.0 && self.all.outputs[*k].kind == kind && !taken(k))
-            .filter_map(|k| Some((k, self.angle_of(k), self.coupled(motor, (k, self.angle_of(k)), drive)?)))
+        let mut partners: Vec<(DraftSide, GearFit)> = (0..self.all.outputs.len())
+            .filter(|k| *k != motor.velocity && self.all.outputs[*k].kind == kind && !taken(k))
+            .filter_map(|k| Some((self.side(k), self.coupled(motor, self.side(k), drive)?)))
             .collect();
-        let name = |k: usize| affinity(self.output(motor.0), self.output(k));
-        partners.sort_by(|a, b| name(b.0).total_cmp(&name(a.0)).then(a.2.error.total_cmp(&b.2.error)));
+        let name = |k: usize| affinity(self.output(motor.velocity), self.output(k));
+        let name = |side: DraftSide| name(side.velocity);
+        partners.sort_by(|a, b| name(b.0).total_cmp(&name(a.0)).then(a.1.error.total_cmp(&b.1.error)));
         if let [first, second, ..] = partners[..]
             && name(first.0) == name(second.0)
         {
-            let names: Vec<String> = partners.iter().map(|p| format!("`{}`", self.output(p.0))).collect();
+            let names: Vec<String> =
+                partners.iter().map(|p| format!("`{}`", self.output(p.0.velocity))).collect();
             let what = format!(
                 "which of {} is the link behind `{}` cannot be known",
                 names.join(", "),
-                self.output(motor.0)
+                self.output(motor.velocity)
             );
             self.ports.open.push(what);
             return DraftJoint { drive, motor, link: None, external: None };
@@ -189,18 +197,21 @@ impl PortsDraft<'_> {
     fn joint(&mut self, joint: &DraftJoint, place: &PortPlace) {
         let q = &self.all.inputs[joint.drive];
         let role = if q.kind == PortKind::Current { PortRole::Current } else { PortRole::Torque };
-        let moves =
-            format!("{}, accelerates {} at once", self.by(&q.unit, q.by_name), self.output(joint.motor.0));
+        let moves = format!(
+            "{}, accelerates {} at once",
+            self.by(&q.unit, q.by_name),
+            self.output(joint.motor.velocity)
+        );
         self.put(place, role, q.name.clone(), moves);
         let pair = self.pair(joint.drive).cloned();
-        if let Some((angle, error)) = joint.motor.1 {
-            let what = format!("its derivative is {} ({})", self.output(joint.motor.0), short(error));
+        if let Some((angle, error)) = joint.motor.angle {
+            let what = format!("its derivative is {} ({})", self.output(joint.motor.velocity), short(error));
             self.put(place, PortRole::MotorAngle, self.output(angle).to_owned(), what);
         }
         let what = pair.map_or_else(String::new, |p| self.conjugate_reason(&p));
-        self.put(place, PortRole::MotorVelocity, self.output(joint.motor.0).to_owned(), what);
-        if let Some((velocity, angle, gear)) = joint.link {
-            self.link(place, joint, (velocity, angle), gear);
+        self.put(place, PortRole::MotorVelocity, self.output(joint.motor.velocity).to_owned(), what);
+        if let Some((side, gear)) = joint.link {
+            self.link(place, joint, side, gear);
         }
         if let Some(x) = joint.external {
             let q = &self.all.inputs[x];
@@ -213,7 +224,7 @@ impl PortsDraft<'_> {
         if role == PortRole::Current {
             self.torque_constant(place, joint.drive);
         }
-        if joint.link.is_some_and(|l| !l.2.rigid) {
+        if joint.link.is_some_and(|l| !l.1.rigid) {
             self.transmission(place, joint.drive);
         }
     }
@@ -222,12 +233,12 @@ impl PortsDraft<'_> {
         &mut self,
         place: &PortPlace,
         joint: &DraftJoint,
-        (velocity, angle): (usize, Option<(usize, f64)>),
+        DraftSide { velocity, angle }: DraftSide,
         gear: GearFit,
     ) {
         let coupled = match gear.rigid {
-            true => format!("moves with {} as one", self.output(joint.motor.0)),
-            false => format!("a spring couples it to {}", self.output(joint.motor.0)),
+            true => format!("moves with {} as one", self.output(joint.motor.velocity)),
+            false => format!("a spring couples it to {}", self.output(joint.motor.velocity)),
         };
         if let Some((angle, error)) = angle {
             let what = format!("its derivative is {} ({})", self.output(velocity), short(error));

@@ -7,7 +7,7 @@ use trueup_cosim::system::ComponentInterface;
 use super::deadline;
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Ports {
+pub(crate) struct PortsCommand {
     /// The FMU: FMI 2.0 or 3.0, of any tool. It is run, in a process of its own where there are any (Linux)
     pub(crate) fmu: PathBuf,
     /// Check this file instead of drafting one

@@ -9,12 +9,12 @@ use trueup_cosim::system::ComponentInterface;
 use trueup_fmi_import::{UnpackedFmu, UsedInterface};
 use trueup_ports::{Experiment, FmuPorts, FmuQuantities, check, fits, guess, insert, read, write};
 
-use crate::args::Ports;
+use crate::args::PortsCommand;
 use crate::error::CliError;
 use crate::output::say;
 use report::PortsReport;
 
-pub(crate) fn run(args: &Ports) -> Result<(), CliError> {
+pub(crate) fn run(args: &PortsCommand) -> Result<(), CliError> {
     let target = target(args)?;
     let fmu = UnpackedFmu::open(&args.fmu).map_err(|e| CliError::Failed(e.to_string()))?;
     let all = FmuQuantities::of(fmu.description()).map_err(|e| CliError::at(&args.fmu, e))?;
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Ports) -> Result<(), CliError> {
 }
 
 /// Where the draft goes; refused before any work where that is a file that is there.
-fn target(args: &Ports) -> Result<Option<PathBuf>, CliError> {
+fn target(args: &PortsCommand) -> Result<Option<PathBuf>, CliError> {
     if args.ports.is_some() || args.print || args.json && args.output.is_none() {
         return Ok(None);
     }
@@ -87,7 +87,7 @@ fn given(file: &Path, fmu: &Path, all: &FmuQuantities) -> Result<FmuPorts, CliEr
     }
 }
 
-fn interface(args: &Ports, fmu: &UnpackedFmu) -> Result<UsedInterface, CliError> {
+fn interface(args: &PortsCommand, fmu: &UnpackedFmu) -> Result<UsedInterface, CliError> {
     let d = fmu.description();
     let (exchange, steps) = (d.model_exchange.is_some(), d.co_simulation.is_some());
     match args.interface {
@@ -105,7 +105,7 @@ fn interface(args: &Ports, fmu: &UnpackedFmu) -> Result<UsedInterface, CliError>
 }
 
 /// The FMU runs in a process of its own where there are any.
-fn alone(args: &Ports, fmu: &Arc<UnpackedFmu>) -> Result<(), CliError> {
+fn alone(args: &PortsCommand, fmu: &Arc<UnpackedFmu>) -> Result<(), CliError> {
     match crate::isolate::isolation(Some(args.deadline)) {
         Ok(isolation) => fmu.isolate(&isolation),
         Err(_) => return crate::isolate::keep(&args.fmu.display().to_string()),
