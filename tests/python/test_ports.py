@@ -141,11 +141,13 @@ def test_effects_of_an_arm(trueup, fmu):
 
 
 def renamed(file, folder, seed):
-    """The FMU with drawn names of letters that mean nothing, and what each was."""
+    """The FMU with drawn names of letters that mean nothing, and what each was. An odd seed gives elements of FMI 2.0 names of their
+    own, without indices."""
     dice, names = random.Random(seed), {}
+    of_its_own = seed % 2 == 1 and "fmi2" in file.name
 
     def new(name):
-        base, index = re.fullmatch(r"(.*?)((?:\[[\d,]+\])?)", name).groups()
+        base, index = (name, "") if of_its_own else re.fullmatch(r"(.*?)((?:\[[\d,]+\])?)", name).groups()
         if base not in names:
             word = ""
             while not word or word in names.values():
@@ -182,7 +184,7 @@ def kept(file, interface, trueup, tmp_path, seed):
 @pytest.mark.parametrize("version", (2, 3))
 def test_drawn_names_of_a_joint(trueup, fmu, tmp_path, version):
     """Units and structure are enough: current, motor, link, torque on the link, gear ratio."""
-    seed = 100 + version
+    seed = 101 + version
     found, roles = kept(fmu("TwoMassJoint", version), "me", trueup, tmp_path, seed)
     by_name = ("stiffness", "damping", "transmissionTorque")
     truth = {p: {r: v for r, v in of.items() if r not in by_name} for p, of in TRUTH["TwoMassJoint"].items()}
@@ -375,6 +377,13 @@ def fails(faulty, version, interface, what, call):
 @pytest.mark.parametrize("version", (pytest.param(2, marks=pytest.mark.full), 3))
 def test_an_fmu_that_fails_is_an_error_with_its_name(faulty, version, interface, what, call):
     assert fails(faulty, version, interface, what, call) == 1
+
+
+def test_where_model_exchange_fails_co_simulation_is_used(faulty):
+    command = [from_environment("TRUEUP_BIN"), "ports", faulty / "faulty3.fmu", "--json", "--deadline", "5"]
+    done = subprocess.run(command, env={**os.environ, "FAULT": "error derivatives 1"}, capture_output=True, text=True)
+    assert done.returncode == 0 and json.loads(done.stdout)["interface"] == "Co-Simulation", done.stderr
+    assert "note: Model Exchange: " in done.stderr and "faulty3.fmu" in done.stderr
 
 
 @pytest.mark.full

@@ -93,11 +93,18 @@ pub(super) fn run(fmu: &Arc<UnpackedFmu>, all: &FmuQuantities) -> Result<Experim
     let interface = d.co_simulation.clone().unwrap_or_default();
     let given = interface.fixed_internal_step_size.or(e.step_size).filter(|h| *h > 0.0 && h.is_finite());
     let long = given.unwrap_or_else(|| span.map_or(1e-3, |s| s / 1000.0));
-    let short = if interface.can_handle_variable_communication_step_size { long / 10.0 } else { long };
+    // An FMU that steps on a grid of its own shows nothing between its points.
+    let fixed = interface.fixed_internal_step_size.is_some()
+        || !interface.can_handle_variable_communication_step_size;
+    let mut short = if fixed { long } else { long / 10.0 };
 
     let mut runs = RepeatedRun::new(fmu, all);
     let u0: Vec<f64> = all.inputs.iter().map(|q| q.start).collect();
-    let base = runs.run(&u0, 2, short).map_err(&fail)?;
+    let mut base = runs.run(&u0, 2, short).map_err(&fail)?;
+    if base.len() < 3 && short < long {
+        short = long;
+        base = runs.run(&u0, 2, short).map_err(&fail)?;
+    }
     if base.len() < 3 {
         let why =
             "it does not make two steps from its start, or its outputs are not finite; see `trueup simulate`";
@@ -109,9 +116,17 @@ pub(super) fn run(fmu: &Arc<UnpackedFmu>, all: &FmuQuantities) -> Result<Experim
     let mut mobility = vec![vec![0.0; inputs]; outputs];
     let mut direct = mobility.clone();
     let (mut amplitudes, mut late) = (vec![None; inputs], vec![false; inputs]);
-    for (j, q) in all.inputs.iter().enumerate().filter(|(_, q)| effort(q)) {
-        amplitudes[j] =
-            amplitude(&mut runs, &u0, &base, j, short, &watched).map_err(&fail)?.map(|by| by * q.factor);
+    let efforts: Vec<usize> = (0..inputs).filter(|j| effort(&all.inputs[*j])).collect();
+    loop {
+        for j in &efforts {
+            let by = amplitude(&mut runs, &u0, &base, *j, short, &watched).map_err(&fail)?;
+            amplitudes[*j] = by.map(|by| by * all.inputs[*j].factor);
+        }
+        if efforts.is_empty() || short >= long || amplitudes.iter().any(Option::is_some) {
+            break;
+        }
+        short = long;
+        base = runs.run(&u0, 2, short).map_err(&fail)?;
     }
     let stepped = |from: &[f64], j: usize| -> Vec<f64> {
         let mut u = from.to_vec();

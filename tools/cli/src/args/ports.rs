@@ -13,7 +13,7 @@ pub(crate) struct PortsCommand {
     /// Check this file instead of drafting one
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["output", "force", "print"])]
     pub(crate) ports: Option<PathBuf>,
-    /// Interface of the experiments: me (Model Exchange) or cs (Co-Simulation); Model Exchange where it is offered
+    /// Interface of the experiments: me (Model Exchange) or cs (Co-Simulation); Model Exchange where it is offered and works
     #[arg(long, value_name = "me|cs")]
     pub(crate) interface: Option<ComponentInterface>,
     /// File for the draft; ports.toml next to the FMU when not given. With --json it is written only if it is given

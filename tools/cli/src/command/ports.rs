@@ -12,6 +12,7 @@ use trueup_ports::{Experiment, FmuPorts, FmuQuantities, check, fits, guess, inse
 use crate::args::PortsCommand;
 use crate::error::CliError;
 use crate::output::say;
+use crate::voice;
 use report::PortsReport;
 
 pub(crate) fn run(args: &PortsCommand) -> Result<(), CliError> {
@@ -19,9 +20,19 @@ pub(crate) fn run(args: &PortsCommand) -> Result<(), CliError> {
     let fmu = UnpackedFmu::open(&args.fmu).map_err(|e| CliError::Failed(e.to_string()))?;
     let all = FmuQuantities::of(fmu.description()).map_err(|e| CliError::at(&args.fmu, e))?;
     let given = args.ports.as_ref().map(|file| given(file, &args.fmu, &all)).transpose()?;
-    let interface = interface(args, &fmu)?;
+    let mut interface = interface(args, &fmu)?;
     alone(args, &fmu)?;
-    let found = Experiment::run(&fmu, &all, interface).map_err(|e| CliError::Failed(e.to_string()))?;
+    let found = Experiment::run(&fmu, &all, interface).or_else(|why| {
+        // Not requested, so the other one will do.
+        let other = args.interface.is_none() && interface == UsedInterface::ModelExchange;
+        if !other || fmu.description().co_simulation.is_none() {
+            return Err(why);
+        }
+        voice::note(&format!("Model Exchange: {why}; the experiments are by Co-Simulation"));
+        interface = UsedInterface::CoSimulation;
+        Experiment::run(&fmu, &all, interface)
+    });
+    let found = found.map_err(|e| CliError::Failed(e.to_string()))?;
     let name = args.fmu.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let drafted = given.is_none();
     let ports = given.unwrap_or_else(|| guess::guess(&found, &all, &name));
