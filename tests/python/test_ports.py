@@ -7,6 +7,7 @@ import random
 import re
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import zipfile
 from collections import defaultdict
@@ -341,6 +342,73 @@ def test_an_fmu_in_python_without_units(trueup, tmp_path):
     assert {"current-saturation", "nonlinear-viscous-friction", "gravity-torque"} <= can
     # Without an FMU state no trial step can be taken back.
     assert "stribeck-friction" not in can
+
+
+# Two links under gravity in MuJoCo, with dry friction: no units, outputs in an order of its own.
+MUJOCO = """
+import mujoco
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+XML = \'\'\'<mujoco><option timestep="1e-4" gravity="0 -9.81 0"/><worldbody>
+<body><joint name="a" axis="0 0 1" armature="0.02" damping="0.1"/><geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.03" mass="2"/>
+<body pos="0.4 0 0"><joint name="b" axis="0 0 1" damping="0.05" frictionloss="0.2"/><geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" mass="1"/>
+</body></body></worldbody><actuator><motor joint="a"/><motor joint="b"/></actuator></mujoco>\'\'\'
+NAMES = {names}
+
+
+class Arm(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.model = mujoco.MjModel.from_xml_string(XML)
+        self.data = mujoco.MjData(self.model)
+        self.values = [0.0] * 6
+        for k, name in enumerate(NAMES):
+            causality = Fmi2Causality.input if k < 2 else Fmi2Causality.output
+            reader, writer = self.access(k)
+            self.register_variable(Real(name, causality=causality, variability=Fmi2Variability.continuous, getter=reader, setter=writer))
+
+    def access(self, k):
+        return lambda: self.values[k], lambda v: self.values.__setitem__(k, v)
+
+    def do_step(self, time, step):
+        self.data.ctrl[:] = self.values[:2]
+        for _ in range(max(1, round(step / 1e-4))):
+            mujoco.mj_step(self.model, self.data)
+        q, v = map(float, self.data.qpos), map(float, self.data.qvel)
+        self.values[3], self.values[5] = q
+        self.values[4], self.values[2] = v
+        return True
+"""
+
+
+def mujoco_fmu(trueup, folder, names):
+    pytest.importorskip("pythonfmu")
+    pytest.importorskip("mujoco")
+    (folder / "arm.py").write_text(MUJOCO.format(names=names))
+    subprocess.run([sys.executable, "-m", "pythonfmu", "build", "-f", "arm.py", "-d", "."], cwd=folder, check=True)
+    # The Python within the FMU finds packages where this one does.
+    done = trueup("ports", folder / "Arm.fmu", "--json", env={**os.environ, "PYTHONPATH": sysconfig.get_paths()["purelib"]})
+    if "needs Python's library" in done.stderr:
+        pytest.skip(f"PythonFMU needs Python's shared library: {done.stderr.strip()}")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.full
+def test_an_arm_of_mujoco(trueup, tmp_path):
+    """What moves most is the last link, whatever the torque: reciprocity finds the pairs also where numbers are exchanged."""
+    found = mujoco_fmu(trueup, tmp_path, ["tau_b", "tau_a", "qd_x", "q_y", "qd_z", "q_u"])
+    pairs = {tuple(v["variable"] for v in found["variables"] if v["place"] == p and v["role"] in r) for p in ("joint.1", "joint.2") for r in [("torque", "motorAngle", "motorVelocity")]}
+    assert pairs == {("tau_b", "q_y", "qd_z"), ("tau_a", "q_u", "qd_x")}, found
+    assert not contradicted(found) and not found["open"]
+    reciprocity = next(c["figure"] for c in found["checks"] if c["check"] == "reciprocity")
+    assert reciprocity < 1e-6
+
+
+@pytest.mark.full
+def test_an_arm_whose_names_and_units_give_nothing(trueup, tmp_path):
+    found = mujoco_fmu(trueup, tmp_path, ["aa", "bb", "cc", "dd", "ee", "ff"])
+    assert not found["variables"] and "no joint and no body is drafted" in found["open"][-1]
 
 
 def test_power_that_comes_out_is_contradicted(trueup, tmp_path):

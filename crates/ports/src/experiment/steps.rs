@@ -16,6 +16,8 @@ use crate::words::{self, NamedSite};
 const LADDER: std::ops::RangeInclusive<i32> = -4..=6;
 /// Change of a velocity that is enough, rad/s or m/s.
 const ENOUGH: f64 = 1e-3;
+/// Steps of all inputs together, in those that move something: friction that is smoothed about rest is at its level, too.
+const TOGETHER: f64 = 10.0;
 /// Growth of a velocity from one step to two: 2 where the input accelerates it at once, 4 through a damper, 8 through a spring.
 const AT_ONCE: f64 = 3.0;
 /// Steps of a run that shows motion.
@@ -128,17 +130,17 @@ pub(super) fn run(fmu: &Arc<UnpackedFmu>, all: &FmuQuantities) -> Result<Experim
         short = long;
         base = runs.run(&u0, 2, short).map_err(&fail)?;
     }
-    let stepped = |from: &[f64], j: usize| -> Vec<f64> {
+    let stepped = |from: &[f64], j: usize, times: f64| -> Vec<f64> {
         let mut u = from.to_vec();
-        u[j] += amplitudes[j].unwrap_or(1.0) / all.inputs[j].factor;
+        u[j] += times * amplitudes[j].unwrap_or(1.0) / all.inputs[j].factor;
         u
     };
     // All of them together: friction holds nothing, and is in both runs, so that their difference is without it.
     let moving: Vec<usize> = (0..inputs).filter(|j| amplitudes[*j].is_some()).collect();
-    let together = moving.iter().fold(u0.clone(), |u, j| stepped(&stepped(&u, *j), *j));
+    let together = moving.iter().fold(u0.clone(), |u, j| stepped(&u, *j, TOGETHER));
     let rows = runs.run(&together, 2, short).map_err(&fail)?;
     for j in &moving {
-        let more = runs.run(&stepped(&together, *j), 2, short).map_err(&fail)?;
+        let more = runs.run(&stepped(&together, *j, 1.0), 2, short).map_err(&fail)?;
         if rows.len() < 3 || more.len() < 3 {
             continue;
         }
@@ -158,7 +160,7 @@ pub(super) fn run(fmu: &Arc<UnpackedFmu>, all: &FmuQuantities) -> Result<Experim
     let mut alone = vec![None; inputs];
     let mut paths = vec![(short, runs.run(&together, LONG, short).map_err(&fail)?)];
     for j in &moving {
-        let u = stepped(&stepped(&u0, *j), *j);
+        let u = stepped(&u0, *j, 2.0);
         paths.push((short, runs.run(&u, LONG, short).map_err(&fail)?));
         // A joint's spring shows itself later; a body has none.
         let q = &all.inputs[*j];
