@@ -88,9 +88,17 @@ fn mistakes_have_their_line_and_a_remedy() {
     }
 }
 
+/// An effect that acts on readings acts on all of them: its places are channels.
 #[test]
 fn every_effect_of_the_library_has_a_rule_at_each_of_its_places() {
-    let ours: BTreeSet<&str> = insert::ids().into_iter().collect();
-    let library: BTreeSet<&str> = effect::ALL.iter().map(|e| e.spec().id).collect();
+    let ours: BTreeSet<String> = insert::rules().map(str::to_owned).collect();
+    let placed = |spec: &effect::Spec| -> Vec<String> {
+        match spec.places {
+            [] => vec![spec.id.to_owned()],
+            _ if spec.id.starts_with("sensor-") => vec![spec.id.to_owned()],
+            places => places.iter().map(|p| format!("{}:{}", spec.id, p.name)).collect(),
+        }
+    };
+    let library: BTreeSet<String> = effect::ALL.iter().flat_map(|e| placed(e.spec())).collect();
     assert_eq!(ours, library);
 }

@@ -2,7 +2,7 @@
 
 use trueup_fmi_import::UsedInterface;
 
-use crate::check::{ONE_COORDINATE, PortCheck, PortOutcome, contradicted};
+use crate::check::{ONE_COORDINATE, PortCheck, contradicted};
 use crate::experiment::Experiment;
 use crate::roles::{FmuPorts, PortPlace, PortRole};
 
@@ -105,11 +105,9 @@ const NEEDS: &[(&str, InsertionNeed)] = &[
     ("sensor-delay", Output { angle: false }),
 ];
 
-/// Ids of the effects that have rules, each once, without places.
-pub fn ids() -> Vec<&'static str> {
-    let mut all: Vec<&str> = NEEDS.iter().map(|(id, _)| id.split(':').next().unwrap_or(id)).collect();
-    all.dedup();
-    all
+/// Ids of the effects that have rules, with their places where an effect has a rule for each.
+pub fn rules() -> impl Iterator<Item = &'static str> {
+    NEEDS.iter().map(|(id, _)| *id)
 }
 
 struct InsertionRules<'a> {
@@ -321,9 +319,4 @@ impl InsertionRules<'_> {
             None => Err("it needs `mass` of [base]".into()),
         }
     }
-}
-
-/// Whether anything was contradicted.
-pub fn any_contradicted(checks: &[PortCheck]) -> bool {
-    checks.iter().any(|c| c.outcome == PortOutcome::Contradicted)
 }
