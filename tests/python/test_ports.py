@@ -15,7 +15,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from conftest import BY_VERSION, from_environment
+from conftest import MODELS, from_environment
 from test_faulty_fmus import drawn
 from test_faulty_fmus import fmus as faulty  # noqa: F401
 
@@ -91,8 +91,11 @@ def contradicted(found):
     return [c for c in found["checks"] if c["outcome"] == "contradicted"]
 
 
-@pytest.mark.parametrize("interface", [pytest.param("me"), pytest.param("cs", marks=pytest.mark.full)])
-@pytest.mark.parametrize("model, version", BY_VERSION)
+SHORT = [("TwoMassJoint", 2, "me"), ("TwoMassJoint", 3, "cs"), ("PlanarManipulator", 3, "me"), ("FlexibleArm", 3, "me"), ("JointController", 3, "me")]
+EVERY = [(model, version, interface) for model in MODELS for version in (2, 3) for interface in INTERFACES]
+
+
+@pytest.mark.parametrize("model, version, interface", [pytest.param(*of, marks=[] if of in SHORT else pytest.mark.full) for of in EVERY])
 def test_our_own_as_those_of_others(trueup, fmu, model, version, interface):
     found, roles = drafted(trueup, fmu(model, version), interface)
     wrong, missing = differences(roles, TRUTH.get(model, {}))
@@ -441,7 +444,7 @@ def fails(faulty, version, interface, what, call):
     return done.returncode
 
 
-@pytest.mark.parametrize("interface, what, call", FAULTS)
+@pytest.mark.parametrize("interface, what, call", [pytest.param(*f, marks=[] if f in FAULTS[::4] else pytest.mark.full) for f in FAULTS])
 @pytest.mark.parametrize("version", (pytest.param(2, marks=pytest.mark.full), 3))
 def test_an_fmu_that_fails_is_an_error_with_its_name(faulty, version, interface, what, call):
     assert fails(faulty, version, interface, what, call) == 1
