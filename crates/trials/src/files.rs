@@ -30,8 +30,7 @@ pub(crate) fn whole(path: &Path, text: &str) -> Result<(), TrialError> {
 }
 
 pub(crate) fn folder(path: &Path) -> Result<(), TrialError> {
-    fs::create_dir_all(path)
-        .map_err(|e| TrialError::at(path, format!("the folder cannot be made: {e}; name another one")))
+    fs::create_dir_all(path).map_err(|e| TrialError::at(path, e))
 }
 
 fn csv(r: &TrialRecording) -> String {
@@ -162,12 +161,7 @@ pub(crate) fn write(directory: &Path, mut case: TrialCase) -> Result<String, Tri
 pub(crate) fn cases(directory: &Path) -> Result<Vec<String>, TrialError> {
     let path = directory.join("cases");
     let mut names = Vec::new();
-    let all = fs::read_dir(&path).map_err(|e| {
-        let why =
-            format!("it has no folder `cases` that can be read ({e}); `trueup trial generate` makes one");
-        TrialError::at(directory, why)
-    })?;
-    for entry in all {
+    for entry in fs::read_dir(&path).map_err(|e| TrialError::at(&path, e))? {
         let entry = entry.map_err(|e| TrialError::at(&path, e))?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if !name.starts_with('.') && entry.path().is_dir() {

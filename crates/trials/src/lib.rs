@@ -82,9 +82,6 @@ pub fn generate_corpus(
     mut said: impl FnMut(usize, &str),
 ) -> Result<(), TrialError> {
     let all = read_corpus(file)?;
-    if all.is_empty() {
-        return Err(TrialError::at(file, "there is no case in it; `trueup trial corpus` fills it"));
-    }
     let (i, n) = shard;
     files::folder(to.directory)?;
     judge::corpus::mark(to.directory, file)?;

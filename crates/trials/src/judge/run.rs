@@ -75,9 +75,8 @@ pub fn run(
     mut said: impl FnMut(&str, &CaseEnd),
 ) -> Result<(), TrialError> {
     let JudgedRun { trials, results, shard, limit } = *run;
-    let cases = files::cases(trials)?;
     files::folder(results)?;
-    for (i, name) in cases.iter().enumerate() {
+    for (i, name) in files::cases(trials)?.iter().enumerate() {
         if i % shard.1 != shard.0 - 1 {
             continue;
         }

@@ -25,6 +25,11 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
     if let Some(file) = a.corpus.as_ref().filter(|file| !file.is_file()) {
         return Err(CliError::at(file, "there is no such corpus; `trueup trial corpus` writes one"));
     }
+    if let Some(file) = &a.corpus
+        && trueup_trials::read_corpus(file).map_err(failed)?.is_empty()
+    {
+        return Err(CliError::at(file, "there is no case in it; `trueup trial corpus` fills it"));
+    }
     folder(&a.output)?;
     a.cache.iter().try_for_each(|cache| folder_of("--cache", cache))?;
     let to = Folders { directory: &a.output, cache: a.cache.as_deref() };
@@ -56,7 +61,14 @@ pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
             "there is no such program; name a build of trueup with --program",
         ));
     }
+    if !a.directory.join("cases").is_dir() {
+        return Err(CliError::at(
+            &a.directory,
+            "it has no folder `cases`; `trueup trial generate` makes one",
+        ));
+    }
     let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
+    folder_of("--results", &results)?;
     let child = child::Child::new(&program, a.verdict_only, a.engine, a.limit)?;
     let mut failures = 0;
     let each = |name: &str, ran: &CaseEnd| match ran {
