@@ -192,6 +192,8 @@ KNOWN = [
     (2, "cs", False, "close2", "instantiate", 1), (3, "me", False, "huge", "states", 1), (3, "me", True, "huge", "number", 1),
     (3, "me", True, "none", "states", 2), (3, "me", False, "two", "states", 1), (3, "me", False, "none", "number", 1),
     (2, "cs", False, "ends_nan", "step", 7), (2, "cs", True, "ends_far", "step", 2), (3, "cs", False, "ends_back", "step", 7), (3, "cs", False, "ends_nan", "step", 2),
+    (2, "cs", True, "forks", "instantiate", 1), (3, "cs", True, "forks", "step", 2), (2, "me", True, "forks", "derivatives", 7),
+    (2, "me", False, "forks", "exit_initialization", 1), (3, "cs", False, "forks", "step", 2),
 ]
 
 
