@@ -3,7 +3,9 @@
 //!
 //! What the nominal model misses in the acceleration of a channel, `y`, is regressed on positions, rates, their signs and on what the
 //! drive does there, in the parts of all recordings that are not in question. This takes up most of a gap in the model. In the parts in
-//! question the same regression is compared: what it leaves there, over what it leaves elsewhere.
+//! question the same regression is compared: what it leaves there, over what it leaves elsewhere. A drive varies: next to a gap that is as
+//! large as the motion a model misses a nearly constant acceleration where the motion is small, and the regression need not be right there,
+//! so what is left less its straight line is compared as well.
 
 use std::ops::Range;
 
@@ -24,6 +26,8 @@ const QUIET: f64 = 0.05;
 const ACTIVE: f64 = 0.3;
 /// Times what is left elsewhere, root mean square.
 const DEAD: f64 = 3.0;
+/// The same of what is missed less its straight line.
+const CURVED: f64 = 2.0;
 /// Share of the measured acceleration that is left.
 const MOVED: f64 = 0.5;
 /// A reading is constant that usually changes by so many of its standard deviations meanwhile.
@@ -195,7 +199,7 @@ impl DriveParts<'_, '_> {
 
     /// It is not recorded while it acts.
     fn unrecorded(&self, run: usize) -> Option<Dead> {
-        let (a, _, parts) = &self.runs[run];
+        let (a, at, parts) = &self.runs[run];
         let regression = self.regression.as_ref();
         let u = &a.prescribed.inputs[self.input][a.prescribed.counts.clone()];
         let constant = u.iter().all(|v| *v == u[0]);
@@ -205,7 +209,10 @@ impl DriveParts<'_, '_> {
                 && regression.map_or(constant, |r| unexplained(r, own))
                 && (regression.is_some() || rms(own, missed) > rms(own, |p| p.moved))
         };
-        let span = DeadSpan::all().find(dead)?;
+        let varied = |span: &DeadSpan| {
+            regression.is_none_or(|r| curved(&a.with[*at][rows(a.prescribed, &span.0)]) > CURVED * r.left)
+        };
+        let span = DeadSpan::all().find(|span| dead(span) && varied(span))?;
         let how = if constant { format!("it stays at {}", u[0]) } else { "it hardly changes".to_owned() };
         let text = format!(
             "{}: {how} {} while the readings accelerate as under a drive: the channel is dead; look at the sensor and the logger, and \
@@ -237,6 +244,7 @@ impl DriveParts<'_, '_> {
             };
             active as f64 >= MOSTLY * own.len() as f64
                 && !is_constant(a, *at, span)
+                && self.nearer_without(run, span)
                 && ChannelRegression::new(others()).is_some_and(|r| does_nothing(&r, own, others()))
         };
         let span = DeadSpan::all().find(dead)?;
@@ -247,6 +255,16 @@ impl DriveParts<'_, '_> {
             span.when(a.prescribed)
         );
         Some(Dead { finding: finding(a.prescribed, self.name, text), constant: false, lacks: 0.0 })
+    }
+
+    /// Without the drive less is missed, straight lines apart.
+    fn nearer_without(&self, run: usize, span: &DeadSpan) -> bool {
+        let (a, at, _) = &self.runs[run];
+        let missed = &a.with[*at][rows(a.prescribed, &span.0)];
+        let Some(along) = a.along(self.input, *at) else { return false };
+        let undriven: Vec<f64> =
+            missed.iter().zip(&along[rows(a.prescribed, &span.0)]).map(|(m, d)| m - d).collect();
+        curved(&undriven) < curved(missed)
     }
 }
 
@@ -383,6 +401,17 @@ fn deviation(x: &[f64]) -> f64 {
     let n = x.len().max(1) as f64;
     let mean = x.iter().sum::<f64>() / n;
     (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// Root mean square of a series less its straight line.
+fn curved(y: &[f64]) -> f64 {
+    let middle = 0.5 * (y.len() as f64 - 1.0);
+    let mean = y.iter().sum::<f64>() / y.len().max(1) as f64;
+    let from_middle = || y.iter().enumerate().map(|(k, v)| (k as f64 - middle, v - mean));
+    let [along, squares] = from_middle().fold([0.0; 2], |[a, s], (x, v)| [a + x * v, s + x * x]);
+    let slope = along / squares.max(f64::MIN_POSITIVE);
+    let left = from_middle().map(|(x, v)| (v - slope * x).powi(2)).sum::<f64>();
+    (left / y.len().max(1) as f64).sqrt()
 }
 
 /// Sums over the parts of a recording, of a channel `at` that `along` acts on, with the motion of these outputs; `varies` is the channel in

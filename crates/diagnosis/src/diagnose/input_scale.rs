@@ -27,6 +27,8 @@ const NEAR: f64 = 1.1;
 const PARTS: usize = 8;
 /// Deviations from which on a gain is one.
 const SURE: f64 = 4.0;
+/// Deviations from which on a positive partial gain contradicts that the sign is wrong.
+const TURNED: f64 = 2.0;
 /// A sign is reported where the gain leaves less than this of what is missed with the gain as recorded (as powers).
 const LEFT: f64 = 0.5;
 
@@ -231,6 +233,12 @@ fn partial_gain(seen: &Seen<'_>) -> Option<ScaleGain> {
     ScaleGain::new(&rest(&seen.without, &of_missed), &rest(&seen.along, &of_input))
 }
 
+/// A negative gain that is positive once the motion is taken out: a gap that moves with the input.
+fn is_turned_by_the_motion(seen: &[Seen<'_>], name: &str) -> bool {
+    let partial = seen.iter().find(|s| s.name() == name).and_then(partial_gain);
+    partial.is_some_and(|g| g.value > TURNED * g.deviation)
+}
+
 /// The case, where all gains are surely near one unit.
 fn every_recording(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
     let gains = named_gains(seen);
@@ -287,7 +295,9 @@ fn single_recordings(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
     let found: Vec<(usize, Option<f64>, &str)> = (0..gains.len())
         .filter_map(|k| {
             let usual_gain = usual(k);
-            Some((k, usual_gain, gains[k].1.cause(usual_gain.unwrap_or(1.0))?.1))
+            let cause = gains[k].1.cause(usual_gain.unwrap_or(1.0))?;
+            let turned = cause.0 < 0.0 && is_turned_by_the_motion(seen, gains[k].0);
+            (!turned).then_some((k, usual_gain, cause.1))
         })
         .collect();
     let alone = if found.len() == 1 { " alone" } else { "" };

@@ -41,14 +41,18 @@ const CAUSES: &[(f64, &str, bool)] = &[
 ];
 /// Correlation from which two angles go with each other but for their factor: a spring between them would show.
 const RIGID: f64 = 0.99;
+/// Slopes that are off by less are no contradiction.
+const OFF: f64 = 0.2;
+/// In some recordings of several a slope up to this may be one of a swing that is hardly wider than a play.
+const SLACK: f64 = 1.5;
 /// Share of a recording for which a reading may be constant while the other one moves,
 const STILL: f64 = 0.1;
-/// by this share of its range, and by so many counts of the constant one.
-const MOVES: f64 = 0.1;
+/// by this share of its range, and by so many counts of the constant one. A play keeps the load still for as large a share of its swing.
+const MOVES: f64 = 0.3;
 const COUNTS: f64 = 10.0;
 
 impl Relation {
-    /// A finding where one is constant while the other one moves, or where the slope between both is off by more than 20 %;
+    /// A finding where one is constant while the other one moves, or where the slope between both is off by more than [`OFF`];
     /// none where both are not there or hardly move.
     pub(super) fn check(&self, run: &Recording) -> Option<Finding> {
         let (left, right, factor) = match self {
@@ -86,7 +90,7 @@ impl Relation {
             return None;
         }
         let off = slope / factor;
-        if (off - 1.0).abs() < 0.2 {
+        if (off - 1.0).abs() < OFF {
             return None;
         }
         let near = |cause: f64| (off / cause - 1.0).abs() < 0.1;
@@ -173,7 +177,19 @@ impl Relation {
                 f.what
             );
             f.mend = MEND.to_owned();
+            let run = loaded.recordings.values().find(|run| run.file == f.file);
+            if run.and_then(|run| self.off(run)).is_some_and(|off| (1.0..SLACK).contains(&off)) {
+                f.severity = Severity::Warning;
+                f.what = format!("{}, or it moves hardly farther than a play", f.what);
+            }
         }
+    }
+
+    /// By how many times the expected slope the left one moves.
+    fn off(&self, run: &Recording) -> Option<f64> {
+        let Self::Proportional { left, right, factor, .. } = self else { return None };
+        let (a, b) = (run.channel(left)?, run.channel(right)?);
+        Some(line(&b.sample(&a.time), &a.values)?.0 / factor)
     }
 }
 
