@@ -246,7 +246,7 @@ impl AnyInstance {
 #[allow(clippy::missing_errors_doc, reason = "one sentence at the type states it")]
 impl AnyInstance {
     /// Numbers of states and event indicators. FMI 3.0 gives them by functions: a number of states other than the described one, with
-    /// which some would stand still, or fewer event indicators, whose events would be missed, is an error.
+    /// which some would never change, or fewer event indicators, whose events would be missed, is an error.
     pub fn counts(&mut self, described: DescribedCounts) -> Result<(usize, usize), ImportError> {
         either!(self, i => {
             let d = i.fmu().description();

@@ -1,4 +1,4 @@
-//! Files and folders that the command line names and that cannot be read or written: one error with the name and the mend, never the
+//! Files and folders that the command line names and that cannot be read or written: one error with the name and the remedy, never the
 //! system's words alone, and nothing is left behind.
 #![cfg(target_os = "linux")]
 
@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// What is read, `@` in the place of its name, and how that ends.
+/// What is read, `@` for its name, and how that ends.
 const READ: [(&[&str], &str); 38] = [
     (&["fmu", "info", "@"], ".fmu"),
     (&["fmu", "validate", "@"], ".fmu"),
@@ -102,7 +102,7 @@ fn names(folder: &Path) -> BTreeSet<String> {
         .collect()
 }
 
-/// One error, which names the file and does not end with what the system says.
+/// One error, which names the file and does not end with the system's message.
 #[track_caller]
 fn refused(folder: &Path, arguments: &[&str], name: &str) {
     let (before, arguments): (_, Vec<&str>) =
@@ -112,20 +112,20 @@ fn refused(folder: &Path, arguments: &[&str], name: &str) {
     assert_eq!(out.status.code(), Some(1), "{arguments:?}: {said}");
     let errors: Vec<&str> = said.lines().filter(|line| line.starts_with("error: ")).collect();
     let [error] = errors[..] else { panic!("{arguments:?}: {said}") };
-    let mend = error.rsplit_once("; ").or_else(|| error.rsplit_once(": ")).map_or("", |(_, mend)| mend);
+    let remedy = error.rsplit_once("; ").or_else(|| error.rsplit_once(": ")).map_or("", |(_, remedy)| remedy);
     assert!(error.contains(name), "{arguments:?}: {said}");
-    assert!(mend.len() > 10 && !mend.contains("os error"), "{arguments:?}: no mend: {said}");
+    assert!(remedy.len() > 10 && !remedy.contains("os error"), "{arguments:?}: no remedy: {said}");
     assert_eq!(names(folder), before, "{arguments:?}: {said}");
 }
 
 #[test]
-fn what_cannot_be_read_is_named_with_its_mend() {
+fn what_cannot_be_read_is_named_with_its_remedy() {
     read(&["gone"]);
 }
 
 #[test]
 #[ignore = "long: ./test --full runs it"]
-fn whatever_cannot_be_read_is_named_with_its_mend() {
+fn whatever_cannot_be_read_is_named_with_its_remedy() {
     read(&["loop", "in.csv/below", "folder"]);
 }
 

@@ -1,4 +1,4 @@
-//! Standard streams that nobody reads, that are closed, or full: a command ends as it does with readers.
+//! Standard streams without a reader, closed, or full: a command ends as it does with readers.
 #![cfg(unix)]
 
 use std::os::fd::OwnedFd;
