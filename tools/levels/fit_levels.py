@@ -1,8 +1,10 @@
-"""Fits the two logistic models of the innovations engine (crates/hypotheses/src/innovations/levels.rs) to trial cases of development seeds.
+"""Fits the logistic models of the innovations engine (crates/hypotheses/src/innovations/levels.rs) to trial cases of development seeds.
 
     trueup trial generate -o TRIALS --plant joint --split single --count 60 --seed SEED        (every split)
     cargo run --release --example stages -- TRIALS/cases/* >STAGES
     python tools/levels/fit_levels.py STAGES=TRIALS ...
+
+Of arms (--plant manipulator) the stages are those of the example `arms`. A call takes joints or arms.
 
 STAGES has a JSON object a line, or is a folder of such files. The program prints, for the weights as they are and for the fitted ones, how
 many cases are on the wrong side of a half, the Brier score, and both again by five folds (fitted without the fold that is judged); then the
@@ -95,6 +97,33 @@ def seconds(source: str) -> Rows:
     return rows
 
 
+def power_over_floors(floors: list[list[float]]) -> float:
+    """Power of an arm's latents above their floors; errors of readings count a tenth."""
+    forces, readings = floors
+    return 1 + sum(max(x, 1) ** 2 - 1 for x in [*forces, *(x / 10 for x in readings)])
+
+
+def is_arm(source: str) -> bool:
+    return any("floors" in stages["parameters_L"] for _, _, stages in cases(source))
+
+
+def named(source: str) -> Rows:
+    """What is named of each arm, and whether that is right: the effects of the case, or an `ambiguous` with its only one."""
+    rows: Rows = []
+    for name, key, stages in cases(source):
+        verdict, truth = stages["verdict"], key["effects"]
+        effects = [effect for effect, _ in verdict["set"]]
+        if not effects:
+            continue
+        together = verdict["verdict"] == "effects" and len(effects) == 2
+        left = stages["pairs" if together else "hypotheses"][0]["floors"]
+        decades = np.log10(power_over_floors(stages["parameters_L"]["floors"]) / power_over_floors(left))
+        alone = verdict["verdict"] == "ambiguous" and len(truth) == 1 and truth[0] in effects
+        right = alone or verdict["verdict"] == "effects" and set(effects) == set(truth)
+        rows.append((name, {"fall": float(np.clip(decades, -1, 4))}, right))
+    return rows
+
+
 def probability(weights: Numbers, rows: Rows) -> np.ndarray:
     sums = [weights["bias"] + sum(w * row[1][k] for k, w in weights.items() if k != "bias") for row in rows]
     return 1 / (1 + np.exp(-np.clip(sums, -30, 30)))
@@ -132,7 +161,11 @@ def score(title: str, p: np.ndarray, rows: Rows) -> None:
 def main(sources: list[str]) -> None:
     if not sources:
         raise SystemExit(__doc__)
-    for name, rows in (("RIGHT", sum(map(leaders, sources), [])), ("SECOND", sum(map(seconds, sources), []))):
+    models = {"RIGHT": leaders, "SECOND": seconds}
+    if all(map(is_arm, sources)):
+        models = {"CHAIN_RIGHT": named}
+    for name, of in models.items():
+        rows = sum(map(of, sources), [])
         old = present(name)
         print(f"{name}: {len(rows)} rows, {sum(row[2] for row in rows)} true")
         score("as it is", probability(old, rows), rows)

@@ -52,7 +52,7 @@ use began::FreeRunStart;
 use conclude::{DecidedCase, conclude};
 use contest::{FreeRunComparison, POLISH};
 use ground::ComparisonBasis;
-use innovations::{DecisionBuilder, EngineDecision, JudgedCase};
+use innovations::{DecisionBuilder, EngineDecision, JudgedCase, with_compared};
 use record::DecisionRecord;
 
 /// Part of the work that is done when the sets are found: their free runs take longer than the search.
@@ -329,7 +329,7 @@ fn by_innovations(
     report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     report_progress(SEARCHED, "fitting and running freely what was found");
-    let EngineDecision { found, decision, own, evidence } = by_engine;
+    let EngineDecision { found, decision, own, compared } = by_engine;
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = FreeRunComparison { ground: &ground, contenders: &[], effort: options.effort };
@@ -339,9 +339,8 @@ fn by_innovations(
     let contenders = Vec::new();
     let decided = DecidedCase { found, decision, by_evidence: Some(own), contenders, record, noticed };
     let mut diagnosed = conclude(search, options, models, ground, decided, loaded, report_progress)?;
-    for c in &mut diagnosed.diagnosis.candidates {
-        c.evidence = evidence.get(&(c.id.clone(), c.component.clone())).copied().unwrap_or(c.evidence);
-    }
+    let candidates = &mut diagnosed.diagnosis.candidates;
+    *candidates = with_compared(std::mem::take(candidates), compared);
     Ok(diagnosed)
 }
 

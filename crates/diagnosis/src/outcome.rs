@@ -251,6 +251,13 @@ pub struct CandidateCause {
     pub holdout_gap: Option<f64>,
 }
 
+impl CandidateCause {
+    /// The same effect at the same place.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.id == other.id && self.component == other.component && self.joint == other.joint
+    }
+}
+
 /// None of these.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct UnknownShare {

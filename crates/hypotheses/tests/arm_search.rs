@@ -8,7 +8,8 @@ use serde_json::Value;
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
 use trueup_hypotheses::innovations::chain_search::search_chain;
 use trueup_hypotheses::innovations::chain_verdict::judge_chain;
-use trueup_hypotheses::innovations::findings::search_case;
+use trueup_hypotheses::innovations::findings::{FoundEffect, of_chain, search_case};
+use trueup_hypotheses::innovations::levels::CHAIN_RIGHT;
 use trueup_signals::{Case, Channel, KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
 /// Nats below the golden evidence.
@@ -93,6 +94,25 @@ fn the_search_of_a_short_arm_ends_with_the_golden_leader_shape_and_verdict() {
     assert!((lead.shape.value("two") - 0.043).abs() < 1e-6, "{:?}", lead.shape);
     // Everything that the torque does too late is explained: nothing is left for a second.
     assert!(found.pairs.is_empty() && lead.left.largest() < 2.5, "{:?}", lead.left);
+    // How sure it is follows from how far the power of the latents fell.
+    let judged = judge_chain(&found);
+    let (name, fall) = judged.numbers[0];
+    let expected = (found.null.left.power() / lead.left.power()).log10().min(4.0);
+    assert!(name == "fall" && (fall - expected).abs() < 1e-12 && fall > 0.5, "{:?}", judged.numbers);
+    let weight = |name: &str| CHAIN_RIGHT.iter().find(|w| w.0 == name).unwrap().1;
+    let odds = weight("bias") + weight("fall") * fall;
+    assert!((judged.probability - 1.0 / (1.0 + (-odds).exp())).abs() < 1e-12, "{}", judged.probability);
+    // A report has what was fitted and, behind it, what gained in the screen, each place once.
+    let listed = of_chain(&found);
+    assert!(!listed.screened.is_empty());
+    let gains: Vec<f64> = listed.screened.iter().map(|h| h.evidence - listed.alone.evidence).collect();
+    assert!(gains.is_sorted_by(|a, b| a >= b) && gains.iter().all(|g| *g > 0.0), "{gains:?}");
+    let twice = |h: &FoundEffect| listed.effects.iter().any(|o| o.key == h.key);
+    assert!(!listed.screened.iter().any(twice));
+    let places = |h: &FoundEffect| h.causes.iter().map(|c| c.place.clone()).collect::<Vec<_>>();
+    assert!(
+        listed.screened.iter().all(|h| !h.causes.is_empty() && !places(h).contains(&"sensor".to_owned()))
+    );
 }
 
 /// What the engine has no words for is refused by name, before anything is fitted.

@@ -89,16 +89,21 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
         change(&mut own);
         refused(what, &own);
     }
-    let figures: [fn(&mut SensorData) -> &mut Option<PriorGuess>; 3] =
-        [|s| &mut s.gain, |s| &mut s.offset, |s| &mut s.late];
-    for of in figures {
+    let figures: [(&str, fn(&mut SensorData) -> &mut Option<PriorGuess>); 3] = [
+        ("gains and offsets of readings", |s| &mut s.gain),
+        ("gains and offsets of readings", |s| &mut s.offset),
+        ("delays that are estimated", |s| &mut s.late),
+    ];
+    for (what, of) in figures {
         let mut own = case.clone();
         sensor(&mut own, of, guess);
-        refused("gains, offsets", &own);
+        refused(what, &own);
     }
-    let mut late = case.clone();
-    late.recordings.values_mut().flat_map(|r| &mut r.channels).for_each(|c| c.sensor.delay = 0.004);
-    refused("declared delays", &late);
+    let mut apart = MadeJoint { recordings: (2, 100), ..MadeJoint::default() }.case();
+    let first = apart.recordings.values_mut().next().unwrap();
+    let current = first.channels.iter_mut().find(|c| c.name == "motorCurrent").unwrap();
+    current.sensor.gain = Some(guess);
+    refused("of single recordings", &apart);
     // Where a recording begins is estimated.
     let mut begins = case.clone();
     let first = begins.recordings.values_mut().next().unwrap();

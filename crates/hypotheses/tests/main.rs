@@ -7,4 +7,5 @@ mod chain_search;
 mod columns;
 mod innovations;
 mod made;
+mod rig;
 mod values;

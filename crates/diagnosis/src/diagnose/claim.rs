@@ -58,9 +58,13 @@ pub(super) fn effects(
         all.push(best.claimed(h, probability(0.0), plant, found));
         let others = decision.close(found, i).filter(|r| r.cause.id != h.id).take(rivals);
         for r in others.filter(|r| r.cause.is_effect()) {
-            let known = |c: &Claimed| c.id == r.cause.id && c.component == r.cause.component;
-            if !all.iter().any(known) {
-                all.push(of(r.set).claimed(r.cause, probability(r.odds), plant, found));
+            let rival = of(r.set);
+            // One effect may act at several joints.
+            for cause in found.best.all_replaced_in(r.set).filter(|c| c.is_effect()) {
+                let c = rival.claimed(cause, probability(r.odds), plant, found);
+                if !all.iter().any(|o| o.id == c.id && o.component == c.component && o.joint == c.joint) {
+                    all.push(c);
+                }
             }
         }
     }
@@ -76,16 +80,10 @@ pub(super) fn candidates(
     let mut all: Vec<CandidateCause> = Vec::new();
     let mut add = |h: &Hypothesis, probability: f64, evidence: f64| {
         let joint = joint_of(h, plant);
-        let same = |c: &CandidateCause| c.id == h.id && c.component == h.component && c.joint == joint;
-        if h.is_effect() && !all.iter().any(same) {
-            all.push(CandidateCause {
-                id: h.id.clone(),
-                component: h.component.clone(),
-                joint,
-                probability,
-                evidence,
-                holdout_gap: None,
-            });
+        let (id, component) = (h.id.clone(), h.component.clone());
+        let c = CandidateCause { id, component, joint, probability, evidence, holdout_gap: None };
+        if h.is_effect() && !all.iter().any(|o| o.is_same(&c)) {
+            all.push(c);
         }
     };
     let base = found.plain.evidence(1.0);
@@ -99,7 +97,7 @@ pub(super) fn candidates(
             let probability = probabilities(found, decision, *i);
             for (at, odds) in &decision.rivals[*i] {
                 let f = &found.sets[*at];
-                if let Some(other) = found.best.replaced_in(f) {
+                for other in found.best.all_replaced_in(f) {
                     add(other, probability(*odds), f.evidence(1.0) - base);
                 }
             }
@@ -325,6 +323,24 @@ mod tests {
         found.sets[1].stated.set[0].per_joint = true;
         found.sets[1].stated.set[0].component = "sensor:basePosition[2]".into();
         assert_eq!(joints(&found), [Some(2), None]);
+    }
+
+    #[test]
+    fn an_effect_at_several_joints_has_rivals_at_all_of_them() {
+        let motors = "motor-friction[1] motor-friction[3]";
+        let (mut found, mut decision) = ambiguous(&[motors, "load-friction[1] load-friction[3]"]);
+        found.best = fitted(motors, 1.0, 10.0);
+        let rivals = decision.rivals[0].clone();
+        (decision.rivals, decision.probability) = (vec![rivals; 2], vec![0.8; 2]);
+        let all = candidates(effect::PlantKind::Arm, &found, &decision);
+        let named: Vec<(&str, Option<usize>)> = all.iter().map(|c| (&*c.id, c.joint)).collect();
+        let [motor, load] = ["motor-friction", "load-friction"];
+        assert_eq!(named, [(motor, Some(1)), (motor, Some(3)), (load, Some(1)), (load, Some(3))]);
+        let own = SetEstimate::new(&found.best, None);
+        let claims =
+            effects(effect::PlantKind::Arm, &found, &own, &|set| SetEstimate::new(set, None), &decision);
+        let claimed: Vec<(&str, Option<usize>)> = claims.iter().map(|c| (&*c.id, c.joint)).collect();
+        assert_eq!(claimed, named);
     }
 
     #[test]

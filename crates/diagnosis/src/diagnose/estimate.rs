@@ -10,7 +10,7 @@ use crate::engine::hypothesis::{Hypothesis, joint_of};
 use crate::engine::problem::{BalanceTarget, BalanceUnknown};
 use crate::engine::replay::{CompleteModel, FreeRunFit, Window};
 use crate::engine::search::{CaseSearch, FittedSet, PosedSet};
-use crate::engine::select::SearchResult;
+use crate::engine::select::{SearchResult, same};
 use crate::outcome::{Claimed, ClaimedAmount, EstimateCorrelation};
 
 /// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
@@ -110,6 +110,13 @@ impl ReportedEstimate {
         let mut best = 0;
         let mut own = if all.len() > 1 { windows(&all.first()?.2) } else { None };
         for (k, other) in all.iter().enumerate().skip(1) {
+            // A last fit that did not move predicts the same.
+            let known = |o: &(_, FittedSet, CompleteModel, _)| {
+                o.2.theta == other.2.theta && same(&o.2.stated.set, &other.2.stated.set)
+            };
+            if window.is_some() && all[..k].iter().any(known) {
+                continue;
+            }
             let there = windows(&other.2);
             let as_well = match window {
                 Some(_) => predicts_as_well(own.as_deref(), there.as_deref()),

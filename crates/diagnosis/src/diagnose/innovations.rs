@@ -2,20 +2,19 @@
 //!
 //! The engine decides. What is reported of its winner comes from a last fit that begins at the engine's own values.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
 use trueup_hypotheses::innovations::law::LawValue;
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict};
+use trueup_numerics::order::descending;
 
 use crate::engine::decide::{Decision, Thresholds};
-use crate::engine::hypothesis::{Hypothesis, HypothesisClaim, Times};
+use crate::engine::hypothesis::{Hypothesis, HypothesisClaim, Times, joint_of};
 use crate::engine::problem::BalanceTarget;
 use crate::engine::search::{CaseSearch, FittedSet};
 use crate::engine::select::{SearchEffort, SearchResult, same};
 use crate::json::number;
-use crate::outcome::Verdict;
+use crate::outcome::{CandidateCause, Verdict};
 
 /// Odds (natural logarithm) of what the engine distinguishes, at the most.
 const DISTINCT: f64 = -10.0;
@@ -52,8 +51,8 @@ pub(super) struct EngineDecision {
     pub decision: Decision,
     /// The chosen set with the engine's own values, before the last fit.
     pub own: FittedSet,
-    /// Nats over the refitted parameters, by effect and place.
-    pub evidence: BTreeMap<(String, String), f64>,
+    /// What was compared, each with its nats over the refitted parameters.
+    pub compared: Vec<CandidateCause>,
 }
 
 /// Makes sets of what the engine found.
@@ -80,11 +79,12 @@ impl<'a> DecisionBuilder<'a> {
             effects.iter().find(|h| h.key == *key).ok_or_else(|| format!("{} has no fit", key.0))
         };
         let together = judged.verdict == EvidenceVerdict::Effects && judged.set.len() > 1;
-        let own = match &judged.set[..] {
-            [] => plain.clone(),
-            [..] if together => self.set(self.findings.pair.as_ref().ok_or("the pair has no fit")?)?,
-            [first, ..] => self.set(named(first)?)?,
+        let chosen = match &judged.set[..] {
+            [] => &self.findings.alone,
+            [..] if together => self.findings.pair.as_ref().ok_or("the pair has no fit")?,
+            [first, ..] => named(first)?,
         };
+        let own = self.set(chosen)?;
         let best = self.fitted(&own);
         // What is not claimed is kept as the engine has it; what cannot be simulated is none.
         let mut sets: Vec<FittedSet> = Vec::new();
@@ -119,13 +119,36 @@ impl<'a> DecisionBuilder<'a> {
         let decision = self.decision(best.stated.set.len(), rivals, limits);
         let plain = self.fitted(&plain);
         let best = if best.stated.set.is_empty() { plain.clone() } else { best };
-        let evidence = |h: &FoundEffect| {
-            let gain = h.evidence - self.findings.alone.evidence;
-            h.causes.iter().map(move |c| ((c.id.to_owned(), c.place.clone()), gain)).collect::<Vec<_>>()
-        };
-        // The best first, which keeps its own.
-        let evidence = effects.iter().rev().flat_map(evidence).collect();
-        Ok(EngineDecision { found: SearchResult { plain, sets, best }, decision, own, evidence })
+        let found = SearchResult { plain, sets, best };
+        Ok(EngineDecision { found, decision, own, compared: self.compared() })
+    }
+
+    /// Each cause once, with the best evidence that it has: fitted ones first, then those of the screen, then pairs.
+    fn compared(&self) -> Vec<CandidateCause> {
+        let findings = self.findings;
+        let plant = self.search.case.subject.plant;
+        let mut all: Vec<CandidateCause> = Vec::new();
+        for h in findings.effects.iter().chain(&findings.screened).chain(&findings.pair) {
+            for cause in &h.causes {
+                // What these recordings cannot have in the model has its place by itself.
+                let joint = match self.hypotheses(cause).next() {
+                    Some(h) => joint_of(h, plant),
+                    None => Some(cause.joint + 1).filter(|_| !matches!(&*cause.place, "base" | "tip")),
+                };
+                let c = CandidateCause {
+                    id: cause.id.to_owned(),
+                    component: cause.place.clone(),
+                    joint,
+                    probability: 0.0,
+                    evidence: h.evidence - findings.alone.evidence,
+                    holdout_gap: None,
+                };
+                if !all.iter().any(|o| o.is_same(&c)) {
+                    all.push(c);
+                }
+            }
+        }
+        all
     }
 
     fn decision(&self, causes: usize, rivals: Vec<(usize, f64)>, limits: &Thresholds) -> Decision {
@@ -189,7 +212,8 @@ impl<'a> DecisionBuilder<'a> {
                 continue;
             };
             // What exceeds another is distinguished from it by the engine, too.
-            let set = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.shifts();
+            let own = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.is_of_input_sensor();
+            let set = own || u.target.shifts();
             if set || matches!(u.target, BalanceTarget::Above { .. }) {
                 *x = u.scale.coordinate(value.clamp(u.lower, u.upper));
             }
@@ -211,11 +235,73 @@ impl<'a> DecisionBuilder<'a> {
             0 | 1 => Times::Once,
             _ => Times::Several,
         };
+        let found = self.hypotheses(of).find(|h| !h.is_push() || h.times == times);
+        found.cloned().ok_or_else(|| format!("these recordings have no {} at {}", of.id, of.place))
+    }
+
+    /// The same cause among those of the case, however often it occurs.
+    fn hypotheses(&self, of: &FoundCause) -> impl Iterator<Item = &Hypothesis> {
         let named = |h: &&Hypothesis| {
             let there = !h.per_joint || of.place.starts_with("sensor:") || h.site == of.joint;
-            h.id == of.id && h.component == of.place && there && (!h.is_push() || h.times == times)
+            h.is_effect() && h.id == of.id && h.component == of.place && there
         };
-        let found = self.search.causes.iter().filter(|h| h.is_effect()).find(named);
-        found.cloned().ok_or_else(|| format!("these recordings have no {} at {}", of.id, of.place))
+        self.search.causes.iter().filter(named)
+    }
+}
+
+/// Candidates of a diagnosis with their evidences, and what was compared besides: likeliest first, those without a probability by
+/// their evidence.
+pub(super) fn with_compared(own: Vec<CandidateCause>, compared: Vec<CandidateCause>) -> Vec<CandidateCause> {
+    let mut all = own;
+    for c in &mut all {
+        c.evidence = compared.iter().find(|o| o.is_same(c)).map_or(c.evidence, |o| o.evidence);
+    }
+    let known = all.len();
+    for c in compared {
+        if !all[..known].iter().any(|o| o.is_same(&c)) {
+            all.push(c);
+        }
+    }
+    descending(&mut all, |c| c.evidence);
+    descending(&mut all, |c| c.probability);
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_compared;
+    use crate::outcome::CandidateCause;
+
+    #[test]
+    fn what_was_compared_is_listed_with_its_evidence_behind_what_is_claimed() {
+        let candidate = |id: &str, joint, probability, evidence| CandidateCause {
+            id: id.into(),
+            component: "load".into(),
+            joint: Some(joint),
+            probability,
+            evidence,
+            holdout_gap: None,
+        };
+        // Of balances, which have another measure.
+        let own =
+            vec![candidate("a", 1, 0.9, -7e3), candidate("b", 1, 0.0, -8e3), candidate("c", 1, 0.0, -6e3)];
+        let compared = vec![
+            candidate("a", 1, 0.0, 500.0),
+            candidate("b", 1, 0.0, 20.0),
+            candidate("a", 2, 0.0, 90.0),
+            candidate("d", 3, 0.0, 3.0),
+        ];
+        let all = with_compared(own, compared);
+        let listed: Vec<_> = all.iter().map(|c| (&*c.id, c.joint, c.probability, c.evidence)).collect();
+        assert_eq!(
+            listed,
+            [
+                ("a", Some(1), 0.9, 500.0),
+                ("a", Some(2), 0.0, 90.0),
+                ("b", Some(1), 0.0, 20.0),
+                ("d", Some(3), 0.0, 3.0),
+                ("c", Some(1), 0.0, -6e3),
+            ]
+        );
     }
 }

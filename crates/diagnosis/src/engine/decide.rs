@@ -98,7 +98,11 @@ impl SearchResult {
 impl FittedSet {
     /// The cause that another set has instead of one of its own.
     pub(crate) fn replaced_in<'a>(&self, other: &'a Self) -> Option<&'a Hypothesis> {
-        other.stated.set.iter().find(|o| !self.stated.set.contains(o))
+        self.all_replaced_in(other).next()
+    }
+    /// All of these: several where one effect acts at several joints.
+    pub(crate) fn all_replaced_in<'a>(&self, other: &'a Self) -> impl Iterator<Item = &'a Hypothesis> {
+        other.stated.set.iter().filter(|o| !self.stated.set.contains(o))
     }
     /// They differ in one cause: a command that is late in the one, a reading in the other.
     pub(crate) fn is_late_where(&self, other: &Self) -> bool {

@@ -109,10 +109,10 @@ impl InnovationsFrame {
     /// Relative changes of the parameters, at most a trusted step each.
     fn move_parameters(&mut self, changes: &[f64], with_effect: bool) {
         for (k, x) in self.unknown.iter().zip(changes) {
-            let p = &self.plant.parameters()[*k];
-            let wall = if with_effect { (DEVIATIONS * p.deviation).clamp(TRUST, FARTHEST) } else { FARTHEST };
+            let [value, deviation] = self.believed(*k);
+            let wall = if with_effect { (DEVIATIONS * deviation).clamp(TRUST, FARTHEST) } else { FARTHEST };
             let moved = self.theta[*k] * (1.0 + x.clamp(-TRUST, TRUST));
-            self.theta[*k] = moved.clamp((1.0 - wall).max(LEAST) * p.value, (1.0 + wall) * p.value);
+            self.theta[*k] = moved.clamp((1.0 - wall).max(LEAST) * value, (1.0 + wall) * value);
         }
     }
 

@@ -25,7 +25,7 @@ pub struct InnovationsFrame {
     pub intake: Rc<NodeIntake>,
     /// The plant with its nominal values and beliefs.
     pub plant: Rc<dyn ForcedPlant>,
-    /// Parameters in hand.
+    /// Parameters in hand, behind those of the plant the numbers of the rig.
     pub theta: Vec<f64>,
     /// Parameters with which hypotheses begin.
     pub start: Vec<f64>,
@@ -56,7 +56,8 @@ pub struct InnovationsFrame {
 impl InnovationsFrame {
     /// Of a plant and recordings, one channel put back by its delay.
     pub fn new(intake: &Rc<NodeIntake>, plant: Rc<dyn ForcedPlant>, late: LateChannel) -> Self {
-        let values: Vec<f64> = plant.parameters().iter().map(|p| p.value).collect();
+        let numbers = intake.rig.terms.iter().map(|_| 1.0);
+        let values: Vec<f64> = plant.parameters().iter().map(|p| p.value).chain(numbers).collect();
         let unknown = (0..values.len()).filter(|k| values[*k] > 0.0).collect();
         let runs = intake.recordings.iter().map(|r| NodeRecording::new(intake, &*plant, r, late));
         let mut frame = Self {
@@ -105,6 +106,24 @@ impl InnovationsFrame {
     /// Level of dry friction in hand, N.m.
     pub fn dry_level(&self) -> f64 {
         self.plant.coordinates()[self.driven()].dry.map_or(0.0, |k| self.theta[k])
+    }
+    /// Nominal value and relative standard deviation of a parameter in hand.
+    pub fn believed(&self, k: usize) -> [f64; 2] {
+        let own = self.plant.parameters();
+        own.get(k)
+            .map_or_else(|| [1.0, self.intake.rig.terms[k - own.len()].deviation], |p| [p.value, p.deviation])
+    }
+    /// Numbers of the rig in hand.
+    pub fn rig_numbers(&self) -> &[f64] {
+        &self.theta[self.plant.parameters().len()..]
+    }
+    /// Means of an input over the steps, as gain and offset in hand have them.
+    pub fn input_means(&self, recording: usize, input: usize) -> Vec<f64> {
+        let means = &self.intake.recordings[recording].means[input];
+        match self.intake.rig.of_input(self.rig_numbers(), input) {
+            [1.0, 0.0] => means.clone(),
+            [factor, taken] => means.iter().map(|u| factor * u - taken).collect(),
+        }
     }
     /// Whether more than one angle is read.
     pub fn two_angles(&self) -> bool {
@@ -240,11 +259,12 @@ impl InnovationsFrame {
 
     /// The forces on a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
     fn known(&self, recording: usize, own: Option<&OwnForces>) -> Vec<Vec<f64>> {
-        let (r, raw) = (&self.runs[recording], &self.intake.recordings[recording]);
+        let r = &self.runs[recording];
         let mut all = vec![vec![0.0; r.nodes]; self.coordinates()];
-        for (force, means) in self.plant.input_forces().iter().zip(&raw.means) {
+        for (k, force) in self.plant.input_forces().iter().enumerate() {
+            let means = self.input_means(recording, k);
             let sum = all[force.coordinate].iter_mut();
-            sum.zip(input_force(force, &self.theta, means)).for_each(|(s, f)| *s += f);
+            sum.zip(input_force(force, &self.theta, &means)).for_each(|(s, f)| *s += f);
         }
         let level = self.dry_level();
         let friction = all[self.driven()].iter_mut();

@@ -4,10 +4,13 @@
 //! averaged and enter there through the moments of their times. The input is its exact mean over each step. Nothing is
 //! interpolated between readings and nothing is left out.
 
+use std::rc::Rc;
+
 use trueup_signals::{Channel, Interpolation, Loaded, Recording};
 
 use super::numeric::median;
 use super::plant::{ForcedPlant, InputForce};
+use super::rig::RigTerms;
 
 /// What goes before counts for nothing, s: the filter settles. Longer than the longest delay that is looked for.
 pub const START: f64 = 0.12;
@@ -151,11 +154,13 @@ pub struct NodeIntake {
     pub channels: Vec<IntakeChannel>,
     /// Standard deviation of the noise of the first input.
     pub input_noise: f64,
+    /// What is known of the rig up to a number.
+    pub rig: Rc<RigTerms>,
 }
 
 /// Root mean square of all samples of a channel of the recordings for fitting.
 pub fn root_mean_square(loaded: &Loaded, channel: &str) -> f64 {
-    let all = || loaded.train().into_iter().filter_map(|r| r.channel(channel)).flat_map(|c| &c.values);
+    let all = || loaded.train().into_iter().filter_map(|r| r.channel(channel)).flat_map(Channel::believed);
     (all().map(|v| v * v).sum::<f64>() / all().count().max(1) as f64).sqrt()
 }
 
@@ -195,7 +200,8 @@ impl NodeIntake {
         let drive = plant.input_forces().first().map_or("", |i| i.name);
         let known = train.iter().find_map(|r| r.channel(drive)).and_then(|c| c.sensor.noise);
         let recordings = train.iter().map(|r| recording(r, plant, &channels)).collect::<Result<_, _>>()?;
-        Ok(Self { recordings, channels, input_noise: known.unwrap_or(0.0) })
+        let rig = Rc::new(RigTerms::new(loaded, plant));
+        Ok(Self { recordings, channels, input_noise: known.unwrap_or(0.0), rig })
     }
 
     /// Index of a channel by its name.
@@ -239,11 +245,16 @@ fn recording(
     plant: &dyn ForcedPlant,
     channels: &[IntakeChannel],
 ) -> Result<IntakeRecording, UnfitRecording> {
-    let times = rows(r);
+    // Delays put the rows of a file beside each other: then the channel with the most samples has its step.
+    let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
+    let densest = r.channels.iter().max_by_key(|c| c.len()).filter(|_| delayed);
+    let times = densest.map_or_else(|| rows(r), |c| c.time.clone());
     if times.len() <= FEW {
         return Err(UnfitRecording::Short { recording: r.name.clone(), samples: times.len() });
     }
-    let (first, last) = (times[0], times[times.len() - 1]);
+    // A channel whose delay is declared shows what was so much earlier.
+    let shown = || r.channels.iter().flat_map(shown_at);
+    let (first, last) = (shown().fold(f64::MAX, f64::min), shown().fold(f64::MIN, f64::max));
     let gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
     let sample = median(gaps.clone());
     let dt = if sample < 6e-3 {
@@ -275,10 +286,16 @@ fn recording(
     Ok(IntakeRecording { name: r.name.clone(), dt, nodes, stamp, inputs, means, readings })
 }
 
+/// Times of what the samples of a channel show, s.
+fn shown_at(c: &Channel) -> impl Iterator<Item = f64> {
+    c.time.iter().map(|t| t - c.sensor.delay)
+}
+
 fn by_node(c: &Channel, factor: f64, first: f64, dt: f64, nodes: usize) -> NodeReadings {
     let mut out = NodeReadings::default();
     let mut begin = 0;
-    let time = |k: usize| c.time[k] - first;
+    let times: Vec<f64> = shown_at(c).map(|t| t - first).collect();
+    let time = |k: usize| times[k];
     let node = |k: usize| ((time(k) / dt).round_ties_even().max(0.0) as usize).min(nodes - 1);
     while begin < c.len() {
         let at = node(begin);
@@ -299,10 +316,15 @@ fn by_node(c: &Channel, factor: f64, first: f64, dt: f64, nodes: usize) -> NodeR
 
 impl RecordedInput {
     fn new(c: &Channel, first: f64, dt: f64, nodes: usize) -> Self {
-        let time = c.time.iter().map(|t| t - first).collect();
-        Self { time, values: c.values.clone(), hold: c.interpolation == Interpolation::Hold, dt, nodes }
+        let time = shown_at(c).map(|t| t - first).collect();
+        Self { time, values: c.believed(), hold: c.interpolation == Interpolation::Hold, dt, nodes }
     }
 
+    /// With other values: times `factor`, less `taken`.
+    pub fn corrected(&self, [factor, taken]: [f64; 2]) -> Self {
+        let values = self.values.iter().map(|u| factor * u - taken).collect();
+        Self { values, ..self.clone() }
+    }
     /// Samples in a step, on average.
     pub fn samples_per_step(&self) -> f64 {
         self.time.len() as f64 / self.nodes as f64

@@ -26,6 +26,7 @@ pub mod nuisance;
 pub mod numeric;
 pub mod plant;
 pub mod recording;
+pub mod rig;
 pub mod settle;
 pub mod signs;
 pub mod smoother;

@@ -221,8 +221,9 @@ impl InnovationsFrame {
 
     /// Size of the torque on the driven coordinate by input and elastic elements, by node, N.m.
     fn held_torque(&self, recording: usize) -> Vec<f64> {
-        let (r, raw) = (&self.runs[recording], &self.intake.recordings[recording]);
+        let r = &self.runs[recording];
         let size = self.plant.states() + self.coordinates();
+        let means = self.input_means(recording, 0);
         let Some(force) = self.plant.input_forces().first() else { return vec![0.0; r.nodes] };
         let gain = force.per_unit(&self.theta);
         let torque = |t: usize| {
@@ -232,7 +233,7 @@ impl InnovationsFrame {
                 let (k, d) = (self.theta[e.stiffness], self.theta[e.damping]);
                 e.weights[force.coordinate] * (k * along(&e.deflection) + d * along(&e.rate))
             });
-            (gain * raw.means[0][t] + elastic.sum::<f64>()).abs()
+            (gain * means[t] + elastic.sum::<f64>()).abs()
         };
         (0..r.nodes).map(torque).collect()
     }

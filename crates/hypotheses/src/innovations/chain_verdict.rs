@@ -3,8 +3,11 @@
 use super::chain_effect::{ChainEffect, LatentLevels};
 use super::chain_search::ChainFindings;
 use super::law::DryFriction;
-use super::levels::CHAIN;
-use super::verdict::{EvidenceJudgement, EvidenceVerdict, ReportedEffect};
+use super::levels::{CHAIN, CHAIN_RIGHT};
+use super::verdict::{EvidenceJudgement, EvidenceVerdict, ReportedEffect, logistic};
+
+/// Decades that the fall of the latents' power counts within.
+const FALLEN: [f64; 2] = [-1.0, 4.0];
 
 fn reported(h: &ChainEffect) -> ReportedEffect {
     (h.id, h.place())
@@ -33,7 +36,7 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
         return EvidenceJudgement {
             verdict,
             set: Vec::new(),
-            probability: 1.0 - CHAIN.right,
+            probability: CHAIN.unnamed,
             second: None,
             gain: 0.0,
             margin: 0.0,
@@ -47,6 +50,7 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
     let share = if had > 2.0 { 1.0 - (h.left.power() - 1.0) / (had - 1.0) } else { 1.0 };
     let mut set = vec![reported(h)];
     let mut gain_of_second = 0.0;
+    let mut left = h.left.power();
     let mut two = false;
     if let Some(p) = found.pairs.first() {
         gain_of_second = p.evidence - h.evidence;
@@ -54,7 +58,7 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
         let counts = falls > CHAIN.fall_of_second || p.left.largest() < CHAIN.matters;
         if gain_of_second > CHAIN.second.max(CHAIN.second_share * gain) && counts {
             set = p.named().to_vec();
-            two = true;
+            (two, left) = (true, p.left.power());
         }
     }
     let mut verdict = if gain < CHAIN.quiet {
@@ -85,8 +89,9 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
     if !matches!(verdict, EvidenceVerdict::Effects | EvidenceVerdict::Ambiguous) {
         set.clear();
     }
-    let probability = if set.is_empty() { 1.0 - CHAIN.right } else { CHAIN.right };
-    let second = (!found.pairs.is_empty()).then_some(if two { CHAIN.right } else { 1.0 - CHAIN.right });
-    let numbers = vec![("share", share), ("gain of the second", gain_of_second)];
+    let fallen = (had / left).log10().clamp(FALLEN[0], FALLEN[1]);
+    let numbers = vec![("fall", fallen), ("share", share), ("gain of the second", gain_of_second)];
+    let probability = if set.is_empty() { CHAIN.unnamed } else { logistic(CHAIN_RIGHT, &numbers) };
+    let second = (!found.pairs.is_empty()).then_some(if two { probability } else { CHAIN.unnamed });
     EvidenceJudgement { verdict, set, probability, second, gain, margin, numbers }
 }

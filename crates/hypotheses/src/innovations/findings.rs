@@ -7,8 +7,9 @@ use trueup_estimation::innovations::trajectory::structures::{CasePlantError, Pla
 use trueup_signals::Loaded;
 
 use super::along::PlantAlong;
+use super::candidate::ScreenedShape;
 use super::chain_along::{ChainSizes, FrameMechanics, along_chain};
-use super::chain_effect::ChainEffect;
+use super::chain_effect::{ChainEffect, place_of};
 use super::chain_form::EffectForm;
 use super::chain_pairs::ChainPair;
 use super::chain_search::{ChainFindings, ChainSearchError, search_chain};
@@ -73,7 +74,7 @@ pub struct FoundEffect {
     pub evidence: f64,
     /// Power of the latents that are left.
     pub power: f64,
-    /// The plant's parameters.
+    /// The plant's parameters, of a joint behind them gains and offsets of inputs.
     pub theta: Vec<f64>,
     /// Places at which it acts.
     pub causes: Vec<FoundCause>,
@@ -87,6 +88,8 @@ pub struct CaseFindings {
     pub alone: FoundEffect,
     /// Effects, best first.
     pub effects: Vec<FoundEffect>,
+    /// What the screen has besides, best first, with its evidence there: not fitted, no values.
+    pub screened: Vec<FoundEffect>,
     /// The two effects that the verdict names.
     pub pair: Option<FoundEffect>,
     /// The verdict.
@@ -114,12 +117,16 @@ pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
 
 fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
     let (null, sizes) = (&found.null, &found.null.sizes);
+    let own = null.names.len();
+    let of_rig =
+        |theta: &[f64]| -> (Vec<String>, Vec<f64>) { null.rig.reported(&theta[own..]).into_iter().unzip() };
+    let values = |theta: &[f64]| [&theta[..own], &of_rig(theta).1].concat();
     let key = |(id, place): (&'static str, &'static str)| -> ReportedEffect { (id, place.to_owned()) };
     let effect = |h: &FittedEffect| FoundEffect {
         key: key(h.key()),
         evidence: h.evidence,
         power: h.power(),
-        theta: h.fit.theta.clone(),
+        theta: values(&h.fit.theta),
         causes: vec![joint_cause(h, (h.id, &h.shape), &h.fit.amplitudes, &h.fit.theta, sizes)],
     };
     let together = |p: &&FittedPair| judged.set == [p.first, p.second].map(key);
@@ -131,20 +138,21 @@ fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
             key: key(p.first),
             evidence: p.evidence,
             power: power(&p.fit.q),
-            theta: p.fit.theta.clone(),
+            theta: values(&p.fit.theta),
             causes: vec![cause(h.id, &h.shape, a), cause(p.second.0, &p.shape, b)],
         })
     });
     CaseFindings {
-        names: null.names.iter().map(|n| (*n).to_owned()).collect(),
+        names: null.names.iter().map(|n| (*n).to_owned()).chain(of_rig(&null.theta).0).collect(),
         alone: FoundEffect {
             key: ("", String::new()),
             evidence: null.evidence,
             power: power(&null.q),
-            theta: null.theta.clone(),
+            theta: values(&null.theta),
             causes: Vec::new(),
         },
         effects: found.effects.iter().map(effect).collect(),
+        screened: Vec::new(),
         pair,
         judged,
     }
@@ -169,7 +177,8 @@ fn joint_cause(
     FoundCause { id, place: shape.place.to_owned(), joint: 0, impulses: shape.pulses.len(), values }
 }
 
-fn of_chain(found: &ChainFindings) -> CaseFindings {
+/// Those of a chain.
+pub fn of_chain(found: &ChainFindings) -> CaseFindings {
     let (null, judged) = (&found.null, judge_chain(found));
     let mut effects: Vec<FoundEffect> = found.effects.iter().map(|h| chain_effect(h, &found.sizes)).collect();
     // Friction of a rigid joint is of one body, whichever of both has it.
@@ -189,6 +198,7 @@ fn of_chain(found: &ChainFindings) -> CaseFindings {
             theta: null.fit.theta.clone(),
             causes: Vec::new(),
         },
+        screened: screened(found),
         pair: pair.map(|p| chain_pair(p, &found.sizes)),
         effects,
         judged,
@@ -223,6 +233,36 @@ fn chain_effect(h: &ChainEffect, sizes: &ChainSizes) -> FoundEffect {
     };
     let (evidence, power) = (h.evidence, h.left.power());
     FoundEffect { key: (h.id, h.place()), evidence, power, theta: h.fit.theta.clone(), causes }
+}
+
+/// Families of the screen that gain there and were not fitted.
+fn screened(found: &ChainFindings) -> Vec<FoundEffect> {
+    let Some(frame) = found.effects.first().map(|h| &h.frame) else { return Vec::new() };
+    let null = &found.null;
+    let names: Vec<&str> = frame.intake.channels.iter().map(|c| &*c.name).collect();
+    let fitted = |c: &ScreenedShape| {
+        found.effects.iter().any(|h| h.key() == (c.law.id(), c.shape.place, &c.shape.channels))
+    };
+    let gain = |c: &ScreenedShape| c.evidence - found.base;
+    let left = found.screen.iter().filter(|c| gain(c) > 0.0 && !fitted(c));
+    let effect = |c: &ScreenedShape| {
+        let shape = &c.shape;
+        let cause = |joint, channel: Option<usize>| FoundCause {
+            id: c.law.cause(shape),
+            place: place_in(&names, shape, channel),
+            joint,
+            impulses: shape.pulses.len(),
+            values: Vec::new(),
+        };
+        FoundEffect {
+            key: (c.law.id(), place_of(frame, shape)),
+            evidence: null.fit.evidence + gain(c),
+            power: null.left.power(),
+            theta: null.fit.theta.clone(),
+            causes: each_place(shape, cause),
+        }
+    };
+    left.map(effect).collect()
 }
 
 fn chain_pair(p: &ChainPair, sizes: &ChainSizes) -> FoundEffect {
@@ -286,11 +326,21 @@ fn at_places(
 ) -> Vec<FoundCause> {
     let of = |joint: usize, channel: Option<usize>| FoundCause {
         id: law.cause(shape),
-        place: channel.map_or_else(|| shape.place.to_owned(), |c| format!("sensor:{}", names[c])),
+        place: place_in(names, shape, channel),
         joint,
         impulses: if shape.only.is_empty() { shape.pulses.len() } else { 1 },
         values: law.values(&LawFit { along, shape, joint, channel, amplitudes, put_back }),
     };
+    each_place(shape, of)
+}
+
+/// Where a shape acts, at one of its channels if it has some.
+fn place_in(names: &[&str], shape: &LawShape, channel: Option<usize>) -> String {
+    channel.map_or_else(|| shape.place.to_owned(), |c| format!("sensor:{}", names[c]))
+}
+
+/// One for each joint or channel of a shape.
+fn each_place<T>(shape: &LawShape, of: impl Fn(usize, Option<usize>) -> T) -> Vec<T> {
     match &shape.channels[..] {
         [] => shape.joints().iter().map(|j| of(*j, None)).collect(),
         channels => channels.iter().map(|c| of(0, Some(*c))).collect(),

@@ -139,12 +139,13 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
         let states = |first: usize| [first, first + 2].map(|s| r.state(s)).to_vec();
         let channels = frame.channels();
         let moments = |c: usize| (0..r.nodes).map(|t| r.moments[channels * t + c][0]).collect();
-        let input = current(recording).cloned();
+        let of_rig = frame.intake.rig.of_input(frame.rig_numbers(), 0);
+        let input = current(recording).map(|i| i.corrected(of_rig));
         let gain = frame.theta[parameter::TORQUE_CONSTANT];
         RunAlong {
             signs: r.signs.sign.clone(),
             moments: (0..channels).map(moments).collect(),
-            drives: vec![DriveAlong::recorded(gain, recording.means[0].clone(), r.dt, input)],
+            drives: vec![DriveAlong::recorded(gain, frame.input_means(k, 0), r.dt, input)],
             own_forces: r.own.forces.clone(),
             own_readings: r.own.readings.clone(),
             ..RunAlong::new(times, vec![r.dt; r.nodes], PARTS, states(0), states(1))

@@ -2,6 +2,7 @@
 //!
 //! `RIGHT`, `SECOND`: `tools/levels/fit_levels.py` on the 150 joints of seed 91117 (98 and 63 rows), near the weights of the reference program
 //! (83 cases of seed 88002; 114 of 88002 to 88008). Rules: 88003 to 88008; what latents are worth also on 91117.
+//! `CHAIN_RIGHT`: the same program on arms of seeds 650521, 640077 and 88101 to 88111 (61 of 102 name something).
 
 /// Weights of a logistic model, by name of the number.
 pub type LogisticWeights = &'static [(&'static str, f64)];
@@ -76,8 +77,8 @@ pub struct ChainLevels {
     pub alike_share: f64,
     /// See `alike`.
     pub alike_most: f64,
-    /// Share of right verdicts: the probability of what is named, and of what is not named that it is none.
-    pub right: f64,
+    /// Probability of an effect that is not named.
+    pub unnamed: f64,
 }
 
 /// Of the reference program for arms: chosen on its tables of 28 sealed arms and 27 of another simulator (right: 25 and 24); twelve of
@@ -96,9 +97,12 @@ pub const CHAIN: ChainLevels = ChainLevels {
     alike: 6.0,
     alike_share: 0.01,
     alike_most: 15.0,
-    // By the rule of succession: (25 + 24 + 1) / (28 + 27 + 2).
-    right: 0.88,
+    // 49 of its 55 verdicts are right; by the rule of succession (6 + 1) / (55 + 2).
+    unnamed: 0.12,
 };
+
+/// What is named of a chain is right.
+pub const CHAIN_RIGHT: LogisticWeights = &[("bias", -0.509_853_231), ("fall", 1.060_689_235)];
 
 /// The heavy tail of the sizes of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,9 @@
 //! The model without any effect: determined with nominal values, and with its parameters refitted.
 
+use std::rc::Rc;
+
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
+use trueup_estimation::innovations::rig::RigTerms;
 
 use super::joint_along::UsualSizes;
 
@@ -26,8 +29,10 @@ pub struct FittedNull {
     pub q: Vec<f64>,
     /// Parameters there.
     pub theta: Vec<f64>,
-    /// Their names: FMU variables.
+    /// Names of those of the plant: FMU variables.
     pub names: Vec<&'static str>,
+    /// What the others are.
+    pub rig: Rc<RigTerms>,
     /// Squares that are left, per reading.
     pub squares: f64,
     /// Readings that count.
@@ -69,11 +74,11 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
         }
     }
     let parameters = f.plant.parameters().to_vec();
-    let values: Vec<f64> = parameters.iter().map(|p| p.value).collect();
+    let values: Vec<f64> = (0..f.theta.len()).map(|k| f.believed(k)[0]).collect();
     let far = |k: &usize| {
-        let p = &parameters[*k];
-        let unit = if p.declared { p.deviation } else { UNDECLARED };
-        (best.theta[*k] / p.value - 1.0).abs() / unit
+        let [value, deviation] = f.believed(*k);
+        let declared = parameters.get(*k).is_none_or(|p| p.declared);
+        (best.theta[*k] / value - 1.0).abs() / if declared { deviation } else { UNDECLARED }
     };
     let farthest = f.unknown.iter().map(far).fold(0.0, f64::max);
     f.reset(&best.q);
@@ -85,10 +90,10 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
     let latents = worth[0] - worth[1];
     if best.evidence > f.evidence + BEGIN || f.start != values {
         f.start.clone_from(&best.theta);
-        for k in &f.unknown {
-            let p = &parameters[*k];
-            let near = NEAR * p.deviation;
-            f.start[*k] = f.start[*k].clamp(p.value * (1.0 - near), p.value * (1.0 + near));
+        for k in &f.unknown.clone() {
+            let [value, deviation] = f.believed(*k);
+            let near = NEAR * deviation;
+            f.start[*k] = f.start[*k].clamp(value * (1.0 - near), value * (1.0 + near));
         }
         f.q.clone_from(&best.q);
     }
@@ -101,6 +106,7 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
         q: best.q,
         theta: best.theta,
         names: parameters.iter().map(|p| p.name).collect(),
+        rig: f.intake.rig.clone(),
         squares: best.squares,
         count: best.count,
         farthest,

@@ -9,7 +9,7 @@ use trueup_estimation::innovations::intake::{NodeIntake, NodesError, root_mean_s
 use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
-use trueup_signals::{Loaded, Recording};
+use trueup_signals::{Channel, Loaded, Recording};
 
 use super::candidate::{ScreenedShape, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
@@ -55,7 +55,7 @@ pub enum JointSearchError {
         /// The parameter.
         name: &'static str,
     },
-    /// Known effects, gains, offsets, delays that are estimated.
+    /// Known effects, gains and offsets of readings, delays that are estimated.
     #[error("{file}: the innovations engine does not know {what}")]
     Known {
         /// The case.
@@ -90,13 +90,22 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     if case.model != "TwoMassJoint" {
         return Err(JointSearchError::Model { file: file(), model: case.model.clone() });
     }
-    let sensors = || loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
-    let doubted = sensors().any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
+    let inputs = ["motorCurrent", "externalTorque"];
+    let channels = || loaded.recordings.values().flat_map(|r| &r.channels);
+    let scaled = |c: &&Channel| c.sensor.gain.is_some() || c.sensor.offset.is_some();
+    let of_readings = channels().filter(scaled).any(|c| !inputs.contains(&&*c.name));
+    let guesses = |name: &str| {
+        let train = loaded.train();
+        let all = train.iter().filter_map(|r| r.channel(name)).map(|c| (c.sensor.gain, c.sensor.offset));
+        all.collect::<Vec<_>>()
+    };
+    let apart = inputs.iter().any(|name| guesses(name).windows(2).any(|w| w[0] != w[1]));
     let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
     let known = [
         (!case.effects.is_empty(), "known effects"),
-        (doubted, "gains, offsets and unknown delays"),
-        (sensors().any(|s| s.delay != 0.0), "declared delays"),
+        (of_readings, "gains and offsets of readings"),
+        (apart, "gains and offsets of single recordings"),
+        (channels().any(|c| c.sensor.late.is_some()), "delays that are estimated"),
         (sticks > slides, "static friction above Coulomb friction"),
         (case.doubt("gearRatio").is_some(), "a gear ratio that is not known"),
         (loaded.recordings.values().any(has_own_parameters), "parameters of single recordings"),

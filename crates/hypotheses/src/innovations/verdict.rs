@@ -68,7 +68,7 @@ fn largest(q: &[f64]) -> f64 {
     q.iter().copied().fold(0.0, f64::max)
 }
 
-fn logistic(weights: LogisticWeights, numbers: &[(&'static str, f64)]) -> f64 {
+pub(super) fn logistic(weights: LogisticWeights, numbers: &[(&'static str, f64)]) -> f64 {
     let value = |name: &str| {
         if name == "bias" { 1.0 } else { numbers.iter().find(|n| n.0 == name).map_or(0.0, |n| n.1) }
     };

@@ -17,7 +17,7 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
     }
     page.section(
         "Which",
-        "Every candidate was added to the model and everything fitted again. Evidence is the logarithm of its odds against \
+        "Each candidate was added to the model by itself, the best ones with everything fitted again. Evidence is the logarithm of its odds against \
          nothing added, on the recordings for fitting; the gap is on the others. Candidates for one cause share one \
          probability with none of these; causes that are there together have each their own.",
     );
