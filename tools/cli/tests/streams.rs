@@ -138,10 +138,10 @@ fn unread_streams(commands: &[&[&str]], each: bool) {
         };
         let status = run(&|_| {}).status.code().unwrap();
         let expected = [status];
-        ends("no readers", arguments, &run(&|p| drop(p.stdout(unread()).stderr(unread()))), &expected);
+        ends("no readers", arguments, &run(&|p| _ = p.stdout(unread()).stderr(unread())), &expected);
         if each {
-            ends("no reader of stderr", arguments, &run(&|p| drop(p.stderr(unread()))), &expected);
-            ends("no reader of stdout", arguments, &run(&|p| drop(p.stdout(unread()))), &expected);
+            ends("no reader of stderr", arguments, &run(&|p| _ = p.stderr(unread())), &expected);
+            ends("no reader of stdout", arguments, &run(&|p| _ = p.stdout(unread())), &expected);
         }
     }
 }
