@@ -93,8 +93,15 @@ class Program:
         code, lines = self.said("simulate", self.write("system.toml", text), "--check")
         assert code == 0, lines
 
+    def reads_ports(self, text):
+        fmu = re.search(r'^fmu = "(.+)"', text, re.M)[1]
+        code, lines = self.said("ports", fmu, "--ports", self.write("ports.toml", text))
+        assert code == 0, lines
+
     def reads_toml(self, text):
-        if re.search(r"^model = ", text, re.M):
+        if re.search(r"^fmu = ", text) and re.search(r"^\[(joint|base)\b", text, re.M):
+            self.reads_ports(text)
+        elif re.search(r"^model = ", text, re.M):
             self.reads_case(text)
         elif re.search(r"^design = ", text, re.M):
             self.reads_sweep(text)

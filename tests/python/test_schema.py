@@ -51,11 +51,12 @@ def files(of):
         "sidecar": cases[-1:],
         "system": [examples["02-arm/arm.toml"], examples["01-joint/joint.toml"]],
         "sweep": [examples["03-sweep/sweep.toml"]],
+        "ports": blocks("ports.md"),
         "robot": [(ROOT / "tests" / "tests" / "robot.toml").read_text(), *(b for b in blocks("robots.md") if b.startswith("[robot]"))],
     }[of]
 
 
-ALL = ["case", "sidecar", "system", "sweep", "robot"]
+ALL = ["case", "sidecar", "system", "sweep", "robot", "ports"]
 
 
 @pytest.mark.parametrize("of", ALL)

@@ -2,76 +2,17 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use trueup_signals::keys::{self, Keys};
 use trueup_signals::{Case, DeclaredFigures, Finding, Recording, SignalsError};
 
-fn path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/cases.md")
-}
-
-fn document() -> String {
-    std::fs::read_to_string(path()).unwrap()
-}
-
-/// The table as docs/cases.md has it, below its head.
-fn rows(keys: &Keys) -> String {
-    let row =
-        |k: &keys::CaseFileKey| format!("| `{}` | {} | {} | {} |\n", k.name, k.meaning, k.unit, k.default);
-    keys.list.iter().map(row).collect::<String>().replace("|  |", "| |")
-}
-
-/// Lines of the rows of each table below a `<!-- keys of: NAME -->`.
-fn told(document: &str) -> BTreeMap<String, Range<usize>> {
-    let mark = "<!-- keys of: ";
-    let of = |(at, _): (usize, &str)| {
-        let (name, rest) = document[at + mark.len()..].split_once(" -->").unwrap();
-        let table = rest.trim_start();
-        let lines = || table.split_inclusive('\n').take_while(|l| l.starts_with('|'));
-        let begin = document.len() - table.len();
-        let length = |n: usize| lines().take(n).map(str::len).sum::<usize>();
-        (name.to_owned(), begin + length(2)..begin + length(usize::MAX))
-    };
-    document.match_indices(mark).map(of).collect()
-}
+use crate::key_tables::{compare, document};
 
 /// `TRUEUP_BLESS=1` writes the tables again.
 #[test]
 fn every_key_of_the_reader_is_told_and_no_other() {
-    let (mut document, there) = (document(), told(&document()));
-    let tables: BTreeSet<_> = keys::ALL.iter().map(|k| k.of).collect();
-    assert_eq!(tables.len(), keys::ALL.len(), "each table once");
-    assert_eq!(
-        tables.into_iter().collect::<Vec<_>>(),
-        there.keys().collect::<Vec<_>>(),
-        "tables of the reader, then those of docs/cases.md"
-    );
-    if std::env::var_os("TRUEUP_BLESS").is_some() {
-        for keys in keys::ALL {
-            let range = told(&document).remove(keys.of).unwrap();
-            document.replace_range(range, &rows(keys));
-        }
-        std::fs::write(path(), document).unwrap();
-        return;
-    }
-    for keys in keys::ALL {
-        assert_eq!(
-            document[there[keys.of].clone()],
-            rows(keys),
-            "docs/cases.md, keys of {}: TRUEUP_BLESS=1 writes them again",
-            keys.of
-        );
-    }
-}
-
-#[test]
-fn the_rows_of_a_table_are_found() {
-    let text = "<!-- keys of: a -->\n\n| key | m |\n|---|---|\n| `x` | 1 |\n| `y` | 2 |\n\n<!-- keys of: b -->\n| k |\n|---|\n| `z` |";
-    let found: Vec<_> = told(text).into_values().map(|range| &text[range]).collect();
-    assert_eq!(found, ["| `x` | 1 |\n| `y` | 2 |\n", "| `z` |"]);
+    compare("cases.md", keys::ALL);
 }
 
 fn errors(result: Result<Vec<Finding>, SignalsError>) -> Vec<Finding> {
@@ -135,7 +76,7 @@ fn every_key_is_read() {
 /// The examples use every key, and are read without an error.
 #[test]
 fn the_examples_are_read_and_use_every_key() {
-    let document = document();
+    let document = document("cases.md");
     let blocks: Vec<&str> =
         document.split("```toml\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
     let [case, grounded, servo, arm, sidecar] = blocks[..] else {

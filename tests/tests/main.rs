@@ -8,5 +8,7 @@ mod dependencies;
 mod effects_document;
 mod hostile;
 mod innovations;
+mod key_tables;
 mod layers;
 mod model_description;
+mod ports_document;

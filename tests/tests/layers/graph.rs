@@ -49,6 +49,19 @@ const RULES: &[Rule] = &[
         ours: &["trueup-cosim", "trueup-signals", "trueup-fmi-description"],
         never: ARCHIVES,
     },
+    // Experiments on anybody's FMU; mistakes in its file are reported as those in a system's.
+    Rule {
+        name: "trueup-ports",
+        ours: &[
+            "trueup-numerics",
+            "trueup-plant",
+            "trueup-signals",
+            "trueup-cosim",
+            "trueup-fmi-description",
+            "trueup-fmi-import",
+        ],
+        never: ARCHIVES,
+    },
     Rule { name: "trueup-signals", ours: &[], never: &["clap", "libloading"] },
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
@@ -117,6 +130,7 @@ const RULES: &[Rule] = &[
             "trueup-fmi-import",
             "trueup-cosim",
             "trueup-signals",
+            "trueup-ports",
             "trueup-scaling",
             "trueup-sweep",
             "trueup-flexibility",

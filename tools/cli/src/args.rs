@@ -3,6 +3,7 @@
 mod arm;
 mod case;
 mod identify;
+mod ports;
 mod scale;
 mod shell;
 mod sweep;
@@ -15,6 +16,7 @@ use trueup_cosim::system::{Algorithm, ComponentInterface};
 pub(crate) use arm::{ArmCommand, ArmMap};
 pub(crate) use case::{Check, Init, Schema, SchemaOf};
 pub(crate) use identify::{Identify, Statics};
+pub(crate) use ports::PortsCommand;
 pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{Merge, ReportMap, SweepCommand, SweepFollowUp};
@@ -42,6 +44,8 @@ pub(crate) enum CliCommand {
     Init(Init),
     /// Report what recordings, sensors and excitation can determine, and what is wrong with them, before any fit
     Check(Check),
+    /// Draft and check what the variables of anybody's FMU mean, and which effects can act where
+    Ports(PortsCommand),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares

@@ -9,6 +9,7 @@ mod info;
 mod init;
 mod list;
 mod pack;
+mod ports;
 mod robot;
 mod scale;
 mod schema;
@@ -26,6 +27,7 @@ pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
         CliCommand::Demo(a) => demo::demo(&a),
         CliCommand::Init(a) => init::run(&a),
         CliCommand::Check(a) => check::run(&a),
+        CliCommand::Ports(a) => ports::run(&a),
         CliCommand::Identify(a) => identify::run(&a),
         CliCommand::Statics(a) => identify::statics::run(&a),
         CliCommand::Robot(a) => robot::run(&a),

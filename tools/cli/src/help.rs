@@ -96,6 +96,14 @@ const EXAMPLES: &[(&str, &[&str])] = &[
             "trueup identify recordings --fast --plot fit.html",
         ],
     ),
+    (
+        "ports",
+        &[
+            "trueup ports arm.fmu",
+            "trueup ports arm.fmu --ports ports.toml",
+            "trueup ports arm.fmu --interface cs --json",
+        ],
+    ),
     ("statics", &["trueup statics deflections.toml"]),
     (
         "robot",

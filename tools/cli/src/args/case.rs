@@ -52,4 +52,6 @@ pub(crate) enum SchemaOf {
     Sweep,
     /// A robot
     Robot,
+    /// ports.toml
+    Ports,
 }

@@ -14,6 +14,7 @@ pub(crate) fn run(args: &Schema) -> Result<(), CliError> {
         SchemaOf::System => schema("system of FMUs", &trueup_cosim::keys::SYSTEM),
         SchemaOf::Sweep => trueup_sweep::schema(),
         SchemaOf::Robot => robot::schema(),
+        SchemaOf::Ports => schema("ports.toml", &trueup_ports::keys::PORTS),
     };
     let text = serde_json::to_string_pretty(&found).map_err(|e| CliError::Failed(e.to_string()))?;
     say(&(text + "\n"))
