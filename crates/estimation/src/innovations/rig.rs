@@ -32,7 +32,7 @@ pub enum RigNumber {
 pub struct RigTerm {
     /// A channel with `.gain` or `.offset`.
     pub name: String,
-    /// What it is of.
+    /// Gain or offset, and of which input.
     pub of: RigNumber,
     /// Value in its unit where the number is 1.
     pub assumed: f64,
