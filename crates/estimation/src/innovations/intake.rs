@@ -239,7 +239,7 @@ fn recording(
     plant: &dyn ForcedPlant,
     channels: &[IntakeChannel],
 ) -> Result<IntakeRecording, UnfitRecording> {
-    // Delays put the rows of a file next to each other: then the channel with the most samples has its step.
+    // With delays the channels of a file have rows of their own: the channel with the most samples has its step.
     let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
     let densest = r.channels.iter().max_by_key(|c| c.len()).filter(|_| delayed);
     let times = densest.map_or_else(|| rows(r), |c| c.time.clone());

@@ -31,7 +31,7 @@ pub enum RigNumber {
 pub struct RigTerm {
     /// A channel with `.gain` or `.offset`.
     pub name: String,
-    /// The number.
+    /// Gain or offset, and of which input.
     pub of: RigNumber,
     /// Value in its unit where the number is 1.
     pub assumed: f64,
