@@ -28,6 +28,13 @@ def pytest_addoption(parser):
     parser.addoption("--full", action="store_true", help="also tests marked `full`, which take long")
 
 
+@pytest.fixture(autouse=True)
+def mujoco_logs_elsewhere(request, monkeypatch):
+    """MuJoCo writes its warnings into MUJOCO_LOG.TXT of the working folder."""
+    if "mujoco" in Path(request.module.__file__).read_text():
+        monkeypatch.chdir(request.getfixturevalue("tmp_path"))
+
+
 def pytest_collection_modifyitems(config, items):
     if config.getoption("--full"):
         return

@@ -102,7 +102,8 @@ static int in(M *m, const char *name) {
     if (is("trap")) __builtin_trap();
     if (is("kill")) raise(SIGKILL);
     if (is("term_default")) { signal(SIGTERM, SIG_DFL); raise(SIGTERM); }
-    if (is("hang")) for (;;) spins++;
+    if (is("deaf")) for (int i = 1; i < 32; i++) signal(i, SIG_IGN);
+    if (is("hang") || is("deaf")) for (;;) spins++;
     if (is("sleep")) for (;;) sleep(100);
     if (is("stop")) raise(SIGSTOP);
     if (is("child") && count == from) child(0);
@@ -208,6 +209,9 @@ static size_t counted(const char *name) {
     if (strcmp(name, call)) return 1;
     return is("none") ? 0 : is("two") ? 2 : is("huge") ? (size_t)1 << 60 : 1;
 }
+/* Ends the run in the midst of a step, at a time that is none of it. */
+static int lost(void) { return !strcmp(call, "step") && count >= from && (is("ends_nan") || is("ends_back") || is("ends_far")); }
+static double nowhere(double t) { return is("ends_nan") ? NAN : is("ends_back") ? t - 1 : t + 1; }
 static int ends(const char *name) { return !strcmp(call, name) && count >= from && is("ends"); }
 
 #if V == 2
@@ -226,10 +230,10 @@ int fmi2ExitInitializationMode(void *c) { return in(c, "exit_initialization"); }
 int fmi2Terminate(void *c) { return in(c, "terminate"); }
 int fmi2GetReal(void *c, const unsigned r[], size_t n, double v[]) { return get(c, r, n, v); }
 int fmi2SetReal(void *c, const unsigned r[], size_t n, const double v[]) { return set(c, r, n, v); }
-int fmi2DoStep(void *c, double t, double h, int b) { (void)b; int s = do_step(c, t, h); return ends("step") ? 2 : s; }
+int fmi2DoStep(void *c, double t, double h, int b) { (void)b; int s = do_step(c, t, h); return ends("step") || lost() ? 2 : s; }
 int fmi2GetStatus(void *c, int k, int *v) { (void)c, (void)k; return *v = is("pending") ? 5 : 0, 0; }
-int fmi2GetRealStatus(void *c, int k, double *v) { (void)k; return *v = ((M *)c)->t, 0; }
-int fmi2GetBooleanStatus(void *c, int k, int *v) { (void)c, (void)k; return *v = ends("step"), 0; }
+int fmi2GetRealStatus(void *c, int k, double *v) { (void)k; return *v = lost() ? nowhere(((M *)c)->t) : ((M *)c)->t, 0; }
+int fmi2GetBooleanStatus(void *c, int k, int *v) { (void)c, (void)k; return *v = ends("step") || lost(), 0; }
 int fmi2EnterEventMode(void *c) { return in(c, "event_mode"); }
 typedef struct { int again, terminate, nominals, states, defined; double next; } Info;
 int fmi2NewDiscreteStates(void *c, Info *e) { memset(e, 0, sizeof *e); int s = discrete(c, &e->again, &e->defined, &e->next); return e->terminate = ends("discrete"), s; }
@@ -268,8 +272,8 @@ int fmi3DoStep(void *c, double t, double h, bool b, bool *event, bool *end, bool
     (void)b;
     int s = do_step(c, t, h);
     int now = !strcmp(call, "step") && count >= from;
-    *event = now && is("event"), *end = ends("step"), *early = now && is("early");
-    *last = now && is("early") ? t + h / 2 : now && is("last_nan") ? NAN : now && is("last_back") ? t - 1 : now && is("last_far") ? t + 10 * h : t + h;
+    *event = now && is("event"), *end = ends("step") || lost(), *early = (now && is("early")) || lost();
+    *last = now && is("early") ? t + h / 2 : now && is("last_nan") ? NAN : now && is("last_back") ? t - 1 : now && is("last_far") ? t + 10 * h : lost() ? nowhere(t) : t + h;
     return s;
 }
 int fmi3EnterEventMode(void *c) { return in(c, "event_mode"); }

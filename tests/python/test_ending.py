@@ -44,7 +44,7 @@ def started(*command):
 
 
 def commands(case, out):
-    return {"diagnose": ("diagnose", case, "-o", out, "--all-readings"), "identify": ("identify", case, "--plot", out / "fit.html")}
+    return {"diagnose": ("diagnose", case, "-o", out, "--all-readings"), "identify": ("identify", case, "--plot", out.with_suffix(".html"))}
 
 
 @pytest.mark.parametrize("what", ["diagnose", "identify"])

@@ -27,7 +27,7 @@ CALLS = {
 }
 # What happens to the process, in whatever call.
 PROCESS = ["_exit", "exit_group", "exit", "quick_exit", "exec", "daemon", "thread_exits", "thread_crashes", "segv", "abort", "trap", "kill"]
-HANGS = ["hang", "sleep", "stop", "atexit_hangs"]
+HANGS = ["hang", "sleep", "stop", "deaf", "atexit_hangs"]
 # What it does to the process around it, and returns.
 AROUND = [
     "chdir", "close1", "close2", "closes", "nowhere", "ignores", "defaults", "blocks", "alarm", "atexit_exits", "atexit_crashes",
@@ -37,7 +37,7 @@ AROUND = [
 HARMLESS = ["child", "session", "long", "null", "many", "warning"]
 STATUS = ["discard", "error", "fatal", "status42", "status-1"]
 VALUES = {
-    "get": ["nan", "inf", "writes"], "set_states": ["writes"], "derivatives": ["nan", "inf", "chatter", "noise"], "step": ["nan", "pending", "ends", "event", "early", "last_nan", "last_back", "last_far"],
+    "get": ["nan", "inf", "writes"], "set_states": ["writes"], "derivatives": ["nan", "inf", "chatter", "noise"], "step": ["nan", "pending", "ends", "event", "early", "last_nan", "last_back", "last_far", "ends_nan", "ends_back", "ends_far"],
     "get_states": ["nan"], "indicators": ["nan", "chatter", "zero"], "discrete": ["again", "past", "now", "next", "often", "nan", "ends"],
     "nominals": ["nan", "zero", "negative"], "states": ["none", "two", "huge"], "number": ["none", "two", "huge"],
 }
@@ -190,6 +190,10 @@ KNOWN = [
     (3, "me", True, "atexit_hangs", "derivatives", 1),
     (2, "cs", False, "memory", "enter", 1), (3, "me", False, "file_size", "exit_initialization", 1), (3, "cs", False, "files", "terminate", 1),
     (2, "cs", False, "close2", "instantiate", 1), (3, "me", False, "huge", "states", 1), (3, "me", True, "huge", "number", 1),
+    (3, "me", True, "none", "states", 2), (3, "me", False, "two", "states", 1), (3, "me", False, "none", "number", 1),
+    (2, "cs", False, "ends_nan", "step", 7), (2, "cs", True, "ends_far", "step", 2), (3, "cs", False, "ends_back", "step", 7), (3, "cs", False, "ends_nan", "step", 2),
+    (2, "cs", True, "forks", "instantiate", 1), (3, "cs", True, "forks", "step", 2), (2, "me", True, "forks", "derivatives", 7),
+    (2, "me", False, "forks", "exit_initialization", 1), (3, "cs", False, "forks", "step", 2),
 ]
 
 
@@ -230,3 +234,23 @@ def test_one_interrupt_ends_what_does_not_come_forward(fmus, tmp_path, isolated)
     said = process.communicate(timeout=END)[1]
     assert process.returncode == 1 and "faulty2" in said and "interrupted" in said, said
     assert (folder / "r.partial.csv").exists()
+
+
+@pytest.mark.skipif(os.uname().sysname != "Linux", reason="elsewhere no process waits for the one of the FMU")
+@pytest.mark.parametrize("what", ["hang", "stop", "deaf"])
+def test_two_interrupts_end_any_fmu(fmus, tmp_path, what):
+    """In this process, without a deadline, also where the FMU has stopped it or has it ignore signals."""
+    environment = {**os.environ, "FAULT": f"{what} step 2", "TRUEUP_TEST_MARK": str(tmp_path)}
+    command = [TRUEUP, "simulate", fmus / "faulty2.fmu", "--interface", "cs", "--stop", "1", "--step", "0.05", "-o", "r.csv"]
+    process = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    for _ in range(2):
+        time.sleep(0.7)
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+    try:
+        process.communicate(timeout=10)
+    finally:
+        alive = left(str(tmp_path))
+        for pid in alive:
+            os.kill(pid, signal.SIGKILL)
+    assert process.returncode in (1, 130) and not (tmp_path / "r.csv").exists() and not alive

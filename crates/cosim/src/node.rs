@@ -1,8 +1,9 @@
 //! An FMU of a running system, as an exchange of values sees it.
 
 use trueup_fmi_description::description::{Description, InterfaceCapabilities as Offered};
-use trueup_fmi_import::{AnyInstance, InstanceOptions, PreparedReferences, fmi3};
+use trueup_fmi_import::{AnyInstance, ExperimentSetup, InstanceOptions, PreparedReferences, fmi3};
 
+use crate::buffer::{BlockAccess, configure};
 use crate::error::CosimError;
 use crate::plan::{ElementIndex, PlannedComponent};
 use crate::step_rule::StepRule;
@@ -43,6 +44,20 @@ impl InstanceNode {
     /// With the instance made of it.
     pub fn new(planned: PlannedComponent, slave: AnyInstance) -> Self {
         Self { planned, slave, line: InputLine::default(), rule: None }
+    }
+
+    /// Sets what was planned and initializes at `time` (s), without a stop, of an FMU that nothing is connected to.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub(crate) fn initialize(&mut self, time: f64, tolerance: Option<f64>) -> Result<(), CosimError> {
+        let (slave, planned) = (&mut self.slave, &self.planned);
+        let call = |source| CosimError::Call { time, source };
+        configure(slave, &planned.structural).map_err(call)?;
+        planned.start.iter().try_for_each(|block| slave.set(block)).map_err(call)?;
+        let experiment = ExperimentSetup { tolerance, start: time, stop: None };
+        slave.enter_initialization_mode(experiment).map_err(call)?;
+        slave.exit_initialization_mode().map_err(call)
     }
 
     /// Its description, arrays sized as they are in this system.

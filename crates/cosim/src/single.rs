@@ -3,11 +3,12 @@
 use trueup_fmi_description::description::{
     DescriptionCausality, DescriptionVariability, DescriptionVariable,
 };
-use trueup_fmi_import::{ExperimentSetup, fmi3};
+use trueup_fmi_import::fmi3;
 
-use crate::buffer::{BlockAccess, ElementNumber, ValueBuffer, VariableBlock, configure};
+use crate::buffer::{BlockAccess, ElementNumber, ValueBuffer, VariableBlock};
 use crate::check::names;
 use crate::error::CosimError;
+use crate::grid::ROUNDING;
 use crate::node::InstanceNode;
 use crate::plan::MasterPlan;
 use crate::system::ComponentInterface;
@@ -47,16 +48,9 @@ impl SteppedFmu {
             return wrong("steps are for Co-Simulation; choose that interface");
         }
         let time = plan.grid.start;
-        let call = |source| CosimError::Call { time, source };
         let slave = InstanceNode::instantiate(&planned, fmi3::CoSimulationOptions::default())?;
         let mut node = InstanceNode::new(planned, slave);
-        let slave = &mut node.slave;
-        configure(slave, &node.planned.structural).map_err(call)?;
-        node.planned.start.iter().try_for_each(|block| slave.set(block)).map_err(call)?;
-        // It has no stop: the caller decides.
-        let experiment = ExperimentSetup { tolerance: plan.tolerance, start: time, stop: None };
-        slave.enter_initialization_mode(experiment).map_err(call)?;
-        slave.exit_initialization_mode().map_err(call)?;
+        node.initialize(time, plan.tolerance)?;
         Ok(Self { node, time })
     }
 
@@ -87,6 +81,11 @@ impl SteppedFmu {
                 let reason = format!("instance \"{}\" {what}", self.node.slave.name());
                 CosimError::Stuck { time: stepped.time, reason, log: self.node.slave.log() }
             };
+            // Its clock and ours differ by rounding.
+            let rounding = ROUNDING * step;
+            if !(time - rounding..=end + rounding).contains(&stepped.time) {
+                return Err(stuck("does not report the time that it came to"));
+            }
             if stepped.terminate {
                 return Err(stuck("ends the run at this point"));
             }

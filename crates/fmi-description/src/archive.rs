@@ -1,7 +1,7 @@
 //! Opens an FMU: a .fmu file or an unpacked folder. No entry leaves its folder, no archive fills the disk.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use zip::ZipArchive;
@@ -29,6 +29,14 @@ pub enum ArchiveError {
     Nothing {
         /// File.
         path: String,
+    },
+    /// The system does not give it.
+    #[error("{path}: it cannot be read: {source}; look at the path, or pack it again with `trueup fmu pack`")]
+    Unreadable {
+        /// File.
+        path: String,
+        /// Why.
+        source: std::io::Error,
     },
     /// Not a zip archive, or a broken one.
     #[error("{path} is no FMU or not all of one (zip archive: {reason}); fetch or pack it again")]
@@ -59,7 +67,7 @@ pub enum ArchiveError {
         limit: u64,
     },
     /// No such entry.
-    #[error("{path} has no {entry}")]
+    #[error("{path} has no {entry}; name an FMU, or the folder that one was unpacked into")]
     Missing {
         /// File.
         path: String,
@@ -99,9 +107,12 @@ impl Archive {
             walk(path, "", &mut entries).map_err(io)?;
             return Ok(Self { path: path.to_owned(), zip: None, entries });
         }
-        let file = File::open(path).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => ArchiveError::Nothing { path: path.display().to_string() },
-            _ => io(e),
+        let file = File::open(path).map_err(|source| {
+            let path = path.display().to_string();
+            match source.kind() {
+                ErrorKind::NotFound | ErrorKind::NotADirectory => ArchiveError::Nothing { path },
+                _ => ArchiveError::Unreadable { path, source },
+            }
         })?;
         let broken = |e: zip::result::ZipError| ArchiveError::Zip {
             path: path.display().to_string(),

@@ -122,6 +122,11 @@ impl Description {
             }
         }
     }
+    /// Number of continuous states; `None` where a dimension cannot be resolved.
+    pub fn states(&self) -> Option<usize> {
+        let elements = |u: &StructureUnknown| self.elements(self.variables.get(self.resolve(u.reference)?)?);
+        self.structure.derivatives.iter().map(elements).sum()
+    }
     /// Number of event indicators.
     pub fn event_indicators(&self) -> usize {
         match self.version {

@@ -20,6 +20,9 @@ pub fn part(path: &Path) -> Result<NamedTempFile> {
         let why = format!("there is no folder {}; make it, or name another one", folder.display());
         return Err(Error::new(ErrorKind::NotFound, why));
     }
+    if path.is_dir() {
+        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder; name a file"));
+    }
     let prefix = format!(".{name}.");
     sweep(folder, &prefix);
     let mut builder = Builder::new();
@@ -27,7 +30,7 @@ pub fn part(path: &Path) -> Result<NamedTempFile> {
     #[cfg(unix)] // as any file that a program writes, less what the user's mask takes away
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     loop {
-        let part = builder.tempfile_in(folder)?;
+        let part = builder.tempfile_in(folder).map_err(|e| refused(folder, &e))?;
         // The lock shows that another process writes. Where there are no locks nothing is swept.
         if !matches!(part.as_file().try_lock(), Err(TryLockError::WouldBlock)) && part.path().exists() {
             return Ok(part);
@@ -44,6 +47,16 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     part.write_all(bytes)?;
     part.persist(path)?;
     Ok(())
+}
+
+/// The system's message without the random name.
+fn refused(folder: &Path, e: &Error) -> Error {
+    let why =
+        e.raw_os_error().map_or_else(|| e.to_string(), |code| Error::from_raw_os_error(code).to_string());
+    Error::new(
+        e.kind(),
+        format!("nothing can be written to the folder {}: {why}; name another one", folder.display()),
+    )
 }
 
 const SUFFIX: &str = ".part";

@@ -231,7 +231,8 @@ impl<F: FunctionTable> Drop for Core<F> {
         } else if !self.component.is_null() {
             self.mark();
             // SAFETY: instantiated by this library, freed here only.
-            unsafe { self.functions.free(self.component) }
+            unsafe { self.functions.free(self.component) };
+            exit::returned();
         }
     }
 }

@@ -12,6 +12,12 @@ use crate::log::{self, Live};
 unsafe extern "C" {
     fn atexit(function: extern "C" fn()) -> c_int;
     fn _exit(status: c_int) -> !;
+    #[cfg(target_os = "linux")]
+    fn pthread_atfork(
+        prepare: Option<extern "C" fn()>,
+        parent: Option<extern "C" fn()>,
+        child: Option<extern "C" fn()>,
+    ) -> c_int;
 }
 
 thread_local! {
@@ -24,15 +30,42 @@ thread_local! {
 static WATCHED: AtomicBool = AtomicBool::new(false);
 static TELL: OnceLock<fn(Option<f64>, &str)> = OnceLock::new();
 
+/// This process is one that an FMU has forked.
+static FORKED: AtomicBool = AtomicBool::new(false);
+
+#[cfg(target_os = "linux")]
+extern "C" fn forked() {
+    FORKED.store(true, Ordering::Relaxed);
+}
+
+/// From now on a process that is forked from this one ends where a call of an FMU has returned: it would go on as a second program, and
+/// write the same results. What it does within the call, or after `exec`, is the FMU's own.
+#[cfg(target_os = "linux")]
+pub(crate) fn end_forks() {
+    // SAFETY: the function is there for good, and only stores.
+    let _ = unsafe { pthread_atfork(None, None, Some(forked)) };
+}
+
+/// Calls of FMUs have returned.
+#[inline]
+pub(crate) fn returned() {
+    if FORKED.load(Ordering::Relaxed) {
+        // SAFETY: nothing of this process is needed any more.
+        unsafe { _exit(0) }
+    }
+}
+
 /// An instance is called.
 #[inline]
 pub(crate) fn calls(id: usize) {
+    returned();
     CALLED.set(id);
 }
 
 /// It is called for this time in s.
 #[inline]
 pub(crate) fn calls_at(id: usize, time: f64) {
+    returned();
     CALLED.set(id);
     TIME.set(time);
 }

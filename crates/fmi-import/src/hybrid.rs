@@ -97,7 +97,7 @@ impl HybridFmu {
         }
         let (table, places) = table::read(d).map_err(|what| PlantError(format!("{file}: {what}")))?;
         let mut seat = Seat::new(fmu).map_err(|e| PlantError(e.to_string()))?;
-        let (states, indicators) = seat.instance.counts().map_err(|e| PlantError(e.to_string()))?;
+        let (states, indicators) = seat.instance.counts(d.into()).map_err(|e| PlantError(e.to_string()))?;
         let sizes = ModelSizes {
             states,
             inputs: table.inputs.len(),

@@ -38,6 +38,21 @@ const MESSAGES: usize = 10;
 /// Categories of messages on what went wrong (FMI 2.0, section 2.2.4; FMI 3.0, section 2.4.5).
 const REASONS: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"];
 
+/// Numbers in a description whose arrays are sized as they are in an instance.
+#[derive(Clone, Copy, Debug)]
+pub struct DescribedCounts {
+    /// Of continuous states; `None` where a dimension cannot be resolved.
+    pub states: Option<usize>,
+    /// Of event indicators.
+    pub indicators: usize,
+}
+
+impl From<&Description> for DescribedCounts {
+    fn from(d: &Description) -> Self {
+        Self { states: d.states(), indicators: d.event_indicators() }
+    }
+}
+
 /// Either interface.
 #[allow(clippy::missing_errors_doc, reason = "one sentence at the type states it")]
 impl AnyInstance {
@@ -230,12 +245,24 @@ impl AnyInstance {
 /// Model Exchange.
 #[allow(clippy::missing_errors_doc, reason = "one sentence at the type states it")]
 impl AnyInstance {
-    /// Numbers of states and event indicators.
-    pub fn counts(&mut self) -> Result<(usize, usize), ImportError> {
+    /// Numbers of states and event indicators. FMI 3.0 gives them by functions: a number of states other than the described one, with
+    /// which some would never change, or fewer event indicators, whose events would be missed, is an error.
+    pub fn counts(&mut self, described: DescribedCounts) -> Result<(usize, usize), ImportError> {
         either!(self, i => {
             let d = i.fmu().description();
             Ok((d.structure.derivatives.len(), d.event_indicators()))
-        }, Ok((i.number_of_states()?, i.number_of_event_indicators()?)))
+        }, {
+            let (states, indicators) = (i.number_of_states()?, i.number_of_event_indicators()?);
+            if let Some(n) = described.states.filter(|n| *n != states) {
+                let function = "fmi3GetNumberOfContinuousStates";
+                return Err(i.miscounted(function, states, n, "ContinuousStateDerivative"));
+            }
+            if indicators < described.indicators {
+                let function = "fmi3GetNumberOfEventIndicators";
+                return Err(i.miscounted(function, indicators, described.indicators, "EventIndicator"));
+            }
+            Ok((states, indicators))
+        })
     }
     /// Time in s.
     pub fn set_time(&mut self, time: f64) -> Result<(), ImportError> {

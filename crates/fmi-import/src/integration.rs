@@ -24,7 +24,7 @@ use trueup_numerics::driver::{DriverMemory, DriverReached as Steps, ErrorControl
 pub use self::failure::Failure;
 pub use self::lanes::{Sensitivities, SensitivityLane};
 use crate::pace::Pace;
-use crate::{AnyInstance, ImportError, StateColumns};
+use crate::{AnyInstance, DescribedCounts, ImportError, StateColumns};
 use lanes::CarriedSensitivity;
 
 /// The FMUs that are integrated together, and what acts on them.
@@ -232,7 +232,9 @@ impl IntegratedGroup {
         let mut members = Vec::new();
         let (mut states, mut indicators) = (0, 0);
         for at in 0..fmus.count() {
-            let (n, m) = fmus.instance(at).counts().map_err(|source| Failure::Call { time, source })?;
+            let described = DescribedCounts::from(fmus.description(at));
+            let (n, m) =
+                fmus.instance(at).counts(described).map_err(|source| Failure::Call { time, source })?;
             let offered = fmus.description(at).model_exchange.as_ref();
             members.push(Member {
                 states: states..states + n,

@@ -59,6 +59,7 @@ pub fn divide() -> io::Result<KeeperSide> {
             set_parent_process_death_signal(Some(Signal::KILL))?;
             let _ = say.flush();
             let _ = WORD.set(say);
+            crate::exit::end_forks();
             Ok(KeeperSide::Worker)
         }
         id => {

@@ -42,7 +42,7 @@ mod table;
 pub use crate::core::{InstanceOptions, PreparedReferences, StateId};
 pub use crate::error::{FmiError, FmiStatus, ImportError};
 pub use crate::hybrid::{HybridFmu, MAX_ELEMENTS, element_quantities};
-pub use crate::instance::{AnyInstance, StateColumns};
+pub use crate::instance::{AnyInstance, DescribedCounts, StateColumns};
 pub use crate::isolation::{Isolation, NoIsolation};
 pub use crate::library::{UnpackedFmu, UsedInterface};
 pub use crate::log::{KEPT, Listener, Message};

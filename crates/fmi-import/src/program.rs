@@ -425,6 +425,7 @@ impl<I: ?Sized> Bound<'_, I> {
                 return Err(ProgramStop::Call { at, status });
             }
         }
+        exit::returned();
         Ok(())
     }
 }

@@ -76,7 +76,7 @@ impl Page {
 
     /// A paragraph.
     pub fn text(&mut self, text: &str) {
-        let _ = writeln!(self.html, "<p>{}</p>", escape(text));
+        let _ = writeln!(self.html, "<p>{}</p>", prose(text));
     }
 
     /// A part in HTML of its own, as it is.
@@ -102,7 +102,10 @@ impl Page {
                     c if numeric(c) => " class=\"number\"",
                     _ => "",
                 };
-                let _ = write!(self.html, "<td{class} data-label=\"{}\">{}</td>", escape(head), escape(cell));
+                // One element: the parts of a cell would be placed apart there.
+                let text = prose(cell);
+                let text = if text.contains(FIGURE) { format!("<span>{text}</span>") } else { text };
+                let _ = write!(self.html, "<td{class} data-label=\"{}\">{text}</td>", escape(head));
             }
             self.html.push_str("</tr>\n");
         }
@@ -231,3 +234,21 @@ pub(crate) fn quote(text: &str) -> String {
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
+
+/// Begins a figure that stays in one line.
+const FIGURE: &str = "<span class=\"figure\">";
+
+/// Escaped text. A browser may end a line after the hyphen of `2e-4`: not here.
+fn prose(text: &str) -> String {
+    let digit = |c: Option<&u8>| c.is_some_and(u8::is_ascii_digit);
+    let figure = |w: &str| {
+        let b = w.as_bytes();
+        let exponent = |(at, _): (usize, _)| digit(b[..at].last()) && digit(b.get(at + 2));
+        w.len() <= LONGEST && w.match_indices("e-").any(exponent)
+    };
+    let word = |w: &str| if figure(w) { format!("{FIGURE}{}</span>", escape(w)) } else { escape(w) };
+    text.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// Longer words (a list of values without spaces) would not fit a telephone in one line.
+const LONGEST: usize = 24;

@@ -101,3 +101,19 @@ fn the_scale_of_a_map_begins_where_its_values_may() {
     // Rounding is no sign.
     assert_eq!(scale(-1e-12), ["4 Hz", "2 Hz", "0 Hz"]);
 }
+
+/// A browser ends lines after hyphens, that of an exponent too.
+#[test]
+fn figures_stay_in_one_line() {
+    let mut page = Page::new("t", "");
+    page.section("s", "from 2e-4 on");
+    page.table(&["a"], &[vec!["2.7e-4 to 3.1e-4 N.m & more".into()], vec!["0.64 rad, safe-1, 2e-x".into()]]);
+    let html = page.finish();
+    for part in [
+        "<p>from <span class=\"figure\">2e-4</span> on</p>",
+        "<td class=\"number\" data-label=\"a\"><span><span class=\"figure\">2.7e-4</span> to <span class=\"figure\">3.1e-4</span> N.m &amp; more</span></td>",
+        "<td class=\"number\" data-label=\"a\">0.64 rad, safe-1, 2e-x</td>",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+}

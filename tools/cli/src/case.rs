@@ -10,6 +10,7 @@ use trueup_signals::check;
 use trueup_signals::{Case, Finding, Loaded};
 
 use crate::error::CliError;
+use crate::voice;
 
 /// A case with its recordings, and what the intake noticed: all of it is reported on standard error, as are the parameters that
 /// the case leaves out.
@@ -22,7 +23,7 @@ pub(crate) fn load(
     let read = CaseIntake::read(path, purpose, with).map_err(|e| CliError::Failed(e.to_string()))?;
     let CaseIntake { loaded, findings, preset } = read;
     if let Some(line) = preset {
-        eprintln!("{line}");
+        voice::line(&line);
     }
     tell(&findings);
     if findings.iter().any(Finding::is_error) { Err(CliError::Said) } else { Ok((loaded, findings)) }
@@ -39,5 +40,5 @@ pub(crate) fn load_for(path: &Path, model: &FmuSubject) -> Result<Loaded, CliErr
 }
 
 fn tell(all: &[Finding]) {
-    findings::lines(all).iter().for_each(|line| crate::voice::line(line));
+    findings::lines(all).iter().for_each(|line| voice::line(line));
 }

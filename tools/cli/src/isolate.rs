@@ -6,6 +6,8 @@ use std::sync::Arc;
 #[cfg(target_os = "linux")]
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+#[cfg(target_os = "linux")]
+use std::time::Instant;
 
 use trueup_cosim::plan::PlannedComponent;
 use trueup_cosim::system::ComponentInterface as SystemInterface;
@@ -14,6 +16,11 @@ use trueup_fmi_import::keeper::{self, KeeperEnd, KeeperSide};
 use trueup_fmi_import::{Isolation, NoIsolation, UsedInterface, isolation};
 
 use crate::error::CliError;
+use crate::voice;
+
+/// Signals that come closer to the first one are the same wish: a terminal sends Ctrl-C to all processes of the program, and
+/// the one that waits hands it on.
+pub(crate) const ONCE: Duration = Duration::from_millis(300);
 
 /// Of the hidden command that serves.
 const COMMAND: &str = "__fmu-host";
@@ -67,9 +74,15 @@ pub(crate) fn keep(files: &str) -> Result<(), CliError> {
     let worker = nix::unistd::Pid::from_raw(keeper.worker());
     let interrupted = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&interrupted);
+    let mut first = None;
     let _ = ctrlc::set_handler(move || {
         asked.store(true, Ordering::Relaxed);
         _ = kill(worker, Signal::SIGTERM);
+        // The second one ends it, also where an FMU has it ignore signals, or has stopped it.
+        if first.get_or_insert_with(Instant::now).elapsed() >= ONCE {
+            std::thread::sleep(ONCE);
+            _ = kill(worker, Signal::SIGKILL);
+        }
     });
     match keeper.wait() {
         KeeperEnd::Said(status) => Err(CliError::Elsewhere(status)),
@@ -103,7 +116,9 @@ pub(crate) fn say(status: u8) {
 /// Is the process of an FMU.
 pub(crate) fn serve() -> ExitCode {
     isolation::serve().unwrap_or_else(|why| {
-        eprintln!("trueup: {COMMAND} is started by this program itself, with an FMU to serve: {why}");
+        voice::line(&format!(
+            "trueup: {COMMAND} is started by this program itself, with an FMU to serve: {why}"
+        ));
         ExitCode::from(2)
     })
 }

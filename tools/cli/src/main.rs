@@ -1,6 +1,6 @@
 //! The program `trueup`.
-// Printing is what a program does; the libraries do not.
-#![allow(clippy::print_stderr)]
+// Their macros panic where the reader is gone: `output::say` and `voice::line` print.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
 mod assets;
@@ -9,6 +9,7 @@ mod catalog;
 mod command;
 mod error;
 mod help;
+mod input;
 mod isolate;
 mod modelica;
 mod moving;

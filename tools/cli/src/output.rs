@@ -3,6 +3,8 @@
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
+use trueup_fmi_description::whole;
+
 use crate::error::CliError;
 
 /// Writes a text to standard output. A reader that has seen enough (`trueup fmu list | head`) is no error.
@@ -16,10 +18,15 @@ pub(crate) fn say(text: &str) -> Result<(), CliError> {
 
 /// Makes the folder that `--output` names, if it is not there.
 pub(crate) fn folder(path: &Path) -> Result<(), CliError> {
+    folder_of("--output", path)
+}
+
+/// The same of another option.
+pub(crate) fn folder_of(option: &str, path: &Path) -> Result<(), CliError> {
     std::fs::create_dir_all(path).map_err(|e| {
         let why = if path.exists() { "it is a file".to_owned() } else { e.to_string() };
         CliError::Failed(format!(
-            "the folder {} cannot be made: {why}; name another one with --output",
+            "the folder {} cannot be made: {why}; name another one with {option}",
             path.display()
         ))
     })
@@ -54,6 +61,14 @@ fn cause(e: &std::io::Error) -> String {
 
 /// Writes a file under another name first, so that it is there whole or not at all.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    trueup_fmi_description::whole::write(path, bytes)
-        .map_err(|e| CliError::at(path, format!("it cannot be written: {e}")))
+    whole::write(path, bytes).map_err(|e| unwritten(path, &e))
+}
+
+/// Whether [`write`] will be able to write it: found out before the work.
+pub(crate) fn can_be_written(path: &Path) -> Result<(), CliError> {
+    whole::part(path).map(drop).map_err(|e| unwritten(path, &e))
+}
+
+fn unwritten(path: &Path, e: &std::io::Error) -> CliError {
+    CliError::at(path, format!("it cannot be written: {e}"))
 }

@@ -7,6 +7,9 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use trueup_cosim::{CosimError, ResultColumn, ResultRow, ResultSink};
 use trueup_fmi_import::interrupt;
 
+use crate::isolate::{self, ONCE};
+use crate::voice;
+
 /// Divisions of the bar.
 pub(crate) const PARTS: f64 = 1000.0;
 
@@ -50,7 +53,7 @@ impl Progress {
                 self.next = now + Duration::from_millis(100);
             }
             ProgressOutput::Lines => {
-                eprintln!("{:3.0} %  {message}", 100.0 * part);
+                voice::line(&format!("{:3.0} %  {message}", 100.0 * part));
                 self.next = now + Duration::from_secs(2);
             }
             ProgressOutput::Nothing => self.next = now + Duration::from_secs(3600),
@@ -73,15 +76,11 @@ pub(crate) fn end_by_signal() {
         let begun = *first.get_or_insert_with(Instant::now);
         if interrupt::request() && begun.elapsed() >= ONCE {
             trueup_fmi_import::exit::expect();
-            crate::isolate::say(130);
+            isolate::say(130);
             std::process::exit(130);
         }
     });
 }
-
-/// Signals that come closer to the first one are the same wish: a terminal sends Ctrl-C to all processes of the program, and
-/// the one that waits hands it on.
-const ONCE: Duration = Duration::from_millis(300);
 
 /// A short run shows nothing.
 const FIRST: Duration = Duration::from_millis(500);

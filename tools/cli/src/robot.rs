@@ -206,7 +206,7 @@ pub(crate) fn read_among(path: &Path, repair: bool, others: &[&str]) -> Result<R
     let text = std::fs::read_to_string(path).map_err(|e| {
         let named = path.to_string_lossy();
         let all = format!("give a file of TOML, URDF or MJCF, or one of {}", presets.join(", "));
-        CliError::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
+        crate::input::unread(path, &e, &suggestion(&named, presets.iter().copied(), &all))
     })?;
     let mut robot = parsed(path, &text)?;
     if repair {
@@ -250,8 +250,10 @@ fn parsed(path: &Path, text: &str) -> Result<RobotFile, CliError> {
         let overlay: overlay::Overlay = toml::from_str(text).map_err(|e| unread(&e))?;
         let (name, at) = overlay.source().map_err(misfit)?;
         let file = path.with_file_name(name);
-        let inner = std::fs::read_to_string(&file)
-            .map_err(|e| misfit(RobotFileError::at(at, format!("{}: {e}", file.display()))))?;
+        let inner = std::fs::read_to_string(&file).map_err(|e| {
+            let why = format!("{}: {}; name a file next to this one", file.display(), crate::input::why(&e));
+            misfit(RobotFileError::at(at, why))
+        })?;
         return overlay.over(described(&file, &inner)?).map_err(misfit);
     }
     let file: File = toml::from_str(text).map_err(|e| unread(&e))?;

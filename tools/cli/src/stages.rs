@@ -12,6 +12,7 @@ use trueup_fmi_import::interrupt;
 use trueup_identification::parallel;
 
 use crate::progress::{PARTS, bar, end_by_signal};
+use crate::voice;
 
 /// Before this the time left is not reported: too little is known.
 const FIRST: Duration = Duration::from_secs(2);
@@ -104,8 +105,8 @@ impl Now {
                 bar.set_position((PARTS * reached.unwrap_or(0.0)) as u64);
                 bar.set_message(message.to_owned());
             }
-            (None, Some(reached)) => eprintln!("{:3.0} %  {message}", 100.0 * reached),
-            (None, None) => eprintln!("{message}"),
+            (None, Some(reached)) => voice::line(&format!("{:3.0} %  {message}", 100.0 * reached)),
+            (None, None) => voice::line(message),
         }
     }
 }
@@ -150,7 +151,7 @@ impl SharedStages {
         if let Some(bar) = &now.bar {
             bar.finish_and_clear();
         }
-        crate::voice::error(&ended(why, now.reached, &now.what, spent));
+        voice::error(&ended(why, now.reached, &now.what, spent));
         trueup_fmi_import::exit::expect();
         crate::isolate::say(1);
         std::process::exit(1);

@@ -130,7 +130,8 @@ fn cross_built(platform: Platform, templates: &Path) -> Result<Option<PathBuf>, 
 }
 
 fn load(platform: Platform, path: &Path) -> Result<Template, CliError> {
-    let bytes = std::fs::read(path).map_err(|e| CliError::at(path, e))?;
+    let bytes = std::fs::read(path)
+        .map_err(|e| crate::input::unread(path, &e, "name another folder with --library"))?;
     let of = Platform::of_library(&bytes);
     if of != Some(platform) {
         let found = of.map_or("no library that is known".to_owned(), |p| format!("a library for {p}"));

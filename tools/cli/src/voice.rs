@@ -2,9 +2,7 @@
 
 #[cfg(unix)]
 use std::fs::File;
-use std::io::IsTerminal;
-#[cfg(unix)]
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 #[cfg(unix)]
 use std::sync::OnceLock;
 
@@ -33,15 +31,15 @@ pub(crate) fn note(message: &str) {
     line(&format!("note: {message}"));
 }
 
-/// A line that may begin with one of the words.
+/// A line that may begin with one of the words. Its reader may be gone (`2>&1 | head`), or the disk full: that changes nothing of the run.
 pub(crate) fn line(text: &str) {
     let text = painted(text, coloured());
     #[cfg(unix)]
     if let Some(Some(mut kept)) = KEPT.get().map(Option::as_ref) {
-        let _ = writeln!(kept, "{text}"); // its reader may be gone
+        let _ = writeln!(kept, "{text}");
         return;
     }
-    eprintln!("{text}");
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Only a terminal, and only where colour was not refused (<https://no-color.org>).

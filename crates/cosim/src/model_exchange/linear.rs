@@ -3,9 +3,8 @@
 use trueup_fmi_description::description::{
     Description, DescriptionCausality, DescriptionVariability, VariableType,
 };
-use trueup_fmi_import::{AnyInstance, ExperimentSetup, fmi3};
+use trueup_fmi_import::{AnyInstance, fmi3};
 
-use crate::buffer::{BlockAccess, configure};
 use crate::error::CosimError;
 use crate::mistake::suggestion;
 use crate::node::InstanceNode;
@@ -130,12 +129,8 @@ impl Linear {
                 return wrong(format!("there is no state `{name}`{}", suggestion(name, known)));
             }
         }
+        node.initialize(time, plan.tolerance)?;
         let slave = &mut node.slave;
-        configure(slave, &node.planned.structural).map_err(call)?;
-        node.planned.start.iter().try_for_each(|block| slave.set(block)).map_err(call)?;
-        let experiment = ExperimentSetup { tolerance: plan.tolerance, start: time, stop: None };
-        slave.enter_initialization_mode(experiment).map_err(call)?;
-        slave.exit_initialization_mode().map_err(call)?;
         settle(slave, time)?;
         let mut now = vec![0.0; x.names.len()];
         slave.set_time(time).map_err(call)?;

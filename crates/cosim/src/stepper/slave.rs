@@ -193,6 +193,11 @@ impl SlaveStepper {
                 // Its clock and ours differ by rounding.
                 let rounding = ROUNDING * step.abs();
                 let progress = result.time > time + rounding && result.time <= to + rounding;
+                let astray = !progress && (result.time.is_nan() || (result.time - time).abs() > rounding);
+                if result.terminate && astray {
+                    let reason = "ends the run there and does not report its time";
+                    return Err(stuck(node, time, step, result.time, reason));
+                }
                 if result.terminate {
                     (done.time, done.terminate) = (if progress { result.time } else { time }, true);
                     return Ok(());
@@ -207,7 +212,7 @@ impl SlaveStepper {
                     "however short the step"
                 } else if early > EARLY {
                     "and has done so 100000 times within one communication step: it hardly advances"
-                } else if !progress && (result.time - time).abs() > rounding {
+                } else if astray {
                     "and does not report its time"
                 } else {
                     ""

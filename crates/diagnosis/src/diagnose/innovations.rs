@@ -212,7 +212,8 @@ impl<'a> DecisionBuilder<'a> {
                 continue;
             };
             // What exceeds another is distinguished from it by the engine, too.
-            let set = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.shifts();
+            let own = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.is_of_input_sensor();
+            let set = own || u.target.shifts();
             if set || matches!(u.target, BalanceTarget::Above { .. }) {
                 *x = u.scale.coordinate(value.clamp(u.lower, u.upper));
             }

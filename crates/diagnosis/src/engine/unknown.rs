@@ -45,6 +45,10 @@ impl BalanceTarget {
     pub fn is_of_sensor(self) -> bool {
         matches!(self, Self::Offset(_) | Self::Gain(_) | Self::InputOffset(_) | Self::InputGain(_))
     }
+    /// It is of the sensor of an input.
+    pub fn is_of_input_sensor(self) -> bool {
+        matches!(self, Self::InputOffset(_) | Self::InputGain(_))
+    }
     /// It changes when things happen.
     pub fn shifts(self) -> bool {
         match self {

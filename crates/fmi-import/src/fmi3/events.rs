@@ -124,6 +124,20 @@ impl Fmi3Instance {
         Err(ImportError::File { file: self.fmu().file().to_owned(), reason })
     }
 
+    /// A number that is not the one of the description.
+    pub(crate) fn miscounted(
+        &self,
+        function: &'static str,
+        count: usize,
+        described: usize,
+        element: &'static str,
+    ) -> ImportError {
+        let reason = format!(
+            "{function} gives {count}, but modelDescription.xml has {described} (its elements {element}); this FMU is wrong, export it again"
+        );
+        ImportError::File { file: self.fmu().file().to_owned(), reason }
+    }
+
     fn states_length(&mut self, function: &'static str, got: usize) -> Result<(), ImportError> {
         let expected = self.number_of_states()?;
         self.core.length(function, "states", expected, got)

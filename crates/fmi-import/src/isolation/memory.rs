@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering, fence};
 use std::time::Duration;
 
 use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, fcntl_get_seals, fstat, ftruncate, memfd_create};
-use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
+use rustix::mm::{Advice, MapFlags, ProtFlags, madvise, mmap, munmap};
 use rustix::thread::futex;
 
 /// Whose turn it is.
@@ -81,6 +81,13 @@ impl Mapping {
         let address = unsafe { mmap(std::ptr::null_mut(), length, protection, flags, file, offset as u64) }?;
         Ok(Self { address: address.cast(), length })
     }
+
+    /// A process that the FMU forks would go on as a second host, and answer too: it has no such memory.
+    fn of_this_process_alone(self) -> Result<Self, IoError> {
+        // SAFETY: mapped by `of`; nothing changes for this process.
+        unsafe { madvise(self.address.cast::<c_void>(), self.length, Advice::LinuxDontFork) }?;
+        Ok(self)
+    }
 }
 
 impl Drop for Mapping {
@@ -142,11 +149,16 @@ impl SharedMemory {
     }
 
     fn map(file: OwnedFd, me: u32, size: usize) -> Result<Self, IoError> {
-        let control = Mapping::of(file.as_fd(), 0, DATA_AT)?;
-        let data = Mapping::of(file.as_fd(), DATA_AT, size)?;
+        let map = |offset, length| Self::mapped(file.as_fd(), me, offset, length);
+        let (control, data) = (map(0, DATA_AT)?, map(DATA_AT, size)?);
         let cores =
             std::thread::available_parallelism().map_or(2, |n| u32::try_from(n.get()).unwrap_or(u32::MAX));
         Ok(Self { file, control, data, outgrown: Vec::new(), me, cores })
+    }
+
+    fn mapped(file: BorrowedFd<'_>, me: u32, offset: usize, length: usize) -> Result<Mapping, IoError> {
+        let mapping = Mapping::of(file, offset, length)?;
+        if me == HOST { mapping.of_this_process_alone() } else { Ok(mapping) }
     }
 
     pub(super) fn file(&self) -> BorrowedFd<'_> {
@@ -269,7 +281,7 @@ impl SharedMemory {
         if size <= self.data.length || size > MOST || there < DATA_AT + size {
             return Err(broken());
         }
-        let data = Mapping::of(self.file.as_fd(), DATA_AT, size)?;
+        let data = Self::mapped(self.file.as_fd(), self.me, DATA_AT, size)?;
         self.outgrown.push(std::mem::replace(&mut self.data, data));
         Ok(())
     }

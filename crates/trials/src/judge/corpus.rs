@@ -85,8 +85,10 @@ pub fn read(path: &Path) -> Result<Vec<CorpusEntry>, TrialError> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let mut reader = csv::Reader::from_path(path).map_err(|e| TrialError::at(path, e))?;
-    reader.deserialize().map(|entry| entry.map_err(|e| TrialError::at(path, e))).collect()
+    let unread =
+        |e: csv::Error| TrialError::at(path, format!("{e}; name a corpus that `trueup trial corpus` wrote"));
+    let mut reader = csv::Reader::from_path(path).map_err(unread)?;
+    reader.deserialize().map(|entry| entry.map_err(unread)).collect()
 }
 
 /// Writes a corpus, sorted by name.

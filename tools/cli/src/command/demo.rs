@@ -9,12 +9,13 @@ mod waves;
 
 use crate::args::{Demo, Pack};
 use crate::error::CliError;
+use crate::voice;
 use trueup_report::Page;
 
 pub(crate) fn demo(args: &Demo) -> Result<(), CliError> {
     let folder = &args.output;
     crate::output::folder(folder)?;
-    eprintln!("[1/6] packing all models for FMI 2.0 and 3.0");
+    voice::line("[1/6] packing all models for FMI 2.0 and 3.0");
     let pack = |models: &[&str], effects: &[&str]| {
         super::pack::run(&Pack {
             model: models.iter().map(|m| (*m).to_owned()).collect(),
@@ -32,9 +33,9 @@ pub(crate) fn demo(args: &Demo) -> Result<(), CliError> {
          page as TOML: trueup simulate --plot runs and draws them again.",
     );
     story::tell(folder, &mut page)?;
-    eprintln!("[5/6] the gallery: a joint, a floating arm, a satellite with panels, DELIAN, a capture");
+    voice::line("[5/6] the gallery: a joint, a floating arm, a satellite with panels, DELIAN, a capture");
     gallery::draw(folder, &mut page)?;
-    eprintln!("[6/6] JointController and TwoMassJoint: P/PI against wave-based control");
+    voice::line("[6/6] JointController and TwoMassJoint: P/PI against wave-based control");
     waves::draw(folder, &mut page)?;
 
     let path = folder.join("index.html");

@@ -23,6 +23,7 @@ use crate::error::CliError;
 use crate::output::{can_be_made, folder, say};
 use crate::stages::Stages;
 use crate::templates;
+use crate::voice;
 
 /// What is done before the recordings are known.
 pub(super) const READING: &str = "reading the case";
@@ -68,11 +69,11 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
     let mut found = found.map_err(|e| CliError::at(&loaded.case.file, e))?;
     if let Some(why) = found.record.as_ref().and_then(|r| r.instead.as_ref()) {
-        crate::voice::line(&format!("causes were compared by balances: {why}"));
+        voice::line(&format!("causes were compared by balances: {why}"));
     }
     // Those of the case were reported when it was read.
     let grave = found.diagnosis.findings.iter().filter(|f| f.severity == OutcomeSeverity::Grave);
-    grave.for_each(|f| crate::voice::line(&format!("grave: {}: {}", f.file, f.text)));
+    grave.for_each(|f| voice::line(&format!("grave: {}: {}", f.file, f.text)));
     let inputs = inputs::read(&loaded.case).map_err(|e| CliError::Failed(e.to_string()))?;
     found
         .complete(&findings, &loaded.case.folder, Some(inputs))
@@ -92,11 +93,11 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
     drop(stages);
     let written = store(&args.output, &files);
     if written.is_ok() {
-        eprintln!(
+        voice::line(&format!(
             "{} in {:.1} s",
             args.output.join("diagnosis.json").display(),
             begun.elapsed().as_secs_f64()
-        );
+        ));
     }
     Ok((found, written))
 }
@@ -130,7 +131,7 @@ fn sensors(loaded: &Loaded) {
     };
     let list = |what: &str, classes: &[String]| {
         if !classes.is_empty() {
-            eprintln!("{what}: {}", classes.join(" | "));
+            voice::line(&format!("{what}: {}", classes.join(" | ")));
         }
     };
     list("these sensors distinguish by the equations alone", &of(true));

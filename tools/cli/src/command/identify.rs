@@ -17,7 +17,7 @@ use crate::args::Identify;
 use crate::case::{load, load_for};
 use crate::error::CliError;
 use crate::near::suggestion;
-use crate::output::say;
+use crate::output::{can_be_written, say, write};
 use crate::stages::Stages;
 
 pub(crate) fn run(args: &Identify) -> Result<(), CliError> {
@@ -34,6 +34,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), CliError> {
 
 /// Fits, and writes the page if one is requested; prints nothing.
 pub(crate) fn fitted(args: &Identify) -> Result<Identified, CliError> {
+    args.plot.iter().try_for_each(|file| can_be_written(file))?;
     let model =
         args.fmu.as_ref().map(FmuSubject::open).transpose().map_err(|e| CliError::Failed(e.to_string()))?;
     if let Some(model) = &model {
@@ -76,7 +77,7 @@ pub(crate) fn fitted(args: &Identify) -> Result<Identified, CliError> {
     })?;
     drop(stages);
     if let Some(file) = &args.plot {
-        crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
+        write(file, page::page(&loaded.case, &found).as_bytes())?;
     }
     Ok(found)
 }

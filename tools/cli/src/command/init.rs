@@ -13,6 +13,7 @@ use crate::args::Init;
 use crate::error::CliError;
 use crate::near;
 use crate::output::{say, write};
+use crate::voice;
 
 pub(crate) fn run(args: &Init) -> Result<(), CliError> {
     let failed = |e: trueup_signals::SignalsError| CliError::Failed(e.to_string());
@@ -47,7 +48,7 @@ pub(crate) fn run(args: &Init) -> Result<(), CliError> {
         return say(&draft.text);
     }
     write(&draft.file, draft.text.as_bytes())?;
-    draft.summary.iter().for_each(|line| eprintln!("{line}"));
+    draft.summary.iter().for_each(|line| voice::line(line));
     let guesses = match draft.guesses {
         0 => "nothing in it is guessed".to_owned(),
         1 => "one guess in it is marked GUESS".to_owned(),

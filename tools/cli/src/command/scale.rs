@@ -44,7 +44,7 @@ pub(crate) fn run(args: &ScaleCommand) -> Result<(), CliError> {
         ScaledFileKind::Recording => of_recording(args, &law, &to)?,
         _ => of_system(kind, args, &law, &to)?,
     }
-    eprintln!("{}", to.display());
+    voice::line(&to.display().to_string());
     Ok(())
 }
 
@@ -115,7 +115,7 @@ const MEND: &str =
     "name a system (.toml, .ssp), an FMU, a case, a table of quantities (.toml) or a recording (.csv)";
 
 fn text(file: &Path) -> Result<String, CliError> {
-    std::fs::read_to_string(file).map_err(|e| CliError::at(file, format!("{e}; {MEND}")))
+    crate::input::text(file, MEND)
 }
 
 fn failed(e: ScalingError) -> CliError {
@@ -138,9 +138,9 @@ fn cosim(e: trueup_cosim::CosimError) -> CliError {
 /// A table whose columns are variables of the system.
 fn scaled_table(file: &Path, of: &CosimSystem, law: &ScalingLaw) -> Result<Vec<u8>, CliError> {
     let plan = check(of).map_err(cosim)?;
-    let from = std::fs::File::open(file).map_err(|e| CliError::at(file, e))?;
+    let from = text(file)?;
     let mut bytes = Vec::new();
-    recording::scale(file, from, &mut bytes, law, |name| system::column(of, &plan, law, name))
+    recording::scale(file, from.as_bytes(), &mut bytes, law, |name| system::column(of, &plan, law, name))
         .map_err(failed)?;
     Ok(bytes)
 }

@@ -10,7 +10,7 @@ use trueup_cosim::{CosimError as RunError, Master, Results, SeriesMemory, check,
 
 use crate::args::Simulate;
 use crate::error::CliError;
-use crate::output::say;
+use crate::output::{can_be_written, say};
 use crate::progress::Progress;
 use crate::voice;
 
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &Simulate) -> Result<(), CliError> {
     }
     if let Some(file) = &args.save_ssp {
         write_ssp(&system, &plan, file).map_err(|e| CliError::Failed(e.to_string()))?;
-        eprintln!("{}: {} components", file.display(), plan.components.len());
+        voice::line(&format!("{}: {} components", file.display(), plan.components.len()));
         return Ok(());
     }
     crate::isolate::components(&plan.components, args.isolate, args.deadline)?;
@@ -50,6 +50,7 @@ fn simulated(args: &Simulate, plan: MasterPlan) -> Result<(), CliError> {
     // Wherever an FMU leads the process meanwhile.
     let whole = |file: &Option<PathBuf>| file.as_ref().and_then(|f| std::path::absolute(f).ok());
     let (log_file, plot_file) = (whole(&args.log), whole(&args.plot));
+    [&args.log, &args.plot].into_iter().flatten().try_for_each(|file| can_be_written(file))?;
     let (start, stop, before) = (plan.grid.start, plan.grid.stop, plan.notes.len());
     let mut results = Results::create(&args.output).map_err(failed)?;
     let mut memory = args.plot.is_some().then(SeriesMemory::default);

@@ -101,7 +101,7 @@ fn one(args: &SweepCommand, runner: &mut Runner, run: u64) -> Result<(), CliErro
         Ok(_) => {
             let rows = results.rows();
             results.finish().map_err(failed)?;
-            eprintln!("{}: {rows} rows", to.display());
+            voice::line(&format!("{}: {rows} rows", to.display()));
             Ok(())
         }
         Err(e) => {

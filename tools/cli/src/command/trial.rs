@@ -12,7 +12,8 @@ use trueup_trials::{
 
 use crate::args::{TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
 use crate::error::CliError;
-use crate::output::{folder, say};
+use crate::output::{folder, folder_of, say};
+use crate::voice;
 
 pub(crate) use decide::decide;
 
@@ -24,11 +25,19 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
     if let Some(file) = a.corpus.as_ref().filter(|file| !file.is_file()) {
         return Err(CliError::at(file, "there is no such corpus; `trueup trial corpus` writes one"));
     }
+    if let Some(file) = &a.corpus
+        && trueup_trials::read_corpus(file).map_err(failed)?.is_empty()
+    {
+        return Err(CliError::at(file, "there is no case in it; `trueup trial corpus` fills it"));
+    }
     folder(&a.output)?;
+    a.cache.iter().try_for_each(|cache| folder_of("--cache", cache))?;
     let to = Folders { directory: &a.output, cache: a.cache.as_deref() };
     if let Some(file) = &a.corpus {
-        return trueup_trials::generate_corpus(to, file, a.shard, |i, name| eprintln!("{} {name}", i + 1))
-            .map_err(failed);
+        return trueup_trials::generate_corpus(to, file, a.shard, |i, name| {
+            voice::line(&format!("{} {name}", i + 1))
+        })
+        .map_err(failed);
     }
     let plant = a.plant.as_deref().and_then(TrialPlant::parse);
     let split = a.split.as_deref().and_then(TrialSplit::parse);
@@ -36,27 +45,45 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
         return Err(CliError::Usage("--plant and --split: see `trueup trial generate --help`".into()));
     };
     let order = TrialOrder { plant, split, count: a.count, seed: a.seed, shard: a.shard };
-    trueup_trials::generate(to, &order, |i, name| eprintln!("{}/{} {name}", i + 1, a.count)).map_err(failed)
+    trueup_trials::generate(to, &order, |i, name| voice::line(&format!("{}/{} {name}", i + 1, a.count)))
+        .map_err(failed)
 }
 
 pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
-    let program = a.program.clone().map_or_else(std::env::current_exe, Ok).map_err(failed)?;
+    let program = match &a.program {
+        // As a path: a bare name would be looked for in PATH.
+        Some(file) => std::path::absolute(file).map_err(failed)?,
+        None => std::env::current_exe().map_err(failed)?,
+    };
+    if !program.is_file() {
+        return Err(CliError::at(
+            &program,
+            "there is no such program; name a build of trueup with --program",
+        ));
+    }
+    if !a.directory.join("cases").is_dir() {
+        return Err(CliError::at(
+            &a.directory,
+            "it has no folder `cases`; `trueup trial generate` makes one",
+        ));
+    }
     let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
+    folder_of("--results", &results)?;
     let child = child::Child::new(&program, a.verdict_only, a.engine, a.limit)?;
     let mut failures = 0;
     let each = |name: &str, ran: &CaseEnd| match ran {
         CaseEnd::Done(took) => {
             let processor =
                 took.processor_seconds.map_or(String::new(), |s| format!(", {s:.1} s of processor time"));
-            eprintln!("{name}: {:.1} s{processor}", took.seconds);
+            voice::line(&format!("{name}: {:.1} s{processor}", took.seconds));
         }
         CaseEnd::Kept => {}
         CaseEnd::Failed(CaseFailure::Stopped(at)) => {
-            eprintln!("{name}: stopped after {at:.0} s of processor time, a miss (--limit)");
+            voice::line(&format!("{name}: stopped after {at:.0} s of processor time, a miss (--limit)"));
         }
         CaseEnd::Failed(CaseFailure::Said(why)) => {
             failures += 1;
-            eprintln!("{name}: {why}");
+            voice::line(&format!("{name}: {why}"));
         }
     };
     let run = JudgedRun { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };

@@ -52,8 +52,11 @@ fn included(path: &Path, text: &str, depth: usize) -> Result<String, CliError> {
                 format!("<include file=\"{name}\"> is {DEEPEST} files deep; does it include itself?"),
             ));
         }
-        let inner = std::fs::read_to_string(&file)
-            .map_err(|e| at(line(node), format!("<include file=\"{name}\">: {}: {e}", file.display())))?;
+        let inner = std::fs::read_to_string(&file).map_err(|e| {
+            let why =
+                format!("{}: {}; put it there, or take the line out", file.display(), crate::input::why(&e));
+            at(line(node), format!("<include file=\"{name}\">: {why}"))
+        })?;
         let inner = included(&file, &inner, depth + 1)?;
         let parsed = Document::parse(&inner)
             .map_err(|e| CliError::Failed(format!("{}:{}: {e}", file.display(), e.pos().row)))?;

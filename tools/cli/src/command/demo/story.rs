@@ -10,6 +10,7 @@ use trueup_trials::{Folders, TrialOrder, TrialPlant, TrialSplit, TruthKey, gener
 use crate::args::{Diagnose, Identify};
 use crate::command::{diagnose, identify};
 use crate::error::CliError;
+use crate::voice;
 
 /// One case of blind trials: which seed, and which of its cases. No scorecard has it.
 const SEED: u64 = 100;
@@ -20,7 +21,9 @@ fn failed(e: impl std::fmt::Display) -> CliError {
 }
 
 pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), CliError> {
-    eprintln!("[2/6] recordings of a joint that does something its model does not know; the cause is sealed");
+    voice::line(
+        "[2/6] recordings of a joint that does something its model does not know; the cause is sealed",
+    );
     let trial = folder.join("trial");
     let (shard, count) = ((INDEX + 1, INDEX + 1), INDEX + 1);
     let order = TrialOrder { plant: TrialPlant::Joint, split: TrialSplit::Single, count, seed: SEED, shard };
@@ -29,13 +32,13 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), CliError> {
         .map_err(failed)?;
     let case = trial.join("cases").join(&name);
 
-    eprintln!("[3/6] trueup identify: the parameters that the model has, fitted to the recordings");
+    voice::line("[3/6] trueup identify: the parameters that the model has, fitted to the recordings");
     let plot = Some(folder.join("identified.html"));
     let method = IdentifyMethod::OutputError;
     let settings = Identify { case: case.clone(), method, plot, fast: true, ..Identify::default() };
     identify::fitted(&settings)?;
 
-    eprintln!("[4/6] trueup diagnose: where the gap is, what causes it, how far it shrinks");
+    voice::line("[4/6] trueup diagnose: where the gap is, what causes it, how far it shrinks");
     let output = folder.join("diagnosis");
     let told = diagnose::write(&Diagnose {
         case,

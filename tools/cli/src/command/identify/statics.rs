@@ -12,15 +12,15 @@ use crate::args::Statics;
 use crate::error::CliError;
 use crate::output::say;
 
+/// What is evaluated.
+const SOURCES: &str = "a TOML file with one [[deflection]] table (load, length, areaMoment, deflection) per load, or the case.toml of an arm";
+
 pub(crate) fn run(args: &Statics) -> Result<(), CliError> {
     let file = if args.file.is_dir() { args.file.join("case.toml") } else { args.file.clone() };
-    let text = std::fs::read_to_string(&file).map_err(|e| CliError::at(&file, e))?;
+    let text = crate::input::text(&file, &format!("give {SOURCES}"))?;
     let table: toml::Table = text.parse().map_err(|e: toml::de::Error| CliError::at(&file, e))?;
     if table.is_empty() {
-        return Err(CliError::at(
-            &file,
-            "the file is empty; write one [[deflection]] table with load, length, areaMoment and deflection per load, or give the case.toml of an arm",
-        ));
+        return Err(CliError::at(&file, format!("the file is empty; give {SOURCES}")));
     }
     let (json, text) = match table.get("deflection") {
         Some(list) => deflections(list).map_err(|what| CliError::at(&file, what))?,

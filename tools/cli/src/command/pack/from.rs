@@ -20,7 +20,7 @@ const SOURCES: &str =
 /// The model in a file with a result.
 pub(super) fn read(file: &Path) -> Result<PackedModel, CliError> {
     let failed = |what: String| CliError::at(file, what);
-    let text = std::fs::read_to_string(file).map_err(|e| failed(e.to_string()))?;
+    let text = crate::input::text(file, SOURCES)?;
     let whole: Value =
         serde_json::from_str(&text).map_err(|e| failed(format!("this is no JSON: {e}; {SOURCES}")))?;
     match whole.get("pack") {

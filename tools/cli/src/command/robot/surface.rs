@@ -12,7 +12,7 @@ use trueup_signals::WrittenTable;
 use super::{form, measures};
 use crate::args::RobotArgument;
 use crate::error::CliError;
-use crate::output::{say, write as write_file};
+use crate::output::{can_be_written, say, write as write_file};
 
 /// One quantity.
 pub(super) struct SurfaceQuantity {
@@ -158,6 +158,10 @@ pub(super) fn write(
             path.display()
         )));
     }
+    [Some(&args.output), args.plot.as_ref()]
+        .into_iter()
+        .flatten()
+        .try_for_each(|file| can_be_written(file))?;
     let grid = SurfaceGrid::of(args, design, tip, q, [a, b]);
     grid.table().write(path).map_err(|e| CliError::Failed(e.to_string()))?;
     let mut said = format!("{}: {} rows; largest on this grid:\n", path.display(), grid.angles.len().pow(2));

@@ -10,6 +10,7 @@ use super::{another, failed, text, word};
 use crate::args::ScaleCommand;
 use crate::error::CliError;
 use crate::output::{folder, write};
+use crate::voice;
 
 pub(super) fn run(args: &ScaleCommand, law: &ScalingLaw) -> Result<(), CliError> {
     let (loaded, _) = crate::case::load(&args.file, Purpose::Identify, &[])?;
@@ -35,10 +36,10 @@ pub(super) fn run(args: &ScaleCommand, law: &ScalingLaw) -> Result<(), CliError>
         if file.extension().is_none_or(|e| !e.eq_ignore_ascii_case("csv")) {
             return Err(CliError::at(&file, "only recordings as CSV can be scaled; write it as one"));
         }
-        let read = std::fs::File::open(&file).map_err(|e| CliError::at(&file, e))?;
+        let read = text(&file)?;
         let mut bytes = Vec::new();
         let column = |name: &str| case::column(law, &variables, name);
-        recording::scale(&file, read, &mut bytes, law, column).map_err(failed)?;
+        recording::scale(&file, read.as_bytes(), &mut bytes, law, column).map_err(failed)?;
         files.push((to.join(name), bytes));
     }
     // What makes a case of the folder comes last.
@@ -48,6 +49,6 @@ pub(super) fn run(args: &ScaleCommand, law: &ScalingLaw) -> Result<(), CliError>
         folder(file.parent().unwrap_or(Path::new("")))?;
         write(file, bytes)?;
     }
-    eprintln!("{}: {} recordings", to.display(), files.len() - 1);
+    voice::line(&format!("{}: {} recordings", to.display(), files.len() - 1));
     Ok(())
 }

@@ -41,7 +41,7 @@ pub(crate) fn decide(a: &TrialDecide) -> Result<(), CliError> {
 }
 
 fn read(path: &Path) -> Result<String, CliError> {
-    fs::read_to_string(path).map_err(|e| CliError::at(path, e))
+    crate::input::text(path, "diagnose the case again with `trueup trial run`")
 }
 
 /// A result with the new decision instead of the old one.
