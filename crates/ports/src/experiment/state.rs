@@ -57,7 +57,7 @@ pub(super) fn started(fmu: &Arc<UnpackedFmu>) -> Result<AnyInstance, ImportError
 /// States are moved away, and are back with the state.
 fn exchange(fmu: &Arc<UnpackedFmu>) -> Result<bool, ImportError> {
     let mut instance = started(fmu)?;
-    let (n, _) = instance.counts()?;
+    let (n, _) = instance.counts(fmu.description().into())?;
     if n == 0 {
         return Ok(true);
     }
