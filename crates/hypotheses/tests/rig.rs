@@ -64,7 +64,7 @@ fn columns_of_a_rig_are_differences_of_its_forces() {
     }
 }
 
-/// What a channel shows later, and says so, is what it would show at once.
+/// What a channel shows later, with its delay declared, is what it would show at once.
 #[test]
 fn a_declared_delay_is_taken_from_the_times_of_a_channel() {
     let made = MadeJoint { seed: 42, recordings: (1, 200), ..MadeJoint::default() };

@@ -249,7 +249,7 @@ impl<'a> DecisionBuilder<'a> {
     }
 }
 
-/// Candidates of a diagnosis with their evidences, and what was compared besides: likeliest first, those without a probability by
+/// Candidates of a diagnosis with their evidences, and what else was compared: likeliest first, those without a probability by
 /// their evidence.
 pub(super) fn with_compared(own: Vec<CandidateCause>, compared: Vec<CandidateCause>) -> Vec<CandidateCause> {
     let mut all = own;

@@ -158,12 +158,6 @@ pub struct NodeIntake {
     pub rig: Rc<RigTerms>,
 }
 
-/// Root mean square of all samples of a channel of the recordings for fitting.
-pub fn root_mean_square(loaded: &Loaded, channel: &str) -> f64 {
-    let all = || loaded.train().into_iter().filter_map(|r| r.channel(channel)).flat_map(Channel::believed);
-    (all().map(|v| v * v).sum::<f64>() / all().count().max(1) as f64).sqrt()
-}
-
 impl NodeIntake {
     /// Of a case's recordings for fitting.
     ///
@@ -245,7 +239,7 @@ fn recording(
     plant: &dyn ForcedPlant,
     channels: &[IntakeChannel],
 ) -> Result<IntakeRecording, UnfitRecording> {
-    // Delays put the rows of a file beside each other: then the channel with the most samples has its step.
+    // Delays put the rows of a file next to each other: then the channel with the most samples has its step.
     let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
     let densest = r.channels.iter().max_by_key(|c| c.len()).filter(|_| delayed);
     let times = densest.map_or_else(|| rows(r), |c| c.time.clone());

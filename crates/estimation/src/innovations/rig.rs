@@ -8,7 +8,6 @@
 
 use trueup_signals::{Channel, Loaded, PriorGuess};
 
-use super::intake::root_mean_square;
 use super::plant::ForcedPlant;
 
 /// Least relative standard deviation of what is assumed known, as of a plant's parameters.
@@ -32,7 +31,7 @@ pub enum RigNumber {
 pub struct RigTerm {
     /// A channel with `.gain` or `.offset`.
     pub name: String,
-    /// What it is of.
+    /// The number.
     pub of: RigNumber,
     /// Value in its unit where the number is 1.
     pub assumed: f64,
@@ -47,6 +46,12 @@ pub struct RigTerm {
 pub struct RigTerms {
     /// In the order in which they follow the plant's parameters.
     pub terms: Vec<RigTerm>,
+}
+
+/// Root mean square of all samples of a channel of the recordings for fitting.
+pub fn root_mean_square(loaded: &Loaded, channel: &str) -> f64 {
+    let all = || loaded.train().into_iter().filter_map(|r| r.channel(channel)).flat_map(Channel::believed);
+    (all().map(|v| v * v).sum::<f64>() / all().count().max(1) as f64).sqrt()
 }
 
 impl RigTerms {

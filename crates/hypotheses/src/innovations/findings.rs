@@ -88,7 +88,7 @@ pub struct CaseFindings {
     pub alone: FoundEffect,
     /// Effects, best first.
     pub effects: Vec<FoundEffect>,
-    /// What the screen has besides, best first, with its evidence there: not fitted, no values.
+    /// What else the screen has, best first, with its evidence there: not fitted, no values.
     pub screened: Vec<FoundEffect>,
     /// The two effects that the verdict names.
     pub pair: Option<FoundEffect>,

@@ -5,9 +5,10 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
-use trueup_estimation::innovations::intake::{NodeIntake, NodesError, root_mean_square};
+use trueup_estimation::innovations::intake::{NodeIntake, NodesError};
 use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::linear::Feedback;
+use trueup_estimation::innovations::rig::root_mean_square;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
 use trueup_signals::{Channel, Loaded, Recording};
 
