@@ -1,5 +1,6 @@
 //! Reads `ports.toml`; the format is described in docs/ports.md.
 
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path;
 
@@ -30,8 +31,14 @@ struct PortsReader<'a> {
 pub fn read(file: &Path) -> Result<FmuPorts, Vec<InputMistake>> {
     let fail =
         |message: String| vec![InputMistake { place: SourceSpan { file: file.into(), line: 0 }, message }];
-    let bytes = std::fs::read(file)
-        .map_err(|e| fail(format!("{e}; name a ports.toml, `trueup ports FMU` drafts one")))?;
+    let unread = |e: std::io::Error| {
+        let why = match e.kind() {
+            ErrorKind::NotFound | ErrorKind::NotADirectory => "there is no such file".to_owned(),
+            _ => format!("it cannot be read: {e}"),
+        };
+        fail(format!("{why}; name a ports.toml, `trueup ports FMU` drafts one"))
+    };
+    let bytes = std::fs::read(file).map_err(unread)?;
     let text = String::from_utf8(bytes).map_err(|_| fail("not UTF-8; save it as UTF-8".into()))?;
     parse(&text, file)
 }

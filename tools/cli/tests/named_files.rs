@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// What is read, `@` for its name, and how that ends.
-const READ: [(&[&str], &str); 38] = [
+const READ: [(&[&str], &str); 40] = [
     (&["fmu", "info", "@"], ".fmu"),
     (&["fmu", "validate", "@"], ".fmu"),
     (&["fmu", "pack", "-o", "new", "--from", "@"], ".json"),
@@ -30,6 +30,8 @@ const READ: [(&[&str], &str); 38] = [
     (&["sweep", "@"], ".toml"),
     (&["sweep", "merge", "@"], ".toml"),
     (&["sweep", "map", "@"], ".toml"),
+    (&["ports", "@"], ".fmu"),
+    (&["ports", "TwoMassJoint.fmi3.fmu", "--ports", "@"], ".toml"),
     (&["init", "@"], ".csv"),
     (&["init", "@"], ".mcap"),
     (&["check", "@"], ".toml"),
@@ -49,7 +51,7 @@ const READ: [(&[&str], &str); 38] = [
 ];
 
 /// What is written.
-const WRITTEN: [(&[&str], &str); 12] = [
+const WRITTEN: [(&[&str], &str); 13] = [
     (&["simulate", "system.toml", "-o", "@"], ".csv"),
     (&["simulate", "system.toml", "-o", "@"], ".parquet"),
     (&["simulate", "system.toml", "-o", "new.csv", "--plot", "@"], ".html"),
@@ -61,6 +63,7 @@ const WRITTEN: [(&[&str], &str); 12] = [
     (&["identify", "gone", "--plot", "@"], ".html"),
     (&["sweep", "sweep.toml", "--run", "1", "-o", "@"], ".csv"),
     (&["sweep", "merge", "sweep.toml", "-o", "@"], ".parquet"),
+    (&["ports", "TwoMassJoint.fmi3.fmu", "-o", "@"], ".toml"),
     (&["man", "-o", "@"], ""),
 ];
 

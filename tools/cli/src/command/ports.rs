@@ -11,7 +11,7 @@ use trueup_ports::{Experiment, FmuPorts, FmuQuantities, check, fits, guess, inse
 
 use crate::args::PortsCommand;
 use crate::error::CliError;
-use crate::output::say;
+use crate::output::{can_be_written, say};
 use crate::voice;
 use report::PortsReport;
 
@@ -79,6 +79,7 @@ fn target(args: &PortsCommand) -> Result<Option<PathBuf>, CliError> {
         let why = "it is there already and stays as it is; check it with --ports, see a draft with --print, name another file with -o, or overwrite it with --force";
         return Err(CliError::at(&file, why));
     }
+    can_be_written(&file)?;
     Ok(Some(file))
 }
 
