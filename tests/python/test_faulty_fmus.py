@@ -37,8 +37,8 @@ AROUND = [
 HARMLESS = ["child", "session", "long", "null", "many", "warning"]
 STATUS = ["discard", "error", "fatal", "status42", "status-1"]
 VALUES = {
-    "get": ["nan", "inf", "writes"], "set_states": ["writes"], "derivatives": ["nan", "inf", "chatter", "noise"], "step": ["nan", "pending", "ends", "event", "early", "last_nan", "last_back", "last_far", "ends_nan", "ends_back", "ends_far"],
-    "get_states": ["nan"], "indicators": ["nan", "chatter", "zero"], "discrete": ["again", "past", "now", "next", "often", "nan", "ends"],
+    "get": ["nan", "inf", "writes", "keeps"], "set_states": ["writes"], "derivatives": ["nan", "inf", "chatter", "noise", "keeps"], "step": ["nan", "pending", "ends", "event", "early", "last_nan", "last_back", "last_far", "ends_nan", "ends_back", "ends_far"],
+    "get_states": ["nan", "keeps"], "indicators": ["nan", "chatter", "zero", "keeps"], "discrete": ["again", "past", "now", "next", "often", "nan", "ends"],
     "nominals": ["nan", "zero", "negative"], "states": ["none", "two", "huge"], "number": ["none", "two", "huge"],
 }
 NO_STATUS = {"free"}
@@ -193,6 +193,8 @@ KNOWN = [
     (3, "me", True, "none", "states", 2), (3, "me", False, "two", "states", 1), (3, "me", False, "none", "number", 1),
     (2, "cs", False, "ends_nan", "step", 7), (2, "cs", True, "ends_far", "step", 2), (3, "cs", False, "ends_back", "step", 7), (3, "cs", False, "ends_nan", "step", 2),
     (2, "cs", True, "forks", "instantiate", 1), (3, "cs", True, "forks", "step", 2), (2, "me", True, "forks", "derivatives", 7),
+    (2, "cs", False, "keeps", "get", 7), (3, "cs", False, "keeps", "get", 2), (3, "cs", True, "keeps", "get", 7), (2, "cs", True, "keeps", "get", 2),
+    (2, "me", True, "keeps", "derivatives", 7), (3, "me", False, "keeps", "derivatives", 1), (3, "me", False, "keeps", "get_states", 2),
     (2, "me", False, "forks", "exit_initialization", 1), (3, "cs", False, "forks", "step", 2),
 ]
 

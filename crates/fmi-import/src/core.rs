@@ -237,6 +237,9 @@ impl<F: FunctionTable> Drop for Core<F> {
     }
 }
 
+/// What an FMU has to write is this before: one that answers OK and writes nothing would have the value of the call before.
+pub(crate) const UNWRITTEN: f64 = f64::NAN;
+
 /// Elements of an array that are copied one by one, and without allocating.
 const FEW: usize = 4;
 const SMALL: usize = 16;

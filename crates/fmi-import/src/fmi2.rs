@@ -11,8 +11,8 @@ use std::sync::Arc;
 use trueup_fmi::abi::fmi2::*;
 
 use crate::core::{
-    Core, InstanceOptions, PreparedReferences, StateId, States, c_string, c_strings, call, call_prepared,
-    lent, state_functions,
+    Core, InstanceOptions, PreparedReferences, StateId, States, UNWRITTEN, c_string, c_strings, call,
+    call_prepared, lent, state_functions,
 };
 use crate::error::ImportError;
 use crate::library::{UnpackedFmu, UsedInterface};
@@ -161,6 +161,7 @@ impl Fmi2Instance {
     /// [`ImportError::Length`]; whatever `fmi2GetReal` returns.
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), ImportError> {
         self.core.length("fmi2GetReal", "values", references.len(), values.len())?;
+        values.fill(UNWRITTEN);
         lent(references, |r| call!(self.core, fmi2GetReal, r, references.len(), values.as_mut_ptr()))
     }
 
@@ -267,6 +268,7 @@ impl Fmi2Instance {
     #[inline]
     pub fn read(&mut self, block: &PreparedReferences, values: &mut [f64]) -> Result<(), Box<ImportError>> {
         let n = values.len();
+        values.fill(UNWRITTEN);
         lent(&block.references, |r| {
             call_prepared!(self.core, fmi2GetReal, block, 0, n, r, n, values.as_mut_ptr())
         })

@@ -7,7 +7,7 @@ use std::io::{self, PipeReader, PipeWriter, Read, Write};
 use std::sync::OnceLock;
 
 use rustix::process::{
-    Pid, Signal, WaitOptions, WaitStatus, getpid, kill_process, set_child_subreaper,
+    Pid, Signal, WaitOptions, WaitStatus, getpid, getppid, kill_process, set_child_subreaper,
     set_parent_process_death_signal, wait, waitpid,
 };
 
@@ -57,6 +57,9 @@ pub fn divide() -> io::Result<KeeperSide> {
     match unsafe { fork() } {
         0 => {
             set_parent_process_death_signal(Some(Signal::KILL))?;
+            if getppid() != Some(keeper) {
+                std::process::exit(1); // the keeper has ended already, which gives no signal any more
+            }
             let _ = say.flush();
             let _ = WORD.set(say);
             crate::exit::end_forks();

@@ -16,7 +16,7 @@ use trueup_fmi::abi::fmi3;
 
 pub use lines::{Following, InputLines};
 
-use crate::core::{PreparedReferences, lent};
+use crate::core::{PreparedReferences, UNWRITTEN, lent};
 use crate::error::ImportError;
 use crate::exit;
 use crate::instance::AnyInstance;
@@ -327,6 +327,16 @@ impl Program {
     }
 }
 
+/// Before a block is read.
+///
+/// # Safety
+/// There are so many values, which nothing else uses.
+#[inline]
+unsafe fn unwritten(values: *mut f64, count: usize) {
+    // SAFETY: the caller's word.
+    unsafe { std::slice::from_raw_parts_mut(values, count) }.fill(UNWRITTEN);
+}
+
 /// OK or Warning.
 #[inline]
 fn good(status: c_int) -> bool {
@@ -409,11 +419,15 @@ impl<I: ?Sized> Bound<'_, I> {
             let status = unsafe {
                 match *call {
                     ProgramCall::Get2(f, b) => {
+                        unwritten(base.add(b.first), b.values);
                         b.lent(|references| f(b.component, references, b.count, base.add(b.first)).0)
                     }
-                    ProgramCall::Get3(f, b) => b.lent(|references| {
-                        f(b.component, references, b.count, base.add(b.first), b.values).0
-                    }),
+                    ProgramCall::Get3(f, b) => {
+                        unwritten(base.add(b.first), b.values);
+                        b.lent(|references| {
+                            f(b.component, references, b.count, base.add(b.first), b.values).0
+                        })
+                    }
                     ProgramCall::Set2(_, b) | ProgramCall::Set3(_, b) => call.set(base.add(b.first)),
                     ProgramCall::Hand { from, to, factor, offset } => {
                         *base.add(to) = factor * *base.add(from) + offset;

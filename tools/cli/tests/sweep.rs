@@ -94,6 +94,26 @@ fn killed_at_any_time_it_goes_on_without_loss_or_repeat() {
     assert!(std::fs::read(folder.join("again.parquet")).unwrap() == whole);
 }
 
+/// Also one that is killed while it begins has no process that goes on, and would write the same logs.
+#[test]
+#[cfg(target_os = "linux")]
+fn what_is_killed_as_it_begins_leaves_no_process() {
+    let Some(folder) = desk() else { return };
+    let folder = std::fs::canonicalize(folder.path()).unwrap();
+    let there = || {
+        let processes = std::fs::read_dir("/proc").unwrap().flatten();
+        processes.filter(|p| std::fs::read_link(p.path().join("cwd")).is_ok_and(|cwd| cwd == folder)).count()
+    };
+    for after in 0..40 {
+        let mut child = program(&folder, &["sweep", "s.toml"]).spawn().unwrap();
+        std::thread::sleep(Duration::from_micros(250 * after));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        assert_eq!(there(), 0, "killed after {} us", 250 * after);
+    }
+}
+
 /// The same as a user who starts the program elsewhere, and as a cluster does.
 #[test]
 fn the_array_script_runs_every_share() {

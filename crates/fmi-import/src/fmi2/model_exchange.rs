@@ -3,7 +3,7 @@
 use trueup_fmi::abi::fmi2::*;
 
 use super::Fmi2Instance;
-use crate::core::{call, lent};
+use crate::core::{UNWRITTEN, call, lent};
 use crate::error::ImportError;
 use crate::results::{CompletedStep, EventInfo};
 
@@ -83,6 +83,7 @@ impl Fmi2Instance {
     /// [`ImportError::Length`]; whatever `fmi2GetContinuousStates` returns.
     pub fn get_continuous_states(&mut self, states: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi2GetContinuousStates", states.len())?;
+        states.fill(UNWRITTEN);
         call!(self.core, fmi2GetContinuousStates, states.as_mut_ptr(), states.len())
     }
 
@@ -92,6 +93,7 @@ impl Fmi2Instance {
     /// [`ImportError::Length`]; whatever `fmi2GetDerivatives` returns.
     pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi2GetDerivatives", derivatives.len())?;
+        derivatives.fill(UNWRITTEN);
         call!(self.core, fmi2GetDerivatives, derivatives.as_mut_ptr(), derivatives.len())
     }
 
@@ -111,6 +113,7 @@ impl Fmi2Instance {
     pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), ImportError> {
         let expected = self.core.fmu.description().event_indicators();
         self.core.length("fmi2GetEventIndicators", "indicators", expected, indicators.len())?;
+        indicators.fill(UNWRITTEN);
         call!(self.core, fmi2GetEventIndicators, indicators.as_mut_ptr(), indicators.len())
     }
 }

@@ -3,7 +3,7 @@
 use trueup_fmi::abi::fmi3::*;
 
 use super::Fmi3Instance;
-use crate::core::{call, lent};
+use crate::core::{UNWRITTEN, call, lent};
 use crate::error::{FmiStatus, ImportError};
 use crate::exit;
 use crate::results::{CoSimulationStep, CompletedStep, EventInfo};
@@ -190,6 +190,7 @@ impl Fmi3Instance {
     /// [`ImportError::Length`]; whatever `fmi3GetContinuousStates` returns.
     pub fn get_continuous_states(&mut self, states: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi3GetContinuousStates", states.len())?;
+        states.fill(UNWRITTEN);
         call!(self.core, fmi3GetContinuousStates, states.as_mut_ptr(), states.len())
     }
 
@@ -199,6 +200,7 @@ impl Fmi3Instance {
     /// [`ImportError::Length`]; whatever `fmi3GetContinuousStateDerivatives` returns.
     pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), ImportError> {
         self.states_length("fmi3GetContinuousStateDerivatives", derivatives.len())?;
+        derivatives.fill(UNWRITTEN);
         call!(self.core, fmi3GetContinuousStateDerivatives, derivatives.as_mut_ptr(), derivatives.len())
     }
 
@@ -218,6 +220,7 @@ impl Fmi3Instance {
     pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), ImportError> {
         let expected = self.number_of_event_indicators()?;
         self.core.length("fmi3GetEventIndicators", "indicators", expected, indicators.len())?;
+        indicators.fill(UNWRITTEN);
         call!(self.core, fmi3GetEventIndicators, indicators.as_mut_ptr(), indicators.len())
     }
 }

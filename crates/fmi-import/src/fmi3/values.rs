@@ -10,6 +10,9 @@ use crate::log::text;
 
 /// A numeric type of FMI 3.0.
 pub trait Fmi3Number: Sized {
+    /// What an element is before the FMU writes it; of an integer every value may be one of the FMU's.
+    #[doc(hidden)]
+    const UNWRITTEN: Self;
     #[doc(hidden)]
     fn read(
         instance: &mut Fmi3Instance,
@@ -54,14 +57,16 @@ impl Fmi3Instance {
 }
 
 macro_rules! numeric {
-    ($($get:ident $fmi_get:ident $set:ident $fmi_set:ident $type:ty;)*) => {
+    ($($get:ident $fmi_get:ident $set:ident $fmi_set:ident $type:ty, $unwritten:expr;)*) => {
         numeric! { for Fmi3Instance: $($get $fmi_get $set $fmi_set $type;)* }
         numeric! { for Intermediate: $($get $fmi_get $set $fmi_set $type;)* }
         $(impl Fmi3Number for $type {
+            const UNWRITTEN: Self = $unwritten;
             #[inline]
             fn read(instance: &mut Fmi3Instance, block: &PreparedReferences, values: &mut [Self]) -> Result<(), Box<ImportError>> {
                 let core = &instance.core;
                 let (n, length, epoch) = (block.references.len(), values.len(), instance.epoch);
+                values.fill(Self::UNWRITTEN);
                 lent(&block.references, |r| {
                     call_prepared!(core, $fmi_get, block, epoch, length, r, n, values.as_mut_ptr(), length)
                 })
@@ -86,6 +91,7 @@ macro_rules! numeric {
                 pub fn $get(&mut self, references: &[u32], values: &mut [$type]) -> Result<(), ImportError> {
                     self.core.length(stringify!($fmi_get), "values", self.core.count(references)?, values.len())?;
                     let (n, length) = (references.len(), values.len());
+                    values.fill(<$type as Fmi3Number>::UNWRITTEN);
                     lent(references, |r| call!(self.core, $fmi_get, r, n, values.as_mut_ptr(), length))
                 }
 
@@ -104,16 +110,16 @@ macro_rules! numeric {
 }
 
 numeric! {
-    get_float32 fmi3GetFloat32 set_float32 fmi3SetFloat32 f32;
-    get_float64 fmi3GetFloat64 set_float64 fmi3SetFloat64 f64;
-    get_int8 fmi3GetInt8 set_int8 fmi3SetInt8 i8;
-    get_uint8 fmi3GetUInt8 set_uint8 fmi3SetUInt8 u8;
-    get_int16 fmi3GetInt16 set_int16 fmi3SetInt16 i16;
-    get_uint16 fmi3GetUInt16 set_uint16 fmi3SetUInt16 u16;
-    get_int32 fmi3GetInt32 set_int32 fmi3SetInt32 i32;
-    get_uint32 fmi3GetUInt32 set_uint32 fmi3SetUInt32 u32;
-    get_int64 fmi3GetInt64 set_int64 fmi3SetInt64 i64;
-    get_uint64 fmi3GetUInt64 set_uint64 fmi3SetUInt64 u64;
+    get_float32 fmi3GetFloat32 set_float32 fmi3SetFloat32 f32, f32::NAN;
+    get_float64 fmi3GetFloat64 set_float64 fmi3SetFloat64 f64, f64::NAN;
+    get_int8 fmi3GetInt8 set_int8 fmi3SetInt8 i8, 0;
+    get_uint8 fmi3GetUInt8 set_uint8 fmi3SetUInt8 u8, 0;
+    get_int16 fmi3GetInt16 set_int16 fmi3SetInt16 i16, 0;
+    get_uint16 fmi3GetUInt16 set_uint16 fmi3SetUInt16 u16, 0;
+    get_int32 fmi3GetInt32 set_int32 fmi3SetInt32 i32, 0;
+    get_uint32 fmi3GetUInt32 set_uint32 fmi3SetUInt32 u32, 0;
+    get_int64 fmi3GetInt64 set_int64 fmi3SetInt64 i64, 0;
+    get_uint64 fmi3GetUInt64 set_uint64 fmi3SetUInt64 u64, 0;
 }
 
 impl Fmi3Instance {

@@ -16,6 +16,7 @@ macro_rules! type_of {
     (value $type:ty) => { $type };
     (array $type:ty, $n:expr) => { *const $type };
     (written $type:ty, $n:expr) => { *mut $type };
+    (read $type:ty, $n:expr) => { *mut $type };
     (texts $n:expr) => { *const *const std::ffi::c_char };
     (binaries $sizes:expr, $n:expr) => { *const *const u8 };
     (given_texts $n:expr) => { *mut *const std::ffi::c_char };
@@ -31,6 +32,9 @@ macro_rules! put {
         $w.array($name, $n)
     };
     ($w:ident $name:ident written $type:ty, $n:expr) => {
+        $w.written($name, $n)
+    };
+    ($w:ident $name:ident read $type:ty, $n:expr) => {
         $w.written($name, $n)
     };
     ($w:ident $name:ident texts $n:expr) => {
@@ -56,6 +60,9 @@ macro_rules! take {
         $r.skip::<$type>($n)
     };
     ($r:ident $name:ident written $type:ty, $n:expr) => {
+        $r.written($name, $n)
+    };
+    ($r:ident $name:ident read $type:ty, $n:expr) => {
         $r.written($name, $n)
     };
     ($r:ident $name:ident texts $n:expr) => {};
@@ -89,6 +96,10 @@ macro_rules! get {
     };
     ($a:ident written $type:ty, $n:expr) => {
         $a.array::<$type>()
+    };
+    // All of it has to be written.
+    ($a:ident read $type:ty, $n:expr) => {
+        $a.read(<$type>::NAN)
     };
     ($a:ident texts $n:expr) => {
         $a.texts()
@@ -229,7 +240,7 @@ calls! { two, fmi2, table2, fmi2Status;
     wait fmi2ExitInitializationMode();
     wait fmi2Terminate();
     wait fmi2Reset();
-    ask fmi2GetReal(vr: array(u32, n), n: value(usize), v: written(f64, n));
+    ask fmi2GetReal(vr: array(u32, n), n: value(usize), v: read(f64, n));
     ask fmi2GetInteger(vr: array(u32, n), n: value(usize), v: written(fmi2Integer, n));
     ask fmi2GetBoolean(vr: array(u32, n), n: value(usize), v: written(fmi2Boolean, n));
     wait fmi2GetString(vr: array(u32, n), n: value(usize), v: given_texts(n));
@@ -250,9 +261,9 @@ calls! { two, fmi2, table2, fmi2Status;
     wait fmi2CompletedIntegratorStep(no_rollback: value(fmi2Boolean), event: written(fmi2Boolean, 1), terminate: written(fmi2Boolean, 1));
     post fmi2SetTime(time: value(f64));
     post fmi2SetContinuousStates(x: array(f64, n), n: value(usize));
-    wait fmi2GetDerivatives(dx: written(f64, n), n: value(usize));
-    wait fmi2GetEventIndicators(z: written(f64, n), n: value(usize));
-    wait fmi2GetContinuousStates(x: written(f64, n), n: value(usize));
+    wait fmi2GetDerivatives(dx: read(f64, n), n: value(usize));
+    wait fmi2GetEventIndicators(z: read(f64, n), n: value(usize));
+    wait fmi2GetContinuousStates(x: read(f64, n), n: value(usize));
     wait fmi2GetNominalsOfContinuousStates(x: written(f64, n), n: value(usize));
     post fmi2SetRealInputDerivatives(vr: array(u32, n), n: value(usize), order: array(fmi2Integer, n), v: array(f64, n));
     wait fmi2GetRealOutputDerivatives(vr: array(u32, n), n: value(usize), order: array(fmi2Integer, n), v: written(f64, n));
@@ -270,8 +281,8 @@ calls! { three, fmi3, table3, fmi3Status;
     wait fmi3EnterEventMode();
     wait fmi3Terminate();
     wait fmi3Reset();
-    ask fmi3GetFloat32(vr: array(u32, n), n: value(usize), v: written(f32, k), k: value(usize));
-    ask fmi3GetFloat64(vr: array(u32, n), n: value(usize), v: written(f64, k), k: value(usize));
+    ask fmi3GetFloat32(vr: array(u32, n), n: value(usize), v: read(f32, k), k: value(usize));
+    ask fmi3GetFloat64(vr: array(u32, n), n: value(usize), v: read(f64, k), k: value(usize));
     ask fmi3GetInt8(vr: array(u32, n), n: value(usize), v: written(i8, k), k: value(usize));
     ask fmi3GetUInt8(vr: array(u32, n), n: value(usize), v: written(u8, k), k: value(usize));
     ask fmi3GetInt16(vr: array(u32, n), n: value(usize), v: written(i16, k), k: value(usize));
@@ -315,9 +326,9 @@ calls! { three, fmi3, table3, fmi3Status;
     wait fmi3CompletedIntegratorStep(no_rollback: value(fmi3Boolean), event: written(fmi3Boolean, 1), terminate: written(fmi3Boolean, 1));
     post fmi3SetTime(time: value(f64));
     post fmi3SetContinuousStates(x: array(f64, n), n: value(usize));
-    wait fmi3GetContinuousStateDerivatives(dx: written(f64, n), n: value(usize));
-    wait fmi3GetEventIndicators(z: written(f64, n), n: value(usize));
-    wait fmi3GetContinuousStates(x: written(f64, n), n: value(usize));
+    wait fmi3GetContinuousStateDerivatives(dx: read(f64, n), n: value(usize));
+    wait fmi3GetEventIndicators(z: read(f64, n), n: value(usize));
+    wait fmi3GetContinuousStates(x: read(f64, n), n: value(usize));
     wait fmi3GetNominalsOfContinuousStates(x: written(f64, n), n: value(usize));
     wait fmi3GetNumberOfEventIndicators(n: written(usize, 1));
     wait fmi3GetNumberOfContinuousStates(n: written(usize, 1));

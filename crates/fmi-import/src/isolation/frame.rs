@@ -265,6 +265,18 @@ impl Arguments {
         }
     }
 
+    /// Of elements that are `unwritten` as long as the FMU does not write them.
+    pub(super) unsafe fn read<T: Copy>(&mut self, unwritten: T) -> *mut T {
+        // SAFETY: the caller's word.
+        unsafe {
+            let count = self.word() as usize;
+            self.at -= 8;
+            let elements = self.array();
+            std::slice::from_raw_parts_mut(elements, count).fill(unwritten);
+            elements
+        }
+    }
+
     pub(super) unsafe fn text(&mut self) -> *const c_char {
         // SAFETY: the caller's word.
         unsafe {
