@@ -109,8 +109,12 @@ fn what_is_killed_as_it_begins_leaves_no_process() {
         std::thread::sleep(Duration::from_micros(250 * after));
         child.kill().unwrap();
         child.wait().unwrap();
-        std::thread::sleep(Duration::from_millis(20));
-        assert_eq!(there(), 0, "killed after {} us", 250 * after);
+        // What is being ended takes a moment; the sweep takes longer than this.
+        let gone = (0..50).any(|_| {
+            std::thread::sleep(Duration::from_millis(10));
+            there() == 0
+        });
+        assert!(gone, "killed after {} us", 250 * after);
     }
 }
 
