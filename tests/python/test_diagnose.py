@@ -380,3 +380,18 @@ def test_the_verdict_is_said_even_if_it_cannot_be_written(tmp_path, trials):
         said, wrong = running.communicate()
     assert running.returncode == 1 and "it is a file" in wrong, wrong
     assert said.startswith("no gap"), said
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("index", range(1, 25))
+def test_what_is_found_of_every_effect_is_shipped(tmp_path, index):
+    """Effects of single cases come in turn: the files of each contain what is reported, also where an effect's parameter has the name of one of the plant's."""
+    made = run("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "single", "--count", 24, "--seed", 88003, "--shard", f"{index}/24")
+    assert made.returncode == 0, made.stderr
+    (case,) = (tmp_path / "cases").iterdir()
+    done = run("diagnose", case, "-o", tmp_path / "out", "--json")
+    assert done.returncode == 0, done.stderr
+    diagnosis = json.loads(done.stdout)
+    check_files(tmp_path / "out", diagnosis)
+    if diagnosis["verdict"] == "effects":
+        shipped_is_reported(tmp_path / "out", diagnosis)

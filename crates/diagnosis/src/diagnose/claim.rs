@@ -123,9 +123,12 @@ pub(super) fn parameters(best: &SetEstimate) -> BTreeMap<String, ClaimedAmount> 
         each.entry(&u.name).or_default().push(best.amount(k, 0.0));
     }
     all.extend(each.into_iter().filter_map(|(name, amounts)| Some((name.to_owned(), of_all(amounts)?))));
-    // What follows another parameter has its value: static friction that is the Coulomb friction.
+    // What follows another parameter has its value: static friction that is the Coulomb friction, unless an effect has it exceed that.
     let named = &stated.model.plant().table().parameters;
-    for (which, whom) in &stated.ties {
+    let exceeds = |which: usize| {
+        stated.unknowns.iter().any(|u| matches!(u.target, BalanceTarget::Above { at, .. } if at == which))
+    };
+    for (which, whom) in stated.ties.iter().filter(|(which, _)| !exceeds(*which)) {
         if let Some(amount) = all.get(&named[*whom].name).cloned() {
             all.entry(named[*which].name.clone()).or_insert(amount);
         }
