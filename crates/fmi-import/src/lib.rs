@@ -43,7 +43,7 @@ mod table;
 pub use crate::core::{InstanceOptions, PreparedReferences, StateId};
 pub use crate::error::{FmiError, FmiStatus, ImportError};
 pub use crate::event_iteration::{MOST_PASSES, iterate_events};
-pub use crate::hybrid::{HybridFmu, MAX_ELEMENTS, element_quantities};
+pub use crate::hybrid::{ForceInput, HybridFmu, HybridPorts, MAX_ELEMENTS, element_quantities};
 pub use crate::instance::{AnyInstance, DescribedCounts, StateColumns};
 pub use crate::isolation::{Isolation, NoIsolation};
 pub use crate::library::{UnpackedFmu, UsedInterface};
