@@ -4,8 +4,8 @@
 //! hybrid_run FILE.fmu STOP TOLERANCE < REQUEST
 //! ```
 //!
-//! Lines of the request: `p NAME VALUE` for parameters, then `u TIME VALUE ...` for inputs in the order of the description, held from
-//! this time on. Lines of the answer: `event TIME`, `state NAME VALUE`.
+//! Lines of the request: `p NAME VALUE` for parameters, then `u TIME NAME VALUE ...` for inputs that are held from this time on, others
+//! at their start values. Lines of the answer: `event TIME`, `state NAME VALUE`.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -34,9 +34,13 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let k = table.parameter(name).ok_or_else(|| format!("there is no parameter {name}"))?;
                 p[k] = value.parse()?;
             }
-            ["u", time, values @ ..] if values.len() == table.inputs.len() => {
-                let values: Result<Vec<f64>, _> = values.iter().map(|v| v.parse()).collect();
-                inputs.push((time.parse()?, values?));
+            ["u", time, values @ ..] if values.len() % 2 == 0 => {
+                let mut u: Vec<f64> = table.inputs.iter().map(|q| q.start).collect();
+                for pair in values.chunks(2) {
+                    let k = table.input(pair[0]).ok_or_else(|| format!("there is no input {}", pair[0]))?;
+                    u[k] = pair[1].parse()?;
+                }
+                inputs.push((time.parse()?, u));
             }
             _ => return Err(format!("not a line of a request: {line}").into()),
         }
