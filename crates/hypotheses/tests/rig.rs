@@ -1,4 +1,4 @@
-//! What is known of a rig up to a number: gain and offset of an input, known effects; a delay that is declared. Checks EST-16, EST-17.
+//! What is known of a rig up to a number: gain and offset of an input, known effects; a delay that is declared. Checks EST-16, EST-18.
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_hypotheses::innovations::findings::{CaseFindings, search_case};

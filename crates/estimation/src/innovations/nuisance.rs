@@ -80,7 +80,7 @@ impl InnovationsFrame {
         let numbers = self.rig_numbers();
         let parameters = self.plant.parameters().len();
         let of = |k: usize| k.checked_sub(parameters).map(|term| (term, self.intake.rig.terms[term].of));
-        // (EST-17)
+        // (EST-18)
         self.along_known(recording, |t, effects, at| {
             let slopes = effects.slopes(at);
             for (s, k) in series.iter_mut().zip(&self.unknown) {
