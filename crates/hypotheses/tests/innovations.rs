@@ -61,7 +61,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
     };
     let changes: [(&str, Change); 6] = [
         ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
-        ("known effects", |l| {
+        ("changes the spring", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
         }),
         ("static friction", |l| {
