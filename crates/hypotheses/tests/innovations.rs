@@ -2,7 +2,7 @@
 
 use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict, judge};
-use trueup_signals::{KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
+use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
 use crate::made::{MadeJoint, Sampling};
 
@@ -54,13 +54,19 @@ fn a_ripple_of_order_sixty_has_its_order() {
 #[test]
 fn what_the_engine_lacks_words_for_is_refused_by_name() {
     type Change = fn(&mut Loaded);
-    let changes: [(&str, Change); 5] = [
+    let changes: [(&str, Change); 6] = [
         ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
         ("known effects", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
         }),
         ("static friction without", |l| {
             l.case.parameters.insert("coulombFriction".into(), ParameterValue::Number(0.0));
+        }),
+        ("of other channels", |l| {
+            let first = l.recordings.values_mut().next().unwrap();
+            let mut torque = Channel { name: "transmissionTorque".into(), ..first.channels[0].clone() };
+            torque.sensor.offset = Some(PriorGuess { value: 0.0, doubt: None });
+            first.channels.push(torque);
         }),
         ("single recordings", |l| {
             let first = l.recordings.values_mut().next().unwrap();

@@ -3,42 +3,69 @@
 
 use std::borrow::Cow;
 
-use trueup_signals::Loaded;
+use trueup_signals::{Channel, Loaded};
 
-/// Times that channels are put back at the most, the step below which they stay, in steps of the nodes, and the longest step, s.
+/// Delays that are tried first, s: a fit from 0 may end on its way.
+const TRIED: [f64; 12] =
+    [-0.016, -0.0065, -0.0025, 0.0015, 0.0025, 0.004, 0.0065, 0.01, 0.016, 0.025, 0.04, 0.06];
+/// Times that channels are put back then, the step below which they stay, in steps of the nodes, and the longest step, s.
 const RETIMED: (usize, f64, f64) = (6, 0.2, 0.02);
 
-/// How much later channels are than a case assumes.
+/// What the model alone has of the delays of a case.
+#[derive(Clone, Debug, Default)]
 pub(super) struct LaterChannels {
+    /// Log evidence a reading, nats.
+    pub(super) evidence: f64,
     /// Step of the nodes, s.
     pub(super) step: f64,
-    /// Channels whose delays are estimated, with what the model alone adds to them, s.
+    /// Channels whose delays are estimated, with what adds to the assumed delays, s; none without a fit.
     pub(super) by: Vec<(String, f64)>,
 }
 
-/// A case at the delays that the model alone has; `later`: how much later its channels are.
+fn all(loaded: &mut Loaded) -> impl Iterator<Item = &mut Channel> {
+    loaded.recordings.values_mut().flat_map(|r| &mut r.channels)
+}
+
+/// A case at the delays that the model alone has; `look`: what it has of a case, with a fit or without one.
 ///
 /// # Errors
-/// Those of `later`.
+/// Those of `look`.
 pub(super) fn retimed<'a, E>(
     loaded: &'a Loaded,
-    mut later: impl FnMut(&Loaded) -> Result<LaterChannels, E>,
+    look: impl Fn(&Loaded, bool) -> Result<LaterChannels, E>,
 ) -> Result<Cow<'a, Loaded>, E> {
-    let mut loaded = Cow::Borrowed(loaded);
-    let all = || loaded.recordings.values().flat_map(|r| &r.channels);
-    if all().all(|c| c.sensor.late.is_none()) {
-        return Ok(loaded);
+    let mut late: Vec<String> = Vec::new();
+    for c in loaded.recordings.values().flat_map(|r| &r.channels).filter(|c| c.sensor.late.is_some()) {
+        if !late.contains(&c.name) {
+            late.push(c.name.clone());
+        }
+    }
+    if late.is_empty() {
+        return Ok(Cow::Borrowed(loaded));
+    }
+    let mut loaded = loaded.clone();
+    for name in &late {
+        let mut best = (look(&loaded, false)?.evidence, loaded.clone());
+        for by in TRIED {
+            let mut moved = loaded.clone();
+            all(&mut moved).filter(|c| c.name == *name).for_each(|c| c.sensor.delay += by);
+            let evidence = look(&moved, false)?.evidence;
+            if evidence > best.0 {
+                best = (evidence, moved);
+            }
+        }
+        loaded = best.1;
     }
     let (times, settled, longest) = RETIMED;
     for _ in 0..times {
-        let LaterChannels { step, by } = later(&loaded)?;
+        let LaterChannels { step, by, .. } = look(&loaded, true)?;
         if by.iter().all(|(_, by)| by.abs() < settled * step) {
             break;
         }
-        for c in loaded.to_mut().recordings.values_mut().flat_map(|r| &mut r.channels) {
+        for c in all(&mut loaded) {
             let by = by.iter().find(|(name, _)| *name == c.name).map_or(0.0, |l| l.1);
             c.sensor.delay += by.clamp(-longest, longest);
         }
     }
-    Ok(loaded)
+    Ok(Cow::Owned(loaded))
 }

@@ -96,6 +96,10 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     let known = [
         (!case.effects.is_empty(), "known effects"),
         (
+            has_unread_figures(loaded, &plant),
+            "gains, offsets and delays of other channels than angles, rates and inputs",
+        ),
+        (
             has_rigs_apart(loaded, &|name| drives.contains(&name)),
             "gains, offsets of inputs and delays that differ between recordings",
         ),
@@ -112,14 +116,21 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
         let intake = Rc::new(NodeIntake::new(loaded, &plant)?);
         Ok(InnovationsFrame::new(&intake, Rc::new(plant.clone()), None))
     };
-    let loaded = retimed(loaded, |loaded| -> Result<LaterChannels, NodesError> {
+    let loaded = retimed(loaded, |loaded, fits| -> Result<LaterChannels, NodesError> {
         let mut frame = made(loaded)?;
+        let counted: usize = frame.runs.iter().map(|r| r.counted.iter().filter(|c| **c).count()).sum();
+        let q = frame.q.clone();
+        if !fits {
+            frame.settle_signs(&q, 2);
+            let evidence = frame.evidence / counted.max(1) as f64;
+            return Ok(LaterChannels { evidence, ..LaterChannels::default() });
+        }
         frame.settle(true);
         let q = frame.q.clone();
-        let fit = frame.fit(&|_| Vec::new(), &q, ROUNDS[1], true);
+        let fit = frame.fit(&|_| Vec::new(), &q, ROUNDS[0], true);
         let step = frame.runs.iter().map(|r| r.dt).fold(f64::INFINITY, f64::min);
         let by = frame.intake.rig.later(&fit.zeros).into_iter().map(|(name, by)| (name.to_owned(), by));
-        Ok(LaterChannels { step, by: by.collect() })
+        Ok(LaterChannels { evidence: fit.evidence / counted.max(1) as f64, step, by: by.collect() })
     })?;
     Ok((made(&loaded)?, plant))
 }
@@ -130,6 +141,16 @@ pub(super) fn has_rigs_apart(loaded: &Loaded, common: &dyn Fn(&str) -> bool) -> 
     let all = || train.iter().flat_map(|r| &r.channels);
     let rig = |c: &Channel| (c.sensor.gain, c.sensor.offset.filter(|_| common(&c.name)), c.sensor.late);
     all().any(|c| all().any(|o| o.name == c.name && rig(o) != rig(c)))
+}
+
+/// Whether something is estimated of a channel that no reading or input of the plant is.
+fn has_unread_figures(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
+    let known = |name: &str| {
+        plant.readings().iter().any(|r| r.name == name) || plant.input_forces().iter().any(|i| i.name == name)
+    };
+    let estimated =
+        |c: &Channel| c.sensor.gain.is_some() || c.sensor.offset.is_some() || c.sensor.late.is_some();
+    loaded.train().iter().flat_map(|r| &r.channels).any(|c| estimated(c) && !known(&c.name))
 }
 
 /// Whether a parameter of a recording is none that can be another there: it is not the plant's, or 0 here or there.
