@@ -56,7 +56,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
     type Change = fn(&mut Loaded);
     let changes: [(&str, Change); 6] = [
         ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
-        ("known effects", |l| {
+        ("changes the spring", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
         }),
         ("static friction without", |l| {
@@ -64,7 +64,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
         }),
         ("of other channels", |l| {
             let first = l.recordings.values_mut().next().unwrap();
-            let mut torque = Channel { name: "transmissionTorque".into(), ..first.channels[0].clone() };
+            let mut torque = Channel { name: "motorTemperature".into(), ..first.channels[0].clone() };
             torque.sensor.offset = Some(PriorGuess { value: 0.0, doubt: None });
             first.channels.push(torque);
         }),

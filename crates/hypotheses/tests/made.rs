@@ -15,6 +15,8 @@ use trueup_signals::{Case, Channel, Interpolation, Loaded, ParameterValue, Recor
 const NOISE: [f64; 2] = [1e-3, 1e-5];
 /// The same of their rates, rad/s.
 const RATE_NOISE: [f64; 2] = [0.02, 2e-4];
+/// That of the torque of the spring, N.m.
+const TORQUE_NOISE: f64 = 2e-6;
 /// Every channel of a joint that nothing but its motor drives.
 pub(crate) const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
 
@@ -66,6 +68,10 @@ pub(crate) struct MadeJoint<'a> {
     pub(crate) viscous: f64,
     /// Effects with their parameters; the nominal model has none of them.
     pub(crate) effects: &'a [(&'a str, &'a [f64])],
+    /// Standard deviations of the noise of motor and load angle, rad.
+    pub(crate) noise: [f64; 2],
+    /// Begin and end of a time without current, s.
+    pub(crate) rests: [f64; 2],
     /// Size of a torque on the load that is recorded, N.m.
     pub(crate) external: f64,
     /// Channels that are recorded.
@@ -86,6 +92,8 @@ impl Default for MadeJoint<'_> {
             flexible: true,
             viscous: 5.6e-5,
             effects: &[],
+            noise: NOISE,
+            rests: [0.0; 2],
             external: 0.0,
             channels: ALL,
             values: &[],
@@ -97,6 +105,9 @@ impl Default for MadeJoint<'_> {
 impl MadeJoint<'_> {
     fn current(&self, k: usize, recording: u64) -> f64 {
         let t = k as f64 / self.rate;
+        if (self.rests[0]..self.rests[1]).contains(&t) {
+            return 0.0;
+        }
         0.35 * (2.3 * t + 2.0 * (self.seed + recording) as f64).sin() + 0.2 * (9.3 * t).sin()
     }
     fn torque(&self, k: usize, recording: u64) -> f64 {
@@ -135,12 +146,14 @@ impl MadeJoint<'_> {
                 times.push(if self.sampling == Sampling::Coarse { (1e3 * t).round() / 1e3 } else { *t });
                 values.push(y);
             }
-            let mut channel = Channel::new(name, "rad", times, values);
+            let unit = if name == "transmissionTorque" { "N.m" } else { "rad" };
+            let mut channel = Channel::new(name, unit, times, values);
             channel.sensor.noise = Some(noise);
             channel
         };
-        let motor = read("motorAngle", output::MOTOR_ANGLE, NOISE[0]);
-        let load = read("loadAngle", output::LOAD_ANGLE, NOISE[1]);
+        let motor = read("motorAngle", output::MOTOR_ANGLE, self.noise[0]);
+        let load = read("loadAngle", output::LOAD_ANGLE, self.noise[1]);
+        let carried = read("transmissionTorque", output::TRANSMISSION_TORQUE, TORQUE_NOISE);
         let rates = [
             ("motorVelocity", output::MOTOR_VELOCITY, RATE_NOISE[0]),
             ("loadVelocity", output::LOAD_VELOCITY, RATE_NOISE[1]),
@@ -153,7 +166,7 @@ impl MadeJoint<'_> {
         };
         let current = held("motorCurrent", "A", &|k| self.current(k, recording));
         let torque = held("externalTorque", "N.m", &|k| self.torque(k, recording));
-        let mut channels = vec![current, torque, motor, load];
+        let mut channels = vec![current, torque, motor, load, carried];
         channels.extend(rates);
         channels.retain(|c| self.channels.contains(&c.name.as_str()));
         Recording {

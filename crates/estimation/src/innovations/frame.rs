@@ -9,6 +9,7 @@ use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use super::filter_data::{DataColumn, FilterGains, FilterInput};
 use super::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
 use super::intake::{IntakeChannel, NodeIntake, input_force};
+use super::known_effects::{KnownEffects, KnownPoint};
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows, StepOrder};
 use super::numeric::{over_steps, quantile};
 use super::plant::ForcedPlant;
@@ -134,6 +135,41 @@ impl InnovationsFrame {
             [factor, taken] => means.iter().map(|u| factor * u - taken).collect(),
         }
     }
+    /// Each step of a recording with the point at which known effects act in it; none before there is a trajectory.
+    pub(super) fn along_known(
+        &self,
+        recording: usize,
+        mut f: impl FnMut(usize, &KnownEffects, &KnownPoint<'_>),
+    ) {
+        let (Some(effects), r) = (self.plant.known_effects(), &self.runs[recording]) else { return };
+        let size = r.states.len() / r.nodes;
+        if size == 0 {
+            return;
+        }
+        let own = self.plant.model_parameters(&self.parameters_in(recording));
+        let numbers = &self.rig_numbers()[self.rig_numbers().len() - effects.numbers.len()..];
+        let inputs: Vec<Vec<f64>> =
+            (0..self.plant.input_forces().len()).map(|i| self.input_means(recording, i)).collect();
+        for t in 0..r.nodes {
+            let next = (t + 1).min(r.nodes - 1);
+            let state: Vec<f64> = (0..self.plant.states())
+                .map(|i| 0.5 * (r.states[size * t + i] + r.states[size * next + i]))
+                .collect();
+            let input: Vec<f64> = inputs.iter().map(|m| m[t]).collect();
+            let (time, sign) = ((t as f64 + 0.5) * r.dt, r.signs.mean[t]);
+            let (state, input, rigid) = (&state[..], &input[..], self.plant.elements().is_empty());
+            f(t, effects, &KnownPoint { time, own: &own, numbers, state, input, sign, rigid });
+        }
+    }
+    /// Forces of known effects on the coordinates over the steps; empty: there are none.
+    pub fn known_forces(&self, recording: usize) -> Vec<Vec<f64>> {
+        let mut all = Vec::new();
+        self.along_known(recording, |t, effects, at| {
+            all.resize_with(self.coordinates(), || vec![0.0; self.runs[recording].nodes]);
+            all.iter_mut().zip(effects.forces(at)).for_each(|(all, f): (&mut Vec<f64>, f64)| all[t] = f);
+        });
+        all
+    }
     /// Whether more than one angle is read.
     pub fn two_angles(&self) -> bool {
         self.intake.channels.iter().filter(|c| c.angle).count() > 1
@@ -194,11 +230,14 @@ impl InnovationsFrame {
         let driven = self.driven();
         let held = (0..self.coordinates()).map(|c| self.plant.held_with(driven, c)).collect();
         let modes = [vec![false; self.coordinates()], held];
-        let states: Vec<usize> = self.intake.channels.iter().map(|c| c.state).collect();
+        let sums = |k: usize| -> Vec<Vec<f64>> {
+            let theta = self.parameters_in(k);
+            self.intake.channels.iter().map(|c| self.shown_sum(&theta, c.shows)).collect()
+        };
+        let sums: Vec<Vec<Vec<f64>>> = (0..self.runs.len()).map(sums).collect();
         let rig = &self.intake.rig;
-        let factors: Vec<f64> = (0..states.len())
-            .map(|c| rig.of_reading(&self.theta[self.plant.parameters().len()..], c))
-            .collect();
+        let numbers = &self.theta[self.plant.parameters().len()..];
+        let factors: Vec<f64> = (0..self.intake.channels.len()).map(|c| rig.of_reading(numbers, c)).collect();
         for (k, r) in self.runs.iter_mut().enumerate() {
             let theta = &*rig.parameters_in(&self.theta, k);
             let linear = LinearPoint { plant: &*self.plant, theta, feedback: &self.feedback };
@@ -210,7 +249,7 @@ impl InnovationsFrame {
                 || modes.iter().map(|m| PlantStep::new(&linear, m, r.dt)).collect(),
                 |l| l.steps.clone(),
             );
-            let mut rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
+            let mut rows = ReadingRows::new(&linear, &sums[k], &modes, &r.signs.mode, &r.moments);
             rows.scale(&factors, [linear.size(), modes[0].len()]);
             let signs = r.signs.clone();
             r.linear = Rc::new(Linearisation { point: point.clone(), signs, steps, rows });
@@ -286,6 +325,9 @@ impl InnovationsFrame {
             let sum = all[force.coordinate].iter_mut();
             sum.zip(input_force(force, &theta, &means)).for_each(|(s, f)| *s += f);
         }
+        for (sum, f) in all.iter_mut().zip(self.known_forces(recording)) {
+            sum.iter_mut().zip(f).for_each(|(s, f)| *s += f);
+        }
         let level = self.dry_level_of(&theta);
         let friction = all[self.driven()].iter_mut();
         friction.zip(&r.signs.mean).for_each(|(s, m)| *s -= level * m);
@@ -319,7 +361,7 @@ impl InnovationsFrame {
         let nothing = |r: &NodeRecording| OwnForces::none(self.coordinates(), self.channels(), r.nodes);
         let own: Vec<OwnForces> = own.unwrap_or_else(|| self.runs.iter().map(nothing).collect());
         for (k, own) in own.into_iter().enumerate() {
-            let mut readings = self.runs[k].readings.to_vec();
+            let mut readings = self.shown_readings(k);
             own.correct(&mut readings);
             let data =
                 DataColumn { forces: self.known(k, Some(&own)), readings, first: self.first_with_latents(k) };
@@ -333,7 +375,7 @@ impl InnovationsFrame {
     pub fn data(&self) -> Vec<DataColumn> {
         let one = |k: usize| DataColumn {
             forces: self.known(k, None),
-            readings: self.runs[k].readings.to_vec(),
+            readings: self.shown_readings(k),
             first: self.first_with_latents(k),
         };
         (0..self.runs.len()).map(one).collect()

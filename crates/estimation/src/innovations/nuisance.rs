@@ -53,11 +53,13 @@ impl InnovationsFrame {
         let rig = &self.intake.rig;
         let mut gear = vec![vec![0.0; r.nodes]; forces];
         let mut all = vec![0.0; parameters * forces];
+        let known = self.known_forces(recording);
         for t in 0..r.nodes {
             let next = (t + 1).min(r.nodes - 1);
             let at = |i: usize| 0.5 * (r.states[size * t + i] + r.states[size * next + i]);
             let state: Vec<f64> = (0..states).map(at).collect();
             own.iter_mut().zip(&r.own.forces).for_each(|(o, f)| *o = f[t]);
+            own.iter_mut().zip(&known).for_each(|(o, f)| *o += f[t]);
             input.iter_mut().zip(&inputs).for_each(|(u, m)| *u = m[t]);
             sign[self.driven()] = r.signs.mean[t];
             let means = StepMeans { state: &state, input: &input, sign: &sign, own: &own };
@@ -70,16 +72,20 @@ impl InnovationsFrame {
                 (0..forces).for_each(|c| s[c][t] = all[forces * k + c]);
             }
         }
-        let part = |s: Vec<Vec<f64>>| {
-            let mut part = ColumnPart::default();
+        self.add_effect_columns(recording, &mut series);
+        let part = |(s, k): (Vec<Vec<f64>>, &usize)| {
+            let readings = self.shown_changes(recording, *k);
+            let mut part = ColumnPart { readings, ..ColumnPart::default() };
             for (c, values) in s.into_iter().enumerate() {
                 part.forces.extend(ColumnPart::force(c, values).forces);
             }
             part
         };
-        let mut parts: Vec<ColumnPart> = series.into_iter().map(part).collect();
+        let mut parts: Vec<ColumnPart> = series.into_iter().zip(&self.unknown).map(part).collect();
         for (p, k) in parts.iter_mut().zip(&self.unknown).filter(|(_, k)| **k >= parameters) {
-            *p = self.rig_part(*k - parameters, recording, &inputs, &gear);
+            if let Some(of_rig) = self.rig_part(*k - parameters, recording, &inputs, &gear) {
+                *p = of_rig;
+            }
         }
         parts
     }
@@ -94,18 +100,19 @@ impl InnovationsFrame {
         let c = &self.intake.channels[channel];
         let coordinate = &self.plant.coordinates()[self.plant.readings()[c.reading].coordinate];
         let factor = self.intake.rig.of_reading(self.rig_numbers(), channel);
+        let read: Vec<f64> = (0..r.nodes).map(shown).collect();
         let rate = if c.angle {
-            r.state(coordinate.velocity)
+            r.state(coordinate.velocity).iter().map(|v| factor * v).collect()
         } else {
-            gradient(&r.state(c.state)).iter().map(|v| v / r.dt).collect()
+            gradient(&read).iter().map(|v| v / r.dt).collect()
         };
-        [(0..r.nodes).map(shown).collect(), rate.iter().map(|v| factor * v).collect()]
+        [read, rate]
     }
 
     /// What adds to the readings of a recording, where its number is 1.
     fn added_part(&self, term: &AddedTerm, recording: usize) -> ColumnPart {
         let r = &self.runs[recording];
-        // (EST-17)
+        // (EST-18)
         match term.of {
             AddedNumber::ReadingOffset { channel, recording: own } if own == recording => {
                 ColumnPart::reading(channel, vec![term.size; r.nodes])
@@ -130,9 +137,30 @@ impl InnovationsFrame {
         }
     }
 
-    /// A relative change of a number of the rig in a recording; `inputs`: means as in hand, `gear`: forces on the coordinates of an
-    /// inertia behind the gear that is taken to be smaller by twice that.
-    fn rig_part(&self, term: usize, recording: usize, inputs: &[Vec<f64>], gear: &[Vec<f64>]) -> ColumnPart {
+    /// Forces of relative changes of the numbers of known effects.
+    fn add_effect_columns(&self, recording: usize, series: &mut [Vec<Vec<f64>>]) {
+        let numbers = self.rig_numbers();
+        let parameters = self.plant.parameters().len();
+        let of = |k: usize| k.checked_sub(parameters).map(|term| (term, self.intake.rig.terms[term].of));
+        // (EST-17)
+        self.along_known(recording, |t, effects, at| {
+            let slopes = effects.slopes(at);
+            for (s, k) in series.iter_mut().zip(&self.unknown) {
+                let Some((term, RigNumber::Effect(number))) = of(*k) else { continue };
+                s.iter_mut().zip(slopes[number]).for_each(|(s, slope)| s[t] = numbers[term] * slope);
+            }
+        });
+    }
+
+    /// A relative change of a number of the rig in a recording, `None` of a known effect; `inputs`: means as in hand, `gear`: forces on
+    /// the coordinates of an inertia behind the gear that is taken to be smaller by twice that.
+    fn rig_part(
+        &self,
+        term: usize,
+        recording: usize,
+        inputs: &[Vec<f64>],
+        gear: &[Vec<f64>],
+    ) -> Option<ColumnPart> {
         let (rig, numbers) = (&self.intake.rig, self.rig_numbers());
         let (t, number) = (&rig.terms[term], numbers[term]);
         let theta = self.parameters_in(recording);
@@ -142,7 +170,7 @@ impl InnovationsFrame {
             ColumnPart::force(force.coordinate, inputs[k].iter().map(|x| per_unit * u(*x)).collect())
         };
         // (EST-16)
-        match t.of {
+        Some(match t.of {
             RigNumber::InputGain(k) => {
                 let [_, taken] = rig.of_input(numbers, k);
                 of_input(k, &|u| u + taken)
@@ -171,6 +199,7 @@ impl InnovationsFrame {
                 }
                 part
             }
-        }
+            RigNumber::Effect(_) => return None,
+        })
     }
 }

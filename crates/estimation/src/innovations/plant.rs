@@ -1,5 +1,7 @@
 //! What the engine requires of a plant: coordinates, readings, parameters, and its equations under generalised forces.
 
+use super::known_effects::KnownEffects;
+
 /// What moves along a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilterCoordinateKind {
@@ -43,16 +45,35 @@ pub struct GearTrain {
     pub inertia: usize,
 }
 
-/// A channel of which a state is the reading.
+/// What a channel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShownQuantity {
+    /// This state.
+    State(usize),
+    /// The force of this elastic element.
+    Element(usize),
+}
+
+impl ShownQuantity {
+    /// The state that it is.
+    pub fn state(self) -> Option<usize> {
+        match self {
+            Self::State(k) => Some(k),
+            Self::Element(_) => None,
+        }
+    }
+}
+
+/// A channel that reads the plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateReading {
     /// Name of the channel.
     pub name: &'static str,
-    /// State that it shows.
-    pub state: usize,
-    /// State per unit of the channel.
+    /// What it shows.
+    pub shows: ShownQuantity,
+    /// State, or force, per unit of the channel.
     pub factor: f64,
-    /// An angle; else a rate.
+    /// An angle; else a rate or a force.
     pub angle: bool,
     /// Coordinate to which it belongs.
     pub coordinate: usize,
@@ -130,6 +151,14 @@ pub trait ForcedPlant {
     }
     /// Its elastic elements; none of a rigid plant.
     fn elements(&self) -> &[ElasticElement];
+    /// Effects that the case declares.
+    fn known_effects(&self) -> Option<&KnownEffects> {
+        None
+    }
+    /// Values of the model's parameters, by their index there.
+    fn model_parameters(&self, _theta: &[f64]) -> Vec<(usize, f64)> {
+        Vec::new()
+    }
     /// Usual force, N.m: the unit of everything that has no natural size.
     fn usual_force(&self) -> f64;
     /// Deflection under the usual force, rad; 0 if it does not bend.

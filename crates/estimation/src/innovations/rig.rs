@@ -1,6 +1,6 @@
-//! What is known of a rig up to a number: gains and offsets of inputs and readings, a gear ratio, delays. Numbers that multiply are
-//! refitted with the plant's parameters and follow these in `theta`; each is 1 where the rig is as was assumed. What adds to a reading
-//! has a column of its own, at 0 as was assumed.
+//! What is known of a rig up to a number: gains and offsets of inputs and readings, a gear ratio, delays, known effects. Numbers that
+//! multiply are refitted with the plant's parameters and follow these in `theta`; each is 1 where the rig is as was assumed. What adds
+//! to a reading has a column of its own, at 0 as was assumed.
 //!
 //! ```text
 //! u = n_g u' - (n_o - 1) U                    u' = (reading - offset) / gain, as assumed
@@ -13,14 +13,11 @@ use std::borrow::Cow;
 use trueup_signals::{Channel, Loaded, PriorGuess, SensorData};
 
 use super::intake::IntakeChannel;
-use super::plant::{ForcedPlant, GearTrain};
+use super::known_effects::{KNOWN, UNIT};
+use super::plant::{ForcedPlant, GearTrain, ShownQuantity};
 
-/// Least relative standard deviation of what is assumed known, as of a plant's parameters.
-const KNOWN: f64 = 0.01;
 /// Relative standard deviation of a gain where the case gives none, as balances have it.
 const GAIN: f64 = 0.5;
-/// Unit of an offset of an input, in its standard deviations: steps of its number stay small.
-const UNIT: f64 = 10.0;
 /// Standard deviation of the offset of a reading of which nothing is known, in the range of its readings, as balances have it.
 const OFFSET: f64 = 0.1;
 /// Standard deviation of a delay of which nothing is known, s, as balances have it.
@@ -37,18 +34,20 @@ pub enum RigNumber {
     ReadingGain(usize),
     /// The plant's gear ratio.
     GearRatio,
+    /// A number of the known effects.
+    Effect(usize),
 }
 
 /// A number of a rig with its prior, whose mean is 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigTerm {
-    /// A channel with `.gain` or `.offset`, or a parameter.
+    /// A channel with `.gain` or `.offset`, or an FMU variable.
     pub name: String,
     /// Gain or offset, and of which input.
     pub of: RigNumber,
     /// Value in its unit where the number is 1.
     pub assumed: f64,
-    /// By how much the value of an offset is larger where the number is 2 and the gain 1.
+    /// By how much the value of an offset or an angle is larger where the number is 2 and the gain 1; 0: the number is a factor.
     pub unit: f64,
     /// Prior standard deviation of the number.
     pub deviation: f64,
@@ -182,12 +181,24 @@ impl RigTerms {
                 });
             }
             let beyond = |c: usize| c == train.coordinate;
+            let read = |c: &IntakeChannel| {
+                // The torque of a spring is that on the states' side.
+                matches!(c.shows, ShownQuantity::State(_)) && beyond(plant.readings()[c.reading].coordinate)
+            };
             rig.gear = Some(GearSide {
-                channels: channels.iter().map(|c| beyond(plant.readings()[c.reading].coordinate)).collect(),
+                channels: channels.iter().map(read).collect(),
                 inputs: plant.input_forces().iter().map(|f| beyond(f.coordinate)).collect(),
                 train,
             });
         }
+        let effects = plant.known_effects().map_or(&[][..], |e| &e.numbers);
+        rig.terms.extend(effects.iter().enumerate().map(|(k, n)| RigTerm {
+            name: n.name.clone(),
+            of: RigNumber::Effect(k),
+            assumed: n.assumed,
+            unit: n.unit,
+            deviation: n.deviation,
+        }));
         rig
     }
 
@@ -292,6 +303,8 @@ impl RigTerms {
                     t.assumed + (n - 1.0) * t.unit * assumed / self.number(numbers, gain).0
                 }
                 RigNumber::ReadingGain(_) | RigNumber::GearRatio => t.assumed * n,
+                RigNumber::Effect(_) if t.unit == 0.0 => t.assumed * n,
+                RigNumber::Effect(_) => t.assumed + (n - 1.0) * t.unit,
             };
             (t.name.clone(), value)
         };

@@ -14,9 +14,10 @@ use trueup_models::presets;
 use trueup_numerics::{Dual, Scalar};
 use trueup_signals::Case;
 
+use super::known_effects::KnownEffects;
 use super::plant::{
     BelievedParameter, ElasticElement, FilterCoordinateKind, FirstState, ForcedCoordinate, ForcedPlant,
-    GearTrain, InputForce, StateReading, StepMeans,
+    GearTrain, InputForce, ShownQuantity, StateReading, StepMeans,
 };
 
 /// Indices of the parameters.
@@ -70,6 +71,7 @@ pub struct TwoMassPlant {
     ratio_deviation: Option<f64>,
     /// Static friction over Coulomb friction, 1 at least.
     breakaway: f64,
+    known: Option<KnownEffects>,
     parameters: Vec<BelievedParameter>,
     coordinates: Vec<ForcedCoordinate>,
     readings: Vec<StateReading>,
@@ -121,6 +123,7 @@ impl TwoMassPlant {
             tip: None,
             ratio_deviation: case.doubt("gearRatio"),
             breakaway: if sticks > friction { sticks / friction } else { 1.0 },
+            known: None,
             parameters,
             coordinates: Vec::new(),
             readings: Vec::new(),
@@ -137,19 +140,23 @@ impl TwoMassPlant {
             usual,
         };
         plant.readings = [
-            ("motorAngle", 0, 1.0, true, MOTOR),
-            ("motorVelocity", 1, 1.0, false, MOTOR),
-            ("loadAngle", 2, n, true, LOAD),
-            ("loadVelocity", 3, n, false, LOAD),
+            ("motorAngle", ShownQuantity::State(0), 1.0, true, MOTOR),
+            ("motorVelocity", ShownQuantity::State(1), 1.0, false, MOTOR),
+            ("loadAngle", ShownQuantity::State(2), n, true, LOAD),
+            ("loadVelocity", ShownQuantity::State(3), n, false, LOAD),
+            ("transmissionTorque", ShownQuantity::Element(0), 1.0, false, LOAD),
         ]
-        .map(|(name, state, factor, angle, coordinate)| StateReading {
+        .map(|(name, shows, factor, angle, coordinate)| StateReading {
             name,
-            state,
+            shows,
             factor,
             angle,
             coordinate,
         })
         .to_vec();
+        if rigid {
+            plant.readings.pop();
+        }
         plant.arrange();
         plant
     }
@@ -175,6 +182,10 @@ impl TwoMassPlant {
         plant
     }
 
+    /// The same with effects that the case declares.
+    pub fn with_known(self, known: Option<KnownEffects>) -> Self {
+        Self { known, ..self }
+    }
     /// The same with a tip on the load.
     pub fn with_tip(&self, tip: LoadTip) -> Self {
         let mut plant = Self { tip: Some(tip), ..self.clone() };
@@ -290,6 +301,12 @@ impl ForcedPlant for TwoMassPlant {
     }
     fn elements(&self) -> &[ElasticElement] {
         &self.elements
+    }
+    fn known_effects(&self) -> Option<&KnownEffects> {
+        self.known.as_ref()
+    }
+    fn model_parameters(&self, theta: &[f64]) -> Vec<(usize, f64)> {
+        SOURCES.iter().copied().zip(theta.iter().copied()).collect()
     }
     fn usual_force(&self) -> f64 {
         self.usual

@@ -15,7 +15,7 @@ use super::chain_effect::{ChainEffect, place_of};
 use super::chain_form::EffectForm;
 use super::chain_pairs::ChainPair;
 use super::chain_search::{ChainFindings, ChainSearchError, search_chain};
-use super::chain_verdict::judge_chain;
+use super::chain_verdict::{judge_chain, other_stiffnesses, refit};
 use super::hypothesis::FittedEffect;
 use super::joint_along::{UsualSizes, along_joint};
 use super::law::{LawFit, LawValue};
@@ -199,22 +199,38 @@ pub fn of_chain(found: &ChainFindings) -> CaseFindings {
     let frame = found.effects.first().map(|h| &h.frame);
     let table = frame.map(|f| f.plant.plant().table().parameters.clone());
     let rig = frame.map_or_else(Vec::new, |f| f.reported(&null.fit.doubted));
-    let pair = found.pairs.first().filter(|p| judged.set == p.named());
+    let pair = found.pairs.iter().find(|p| judged.set == p.named());
+    let names = table.into_iter().flatten().map(|q| q.name).chain(rig.iter().map(|r| r.0.clone()));
+    let names: Vec<String> = names.collect();
     CaseFindings {
-        names: table.into_iter().flatten().map(|q| q.name).chain(rig.iter().map(|r| r.0.clone())).collect(),
         alone: FoundEffect {
             key: ("", String::new()),
             evidence: null.fit.evidence,
             power: null.left.power(),
-            theta: null.fit.theta.iter().copied().chain(rig.iter().map(|r| r.1)).collect(),
+            theta: refitted(found, &names),
             offsets: Vec::new(),
             causes: Vec::new(),
         },
+        names,
         screened: screened(found),
         pair: pair.map(|p| chain_pair(p, &found.sizes)),
         effects,
         judged,
     }
+}
+
+/// Parameters of the refit: where other stiffnesses alone gain more, those with them.
+fn refitted(found: &ChainFindings, names: &[String]) -> Vec<f64> {
+    let Some(h) = refit(found) else {
+        let frame = found.effects.first().map(|h| &h.frame);
+        return frame.map_or_else(Vec::new, |f| chain_theta(f, &found.null.fit));
+    };
+    let mut theta = chain_theta(&h.frame, &h.fit);
+    for (joint, stiffer) in other_stiffnesses(h).unwrap_or_default() {
+        let name = format!("jointStiffness[{}]", joint + 1);
+        names.iter().zip(&mut theta).filter(|(n, _)| **n == name).for_each(|(_, k)| *k *= stiffer);
+    }
+    theta
 }
 
 /// Friction of the motor as that of the load that is one body with it.

@@ -15,7 +15,7 @@ use super::screen::{Screening, bank};
 const WIDTHS: [f64; 5] = [0.1, 0.2, 0.35, 0.55, 0.85];
 /// Most impulses.
 const MOST: usize = 4;
-/// Places of each width.
+/// Places of each width, and as many more at rest.
 const PLACES: usize = 3;
 /// Nats that one more push has to gain.
 const GAIN: f64 = 25.0;
@@ -32,6 +32,9 @@ pub fn pursue(
     place: &'static str,
     standing: &[AppliedLaw],
 ) -> Option<ScreenedShape> {
+    if frame.plant.known_effects().is_some_and(|k| k.has(PUSHES.id())) {
+        return None;
+    }
     let score = usize::from(place != "actuator");
     let standing_columns: Vec<FilterColumn> = standing.iter().flat_map(|l| l.columns.clone()).collect();
     let standing_amplitudes: Vec<f64> = standing.iter().flat_map(|l| l.mean.clone()).collect();
@@ -91,7 +94,8 @@ pub(super) fn raised_cosine(nodes: usize) -> Vec<f64> {
     (0..nodes).map(|j| 0.5 * (1.0 - (2.0 * PI * j as f64 / nodes as f64).cos())).collect()
 }
 
-/// Begin and width of raised cosines that match the score of a force best.
+/// Begin and width of raised cosines that match the score of a force best: of all, and of those at rest. A joint at rest shows a force by
+/// the deflection of its spring alone, so that its scores are small next to those in motion however sure they are.
 fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
     let Some(longest) = frame.runs.iter().max_by_key(|r| r.nodes) else { return Vec::new() };
     let (dt, nodes) = (longest.dt, longest.nodes);
@@ -101,6 +105,13 @@ fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
     }
     let first = ((START / dt) as usize).min(nodes);
     g[..first].fill(0.0);
+    let share = |t: usize| {
+        let rest = frame.runs.iter().filter(|r| r.signs.mode.get(t) == Some(&1)).count();
+        rest as f64 / frame.runs.len() as f64
+    };
+    // Nodes at rest before each one, of the mean recording.
+    let mut resting = vec![0.0; nodes + 1];
+    (0..nodes).for_each(|t| resting[t + 1] = resting[t] + share(t));
     let mut out = Vec::new();
     for width in WIDTHS {
         let m = ((width / dt) as usize).max(3);
@@ -109,12 +120,19 @@ fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
         }
         let shape = raised_cosine(m);
         let match_at = |i: usize| shape.iter().zip(&g[i..]).map(|(a, b)| a * b).sum::<f64>().abs();
-        let mut z: Vec<f64> = (0..=nodes - m).map(match_at).collect();
-        for _ in 0..PLACES {
-            let top = (0..z.len()).fold(0, |a, b| if z[b] > z[a] { b } else { a });
-            out.push([top as f64 * dt, width]);
-            let end = (top + m / 2).min(z.len());
-            z[top.saturating_sub(m / 2)..end].fill(0.0);
+        let all: Vec<f64> = (0..=nodes - m).map(match_at).collect();
+        let rests = |i: usize| resting[i + m] - resting[i] > 0.5 * m as f64;
+        let at_rest = all.iter().enumerate().map(|(i, z)| if rests(i) { *z } else { 0.0 }).collect();
+        for mut z in [all, at_rest] {
+            for _ in 0..PLACES {
+                let top = (0..z.len()).fold(0, |a, b| if z[b] > z[a] { b } else { a });
+                let place = [top as f64 * dt, width];
+                if z[top] > 0.0 && !out.contains(&place) {
+                    out.push(place);
+                }
+                let end = (top + m / 2).min(z.len());
+                z[top.saturating_sub(m / 2)..end].fill(0.0);
+            }
         }
     }
     out

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intake::{NodeIntake, NodesError};
 use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::known_effects::{KnownEffects, UnfitEffect};
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::plant::ForcedPlant;
 use trueup_estimation::innovations::rig::root_mean_square;
@@ -58,7 +59,17 @@ pub enum JointSearchError {
         /// The parameter.
         name: &'static str,
     },
-    /// Known effects, rigs that differ between recordings.
+    /// A known effect that is no force along the trajectory.
+    #[error("{file}: the innovations engine cannot have `{id}` as a known effect: {why}")]
+    Effect {
+        /// The case.
+        file: String,
+        /// The effect.
+        id: String,
+        /// Why not.
+        why: &'static str,
+    },
+    /// Rigs that differ between recordings.
     #[error(
         "{file}: the innovations engine does not know {what} of a joint; leave {what} out, or use --engine balances"
     )]
@@ -94,7 +105,6 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     let drives = ["motorCurrent", "externalTorque"];
     let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
     let known = [
-        (!case.effects.is_empty(), "known effects"),
         (
             has_unread_figures(loaded, &plant),
             "gains, offsets and delays of other channels than angles, rates and inputs",
@@ -109,6 +119,9 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointSearchError::Known { file: file(), what });
     }
+    let known = KnownEffects::of(case);
+    let known = known.map_err(|UnfitEffect(id, why)| JointSearchError::Effect { file: file(), id, why })?;
+    let plant = plant.with_known(known);
     if let Some(name) = plant.missing() {
         return Err(JointSearchError::Parameter { file: file(), name });
     }
