@@ -63,8 +63,7 @@ impl Drawn {
             [x, 0.5 * x * x, x.powi(3) / 6.0]
         };
         let moments: Vec<[f64; 3]> = (0..NODES * CHANNELS).map(|_| moment(rng)).collect();
-        let sums = [0, 2].map(|k| (0..4).map(|i| f64::from(u8::from(i == k))).collect());
-        let rows = ReadingRows::new(&point, &sums, &modes, &mode, &moments);
+        let rows = ReadingRows::new(&point, &[0, 2], &modes, &mode, &moments);
         let variance = (0..NODES * CHANNELS)
             .map(|_| if rng.random_bool(0.8) { rng.random_range(0.5..2.0) } else { 0.0 });
         let variance = variance.collect();

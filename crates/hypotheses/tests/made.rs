@@ -15,8 +15,6 @@ use trueup_signals::{Case, Channel, Interpolation, Loaded, ParameterValue, Recor
 const NOISE: [f64; 2] = [1e-3, 1e-5];
 /// The same of their rates, rad/s.
 const RATE_NOISE: [f64; 2] = [0.02, 2e-4];
-/// That of the torque of the spring, N.m.
-const TORQUE_NOISE: f64 = 2e-6;
 /// Every channel of a joint that nothing but its motor drives.
 pub(crate) const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
 
@@ -146,14 +144,12 @@ impl MadeJoint<'_> {
                 times.push(if self.sampling == Sampling::Coarse { (1e3 * t).round() / 1e3 } else { *t });
                 values.push(y);
             }
-            let unit = if name == "transmissionTorque" { "N.m" } else { "rad" };
-            let mut channel = Channel::new(name, unit, times, values);
+            let mut channel = Channel::new(name, "rad", times, values);
             channel.sensor.noise = Some(noise);
             channel
         };
         let motor = read("motorAngle", output::MOTOR_ANGLE, self.noise[0]);
         let load = read("loadAngle", output::LOAD_ANGLE, self.noise[1]);
-        let carried = read("transmissionTorque", output::TRANSMISSION_TORQUE, TORQUE_NOISE);
         let rates = [
             ("motorVelocity", output::MOTOR_VELOCITY, RATE_NOISE[0]),
             ("loadVelocity", output::LOAD_VELOCITY, RATE_NOISE[1]),
@@ -166,7 +162,7 @@ impl MadeJoint<'_> {
         };
         let current = held("motorCurrent", "A", &|k| self.current(k, recording));
         let torque = held("externalTorque", "N.m", &|k| self.torque(k, recording));
-        let mut channels = vec![current, torque, motor, load, carried];
+        let mut channels = vec![current, torque, motor, load];
         channels.extend(rates);
         channels.retain(|c| self.channels.contains(&c.name.as_str()));
         Recording {

@@ -37,6 +37,8 @@ pub struct InnovationsFrame {
     pub runs: Vec<NodeRecording>,
     /// Speed of rest, rad/s.
     pub rest: f64,
+    /// Speed that a coordinate at rest has, in speeds of rest.
+    pub creep: f64,
     /// White force in a step, in usual forces.
     pub white: f64,
     /// Factor of the variance of readings.
@@ -69,6 +71,7 @@ impl InnovationsFrame {
             unknown,
             runs: runs.collect(),
             rest: 0.0,
+            creep: 1.0,
             white: 0.002,
             scale: 1.0,
             q: vec![0.3; plant.coordinates().len()],
@@ -230,14 +233,10 @@ impl InnovationsFrame {
         let driven = self.driven();
         let held = (0..self.coordinates()).map(|c| self.plant.held_with(driven, c)).collect();
         let modes = [vec![false; self.coordinates()], held];
-        let sums = |k: usize| -> Vec<Vec<f64>> {
-            let theta = self.parameters_in(k);
-            self.intake.channels.iter().map(|c| self.shown_sum(&theta, c.shows)).collect()
-        };
-        let sums: Vec<Vec<Vec<f64>>> = (0..self.runs.len()).map(sums).collect();
+        let states: Vec<usize> = self.intake.channels.iter().map(|c| c.state).collect();
         let rig = &self.intake.rig;
         let numbers = &self.theta[self.plant.parameters().len()..];
-        let factors: Vec<f64> = (0..self.intake.channels.len()).map(|c| rig.of_reading(numbers, c)).collect();
+        let factors: Vec<f64> = (0..states.len()).map(|c| rig.of_reading(numbers, c)).collect();
         for (k, r) in self.runs.iter_mut().enumerate() {
             let theta = &*rig.parameters_in(&self.theta, k);
             let linear = LinearPoint { plant: &*self.plant, theta, feedback: &self.feedback };
@@ -249,7 +248,7 @@ impl InnovationsFrame {
                 || modes.iter().map(|m| PlantStep::new(&linear, m, r.dt)).collect(),
                 |l| l.steps.clone(),
             );
-            let mut rows = ReadingRows::new(&linear, &sums[k], &modes, &r.signs.mode, &r.moments);
+            let mut rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
             rows.scale(&factors, [linear.size(), modes[0].len()]);
             let signs = r.signs.clone();
             r.linear = Rc::new(Linearisation { point: point.clone(), signs, steps, rows });
@@ -298,7 +297,12 @@ impl InnovationsFrame {
             }
         }
         let plant = &*self.plant;
-        let noise = r.linear.steps.iter().map(|s| s.noise(plant, r.dt, &white, &latent, self.rest)).collect();
+        let noise = r
+            .linear
+            .steps
+            .iter()
+            .map(|s| s.noise(plant, r.dt, &white, &latent, self.creep * self.rest))
+            .collect();
         FilterInput {
             steps: &r.linear.steps,
             noise,
@@ -361,7 +365,7 @@ impl InnovationsFrame {
         let nothing = |r: &NodeRecording| OwnForces::none(self.coordinates(), self.channels(), r.nodes);
         let own: Vec<OwnForces> = own.unwrap_or_else(|| self.runs.iter().map(nothing).collect());
         for (k, own) in own.into_iter().enumerate() {
-            let mut readings = self.shown_readings(k);
+            let mut readings = self.runs[k].readings.to_vec();
             own.correct(&mut readings);
             let data =
                 DataColumn { forces: self.known(k, Some(&own)), readings, first: self.first_with_latents(k) };
@@ -375,7 +379,7 @@ impl InnovationsFrame {
     pub fn data(&self) -> Vec<DataColumn> {
         let one = |k: usize| DataColumn {
             forces: self.known(k, None),
-            readings: self.shown_readings(k),
+            readings: self.runs[k].readings.to_vec(),
             first: self.first_with_latents(k),
         };
         (0..self.runs.len()).map(one).collect()

@@ -10,7 +10,7 @@ use trueup_signals::noise::{by_differences, second_differences};
 use trueup_signals::{Channel, Interpolation, Loaded, Recording};
 
 use super::numeric::median;
-use super::plant::{ForcedPlant, InputForce, ShownQuantity};
+use super::plant::{ForcedPlant, InputForce};
 use super::rig::RigTerms;
 
 /// What goes before counts for nothing, s: the filter settles. Longer than the longest delay that is looked for.
@@ -138,9 +138,9 @@ pub struct IntakeChannel {
     pub name: String,
     /// Index among the readings of the plant.
     pub reading: usize,
-    /// What it shows.
-    pub shows: ShownQuantity,
-    /// An angle; else a rate or a force.
+    /// State that it shows.
+    pub state: usize,
+    /// An angle; else a rate.
     pub angle: bool,
     /// One count and the width of white noise together, in the state's unit.
     pub resolution: f64,
@@ -184,23 +184,18 @@ impl NodeIntake {
             // Where the rounding alone was declared as noise it is not counted twice.
             let rounding = (noise - resolution / 12f64.sqrt()).abs() < 0.02 * resolution;
             let white = if rounding { 0.0 } else { noise * noise };
-            let unresolved = match r.shows {
-                ShownQuantity::State(_) if r.angle => UNRESOLVED * plant.usual_deflection(),
-                ShownQuantity::State(_) => 0.0,
-                ShownQuantity::Element(_) => UNRESOLVED * plant.usual_force(),
-            };
-            let floor = unresolved.powi(2);
+            let floor = if r.angle { (UNRESOLVED * plant.usual_deflection()).powi(2) } else { 0.0 };
             let counting = 1.5 * resolution * resolution / 12.0;
             channels.push(IntakeChannel {
                 name: r.name.to_owned(),
                 reading,
-                shows: r.shows,
+                state: r.state,
                 angle: r.angle,
                 resolution: (resolution * resolution + 12.0 * white).sqrt(),
                 variance: (counting + white) * colour(loaded, r.name) + floor + 1e-300,
             });
         }
-        if channels.iter().all(|c| c.shows.state().is_none()) {
+        if channels.is_empty() {
             return Err(NodesError::NoReading { case: loaded.case.file.display().to_string() });
         }
         let drive = plant.input_forces().first().map_or("", |i| i.name);
@@ -216,7 +211,7 @@ impl NodeIntake {
     }
     /// Index of the channel that shows a state.
     pub fn channel_of(&self, state: usize) -> Option<usize> {
-        self.channels.iter().position(|c| c.shows == ShownQuantity::State(state))
+        self.channels.iter().position(|c| c.state == state)
     }
     /// By how much the zeros of the angles differ, as a standard deviation: the sum of their resolutions.
     pub fn zero(&self) -> f64 {

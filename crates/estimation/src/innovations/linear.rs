@@ -3,8 +3,8 @@
 //! ```text
 //! z = (x, d),  d' = -d / MEMORY + noise,  stationary standard deviations q
 //! z+ = A z + B f + noise of covariance Q          A = exp(F dt), B likewise
-//! reading of e x at time tau after its node:  H = e (1 + F m1 + F^2 m2 + F^3 m3),
-//! Dr = m1 e B + m2 e F B + m3 e F^2 B       times the mean of the forces of the step before and of this step
+//! reading of state k at time tau after its node:  H = e_k (1 + F m1 + F^2 m2 + F^3 m3),
+//! Dr = m1 e_k B + m2 e_k F B + m3 e_k F^2 B       times the mean of the forces of the step before and of this step
 //! ```
 
 use nalgebra::DMatrix;
@@ -184,23 +184,23 @@ impl ReadingRows {
         }
     }
 
-    /// Of readings that are these sums of the plant's states, `readings`, with `moments` (m1, m2, m3 of their times by node and channel), where `mode` of each node is an
+    /// Of readings of `states` with `moments` (m1, m2, m3 of their times by node and channel), where `mode` of each node is an
     /// index of `modes`.
     pub fn new(
         point: &LinearPoint<'_>,
-        readings: &[Vec<f64>],
+        states: &[usize],
         modes: &[Vec<bool>],
         mode: &[u8],
         moments: &[[f64; 3]],
     ) -> Self {
         let (size, forces) = (point.size(), point.plant.coordinates().len());
-        // e F^j for j of 0 to 3, and the same times B, by mode and channel.
+        // e_k F^j for j of 0 to 3, and the same times B, by mode and channel.
         let mut parts = Vec::new();
         for stuck in modes {
             let (f, b) = point.rates(stuck);
-            for sum in readings {
+            for k in states {
                 let mut row = DMatrix::zeros(1, size);
-                row.iter_mut().zip(sum).for_each(|(r, s)| *r = *s);
+                row[(0, *k)] = 1.0;
                 let mut powers = vec![row];
                 (0..3).for_each(|j| powers.push(&powers[j] * &f));
                 let direct: Vec<_> = powers[..3].iter().map(|p| p * &b).collect();
@@ -209,9 +209,9 @@ impl ReadingRows {
         }
         let mut out = Self::default();
         for (t, m) in mode.iter().enumerate() {
-            for c in 0..readings.len() {
-                let (powers, direct) = &parts[readings.len() * usize::from(*m) + c];
-                let x = moments[readings.len() * t + c];
+            for c in 0..states.len() {
+                let (powers, direct) = &parts[states.len() * usize::from(*m) + c];
+                let x = moments[states.len() * t + c];
                 out.h.extend(
                     (0..size).map(|i| {
                         powers[0][i] + x[0] * powers[1][i] + x[1] * powers[2][i] + x[2] * powers[3][i]

@@ -29,7 +29,6 @@ pub mod plant;
 pub mod recording;
 pub mod rig;
 pub mod settle;
-mod shown;
 pub mod signs;
 pub mod smoother;
 pub mod trajectory;

@@ -73,15 +73,14 @@ impl InnovationsFrame {
             }
         }
         self.add_effect_columns(recording, &mut series);
-        let part = |(s, k): (Vec<Vec<f64>>, &usize)| {
-            let readings = self.shown_changes(recording, *k);
-            let mut part = ColumnPart { readings, ..ColumnPart::default() };
+        let part = |s: Vec<Vec<f64>>| {
+            let mut part = ColumnPart::default();
             for (c, values) in s.into_iter().enumerate() {
                 part.forces.extend(ColumnPart::force(c, values).forces);
             }
             part
         };
-        let mut parts: Vec<ColumnPart> = series.into_iter().zip(&self.unknown).map(part).collect();
+        let mut parts: Vec<ColumnPart> = series.into_iter().map(part).collect();
         for (p, k) in parts.iter_mut().zip(&self.unknown).filter(|(_, k)| **k >= parameters) {
             if let Some(of_rig) = self.rig_part(*k - parameters, recording, &inputs, &gear) {
                 *p = of_rig;
@@ -112,7 +111,7 @@ impl InnovationsFrame {
     /// What adds to the readings of a recording, where its number is 1.
     fn added_part(&self, term: &AddedTerm, recording: usize) -> ColumnPart {
         let r = &self.runs[recording];
-        // (EST-18)
+        // (EST-19)
         match term.of {
             AddedNumber::ReadingOffset { channel, recording: own } if own == recording => {
                 ColumnPart::reading(channel, vec![term.size; r.nodes])
@@ -142,7 +141,7 @@ impl InnovationsFrame {
         let numbers = self.rig_numbers();
         let parameters = self.plant.parameters().len();
         let of = |k: usize| k.checked_sub(parameters).map(|term| (term, self.intake.rig.terms[term].of));
-        // (EST-17)
+        // (EST-18)
         self.along_known(recording, |t, effects, at| {
             let slopes = effects.slopes(at);
             for (s, k) in series.iter_mut().zip(&self.unknown) {

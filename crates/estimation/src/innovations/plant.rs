@@ -45,35 +45,16 @@ pub struct GearTrain {
     pub inertia: usize,
 }
 
-/// What a channel shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShownQuantity {
-    /// This state.
-    State(usize),
-    /// The force of this elastic element.
-    Element(usize),
-}
-
-impl ShownQuantity {
-    /// The state that it is.
-    pub fn state(self) -> Option<usize> {
-        match self {
-            Self::State(k) => Some(k),
-            Self::Element(_) => None,
-        }
-    }
-}
-
-/// A channel that reads the plant.
+/// A channel of which a state is the reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateReading {
     /// Name of the channel.
     pub name: &'static str,
-    /// What it shows.
-    pub shows: ShownQuantity,
-    /// State, or force, per unit of the channel.
+    /// State that it shows.
+    pub state: usize,
+    /// State per unit of the channel.
     pub factor: f64,
-    /// An angle; else a rate or a force.
+    /// An angle; else a rate.
     pub angle: bool,
     /// Coordinate to which it belongs.
     pub coordinate: usize,

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use nalgebra::DMatrix;
 
 use super::column::OwnForces;
-use super::intake::{IntakeChannel, IntakeRecording, NodeIntake};
+use super::intake::{IntakeRecording, NodeIntake};
 use super::linear::{PlantStep, ReadingRows};
 use super::numeric::{gaussian, gradient, interpolated, quantile};
 use super::plant::{FirstState, ForcedPlant};
@@ -101,8 +101,7 @@ impl NodeRecording {
         let mut driven_is_read = false;
         // Without any angle the rates begin; where it is then does not matter, but for the twist.
         let rates = !intake.channels.iter().any(|c| c.angle);
-        let begins = |c: &IntakeChannel| c.angle || rates && c.shows.state().is_some();
-        for (c, channel) in intake.channels.iter().enumerate().filter(|(_, c)| begins(c)) {
+        for (c, channel) in intake.channels.iter().enumerate().filter(|(_, c)| c.angle || rates) {
             let at: Vec<usize> = (0..raw.nodes).filter(|t| count[channels * t + c] > 0.0).collect();
             let time: Vec<f64> =
                 at.iter().map(|t| *t as f64 * raw.dt + moments[channels * t + c][0]).collect();

@@ -14,7 +14,7 @@ use trueup_signals::{Channel, Loaded, PriorGuess, SensorData};
 
 use super::intake::IntakeChannel;
 use super::known_effects::{KNOWN, UNIT};
-use super::plant::{ForcedPlant, GearTrain, ShownQuantity};
+use super::plant::{ForcedPlant, GearTrain};
 
 /// Relative standard deviation of a gain where the case gives none, as balances have it.
 const GAIN: f64 = 0.5;
@@ -181,10 +181,7 @@ impl RigTerms {
                 });
             }
             let beyond = |c: usize| c == train.coordinate;
-            let read = |c: &IntakeChannel| {
-                // The torque of a spring is that on the states' side.
-                matches!(c.shows, ShownQuantity::State(_)) && beyond(plant.readings()[c.reading].coordinate)
-            };
+            let read = |c: &IntakeChannel| beyond(plant.readings()[c.reading].coordinate);
             rig.gear = Some(GearSide {
                 channels: channels.iter().map(read).collect(),
                 inputs: plant.input_forces().iter().map(|f| beyond(f.coordinate)).collect(),

@@ -17,7 +17,7 @@ use trueup_signals::Case;
 use super::known_effects::KnownEffects;
 use super::plant::{
     BelievedParameter, ElasticElement, FilterCoordinateKind, FirstState, ForcedCoordinate, ForcedPlant,
-    GearTrain, InputForce, ShownQuantity, StateReading, StepMeans,
+    GearTrain, InputForce, StateReading, StepMeans,
 };
 
 /// Indices of the parameters.
@@ -140,23 +140,19 @@ impl TwoMassPlant {
             usual,
         };
         plant.readings = [
-            ("motorAngle", ShownQuantity::State(0), 1.0, true, MOTOR),
-            ("motorVelocity", ShownQuantity::State(1), 1.0, false, MOTOR),
-            ("loadAngle", ShownQuantity::State(2), n, true, LOAD),
-            ("loadVelocity", ShownQuantity::State(3), n, false, LOAD),
-            ("transmissionTorque", ShownQuantity::Element(0), 1.0, false, LOAD),
+            ("motorAngle", 0, 1.0, true, MOTOR),
+            ("motorVelocity", 1, 1.0, false, MOTOR),
+            ("loadAngle", 2, n, true, LOAD),
+            ("loadVelocity", 3, n, false, LOAD),
         ]
-        .map(|(name, shows, factor, angle, coordinate)| StateReading {
+        .map(|(name, state, factor, angle, coordinate)| StateReading {
             name,
-            shows,
+            state,
             factor,
             angle,
             coordinate,
         })
         .to_vec();
-        if rigid {
-            plant.readings.pop();
-        }
         plant.arrange();
         plant
     }

@@ -195,17 +195,13 @@ impl<'a> PlantAlong<'a> {
         };
         (0..self.runs.len()).map(part).collect()
     }
-    /// A torque between motor and link: minus on the motor, plus on the link and on what shows the torque of the spring.
+    /// A torque between motor and link: minus on the motor, plus on the link.
     pub fn in_spring(&self, joint: usize, f: impl Fn(&JointMotion) -> Vec<f64>) -> FilterColumn {
         let j = &self.joints[joint];
         self.each_run(|k| {
-            let torque = f(self.joint_motion(k, joint));
-            let shown = self.channels.iter().enumerate().filter(|(_, c)| c.shows == ShownBy::Spring);
-            let reading = |(on, _)| WeightedSeries { on, weight: 1.0, values: torque.clone().into() };
-            let readings = shown.map(reading).collect();
-            let values: Rc<[f64]> = self.means(k, &torque).into();
+            let values: Rc<[f64]> = self.means(k, &f(self.joint_motion(k, joint))).into();
             let on = |on: usize, weight: f64| WeightedSeries { on, weight, values: values.clone() };
-            ColumnPart { forces: vec![on(j.motor, -1.0), on(j.link, 1.0)], readings }
+            ColumnPart { forces: vec![on(j.motor, -1.0), on(j.link, 1.0)], readings: Vec::new() }
         })
     }
     /// What the torques of other inputs have more than those of the recorded ones, on the motors of these joints.
@@ -233,7 +229,7 @@ impl<'a> PlantAlong<'a> {
         match self.channels[channel].shows {
             ShownBy::Position(c) => &run.positions[c],
             ShownBy::Rate(c) => &run.rates[c],
-            ShownBy::Tip(_) | ShownBy::Spring | ShownBy::Output => &run.shown[channel],
+            ShownBy::Tip(_) | ShownBy::Output => &run.shown[channel],
         }
     }
     /// What a channel shows at any time of a recording: a position cubic between nodes, or on a spline.

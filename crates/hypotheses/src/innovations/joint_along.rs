@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intake::{IntakeRecording, RecordedInput};
 use trueup_estimation::innovations::numeric::quantile;
-use trueup_estimation::innovations::plant::{ShownQuantity, StateReading};
 use trueup_estimation::innovations::two_mass::{coordinate, parameter};
 
 use super::along::PlantAlong;
@@ -88,8 +87,7 @@ fn current(r: &IntakeRecording) -> Option<&RecordedInput> {
 
 /// Turns of the motor per turn of the load; 1 where the load is not read.
 pub fn gear_ratio(frame: &InnovationsFrame) -> f64 {
-    let of_load = |r: &&StateReading| r.shows == ShownQuantity::State(2);
-    frame.plant.readings().iter().find(of_load).map_or(1.0, |r| r.factor)
+    frame.plant.readings().iter().find(|r| r.state == 2).map_or(1.0, |r| r.factor)
 }
 
 /// Along the present trajectory of a frame.
@@ -114,7 +112,7 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
         dry: frame.dry_level(),
         viscous: frame.theta[parameter::VISCOUS_FRICTION],
         resolution: encoder.map_or(0.0, |c| c.resolution),
-        motor_read: encoder.is_some_and(|c| c.shows == ShownQuantity::State(0)),
+        motor_read: encoder.is_some_and(|c| c.state == 0),
         drive: sizes.current,
         motor_speed: sizes.motor_speed,
         link_speed: sizes.load_speed,
@@ -129,13 +127,9 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
             "loadAngle" => "sensor:loadAngle",
             _ => "sensor",
         },
-        shows: match c.shows {
-            ShownQuantity::State(k) if c.angle => ShownBy::Position(k / 2),
-            ShownQuantity::State(k) => ShownBy::Rate(k / 2),
-            ShownQuantity::Element(_) => ShownBy::Spring,
-        },
+        shows: if c.angle { ShownBy::Position(c.state / 2) } else { ShownBy::Rate(c.state / 2) },
         error: gear_error,
-        turns: if c.shows == ShownQuantity::State(0) { 1.0 } else { ratio },
+        turns: if c.state == 0 { 1.0 } else { ratio },
         // What is wrong with a reading shows against the other.
         compared: c.angle && frame.two_angles(),
     });

@@ -67,8 +67,6 @@ pub enum ShownBy {
     Rate(usize),
     /// Place of the tip along x, y or its attitude.
     Tip(usize),
-    /// Torque of the spring of the joint.
-    Spring,
     /// Another output of the model, such as a rate of the tip.
     Output,
 }
