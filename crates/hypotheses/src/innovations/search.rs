@@ -181,6 +181,11 @@ fn has_strange_parameters(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
 /// # Errors
 /// See [`JointSearchError`].
 pub fn search_joint(loaded: &Loaded) -> Result<JointFindings, JointSearchError> {
+    // The frame has it, but what is reported comes from a last fit that may not begin there (decision 91).
+    if loaded.case.model == "TwoMassJoint" && loaded.case.doubt("gearRatio").is_some() {
+        let file = loaded.case.file.display().to_string();
+        return Err(JointSearchError::Known { file, what: "a gear ratio that is not known" });
+    }
     let (mut frame, plant) = frame_of(loaded)?;
     let null = fit_null(&mut frame);
     let mut candidates = all_shapes(&frame, &null.sizes);
