@@ -84,10 +84,10 @@ pub(super) fn conclude(
         notes.push(format!("recordings for fitting, each left out in turn: what explains the others leaves {:.0} % in it, the refitted model {:.0} %: nothing is claimed", 100.0 * l.with, 100.0 * l.tuned));
     }
     let window = search.window();
-    // Of a set that was found by evidence its own values come first, unless gains or offsets of inputs are estimated: the interval
-    // about them would be that of the balances there.
+    // Of a set that was found by evidence its own values come first, unless gains, offsets or delays are estimated: the interval about
+    // them would be that of the balances there.
     let reported = |prescribed: &FittedSet, free: &[&FreeRunFit]| {
-        let scaled = |own: &FittedSet| own.stated.unknowns.iter().any(|u| u.target.is_of_input_sensor());
+        let scaled = |own: &FittedSet| own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
         let alike = |own: &&FittedSet| same(&own.stated.set, &prescribed.stated.set);
         let own = by_evidence.as_ref().filter(|own| alike(own) && !scaled(own));
         let prescribed: Vec<&FittedSet> = own.into_iter().chain([prescribed]).collect();

@@ -27,7 +27,7 @@ pub struct FixedPoint {
     pub evidence: f64,
     /// Amplitudes of the laws, one after the other.
     pub amplitudes: Vec<f64>,
-    /// Differences of the encoders' zeros, in units of their column.
+    /// What the rig adds to readings, then differences of the encoders' zeros, in units of their columns.
     pub zeros: Vec<f64>,
     /// Intensities.
     pub q: Vec<f64>,
@@ -116,7 +116,7 @@ impl InnovationsFrame {
         }
     }
 
-    /// The trajectory with laws in force at these amplitudes, and the encoders' zeros put right.
+    /// The trajectory with laws in force at these amplitudes, and what the rig adds and the encoders' zeros put right.
     pub fn put_in_force(&mut self, laws: &[AppliedLaw], amplitudes: &[f64], zeros: &[f64], q: &[f64]) {
         self.take_tangent(laws, amplitudes);
         let nuisances = self.nuisances().0;

@@ -183,7 +183,7 @@ impl InnovationsFrame {
     /// The largest torque held at rest; where evidence likes it, it is also the impulse of a release.
     fn settle_release(&mut self) {
         self.release = 1.0;
-        let level = self.dry_level();
+        let level = self.dry_level() * self.plant.coordinates()[self.driven()].breakaway;
         if level <= 0.0 || self.plant.elements().is_empty() {
             return;
         }
@@ -230,12 +230,13 @@ impl InnovationsFrame {
         let size = self.plant.states() + self.coordinates();
         let means = self.input_means(recording, 0);
         let Some(force) = self.plant.input_forces().first() else { return vec![0.0; r.nodes] };
-        let gain = force.per_unit(&self.theta);
+        let theta = self.parameters_in(recording);
+        let gain = force.per_unit(&theta);
         let torque = |t: usize| {
             let x = &r.states[size * t..size * (t + 1)];
             let along = |row: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
             let elastic = self.plant.elements().iter().map(|e| {
-                let (k, d) = (self.theta[e.stiffness], self.theta[e.damping]);
+                let (k, d) = (theta[e.stiffness], theta[e.damping]);
                 e.weights[force.coordinate] * (k * along(&e.deflection) + d * along(&e.rate))
             });
             (gain * means[t] + elastic.sum::<f64>()).abs()
