@@ -1,5 +1,6 @@
 /* Van der Pol's oscillator with the habits of the Reference FMUs: its outputs are its states, directional derivatives are of the rates
-   (and of one more output) only, and anything else that is asked of it is an Error. `FMI` is 2 or 3. */
+   (and of one more output) only, and anything else that is asked of it is an Error. Each event halves and turns round the second state.
+   `FMI` is 2 or 3. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -7,7 +8,7 @@
 
 typedef struct {
     double t, x[2], mu;
-    bool broken;
+    bool broken, event;
 } Oscillator;
 
 /* 0, 2: states, outputs; 1, 3: their rates; 4: mu; 5: x0 x1, output; 6: local, x0 + x1. */
@@ -51,6 +52,12 @@ static Oscillator *made(void) {
 static int states(Oscillator *o, double x[]) { return x[0] = o->x[0], x[1] = o->x[1], 0; }
 static int put(Oscillator *o, const double x[]) { return o->x[0] = x[0], o->x[1] = x[1], 0; }
 static int rates(Oscillator *o, double d[]) { unsigned r[] = {1, 3}; return get(o, r, 2, d); }
+static int enter(Oscillator *o) { return o->event = true, 0; }
+static bool changed(Oscillator *o) {
+    bool due = o->event;
+    if (due) o->x[1] *= -0.5;
+    return o->event = false, due;
+}
 static int reset(Oscillator *o) { Oscillator *fresh = made(); *o = *fresh; free(fresh); return 0; }
 
 #if FMI == 2
@@ -68,8 +75,8 @@ int fmi2Terminate(void *c) { return (void)c, 0; }
 int fmi2Reset(void *c) { return reset(c); }
 int fmi2GetReal(void *c, const unsigned r[], size_t n, double v[]) { return get(c, r, n, v); }
 int fmi2SetReal(void *c, const unsigned r[], size_t n, const double v[]) { return set(c, r, n, v); }
-int fmi2EnterEventMode(void *c) { return (void)c, 0; }
-int fmi2NewDiscreteStates(void *c, Info *e) { return (void)c, *e = (Info){0}, 0; }
+int fmi2EnterEventMode(void *c) { return enter(c); }
+int fmi2NewDiscreteStates(void *c, Info *e) { return *e = (Info){0}, e->states = changed(c), 0; }
 int fmi2EnterContinuousTimeMode(void *c) { return (void)c, 0; }
 int fmi2SetTime(void *c, double t) { return ((Oscillator *)c)->t = t, 0; }
 int fmi2SetContinuousStates(void *c, const double x[], size_t n) { return (void)n, put(c, x); }
@@ -91,9 +98,9 @@ int fmi3Terminate(void *c) { return (void)c, 0; }
 int fmi3Reset(void *c) { return reset(c); }
 int fmi3GetFloat64(void *c, const uint32_t r[], size_t n, double v[], size_t k) { return (void)k, get(c, r, n, v); }
 int fmi3SetFloat64(void *c, const uint32_t r[], size_t n, const double v[], size_t k) { return (void)k, set(c, r, n, v); }
-int fmi3EnterEventMode(void *c) { return (void)c, 0; }
-int fmi3UpdateDiscreteStates(void *c, bool *again, bool *end, bool *nominals, bool *changed, bool *defined, double *next) {
-    return (void)c, *again = *end = *nominals = *changed = *defined = false, *next = 0, 0;
+int fmi3EnterEventMode(void *c) { return enter(c); }
+int fmi3UpdateDiscreteStates(void *c, bool *again, bool *end, bool *nominals, bool *states, bool *defined, double *next) {
+    return *again = *end = *nominals = *defined = false, *next = 0, *states = changed(c), 0;
 }
 int fmi3EnterContinuousTimeMode(void *c) { return (void)c, 0; }
 int fmi3SetTime(void *c, double t) { return ((Oscillator *)c)->t = t, 0; }

@@ -89,7 +89,7 @@ fn our_fmus_are_asked_for_what_they_offer() {
         );
         worst.push((error, file));
     }
-    let wrong: Vec<_> = worst.iter().filter(|(error, _)| *error > 1e-6).collect();
+    let wrong: Vec<_> = worst.iter().filter(|(error, _)| *error > 1e-5).collect();
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
@@ -131,31 +131,38 @@ fn description(version: u32) -> String {
     }
 }
 
+/// That FMU; none without a C compiler, and on other systems than Linux.
+pub(crate) fn oscillator(version: u32) -> Option<(tempfile::TempDir, HybridFmu)> {
+    if cfg!(not(target_os = "linux")) {
+        eprintln!("SKIPPED: not Linux");
+        return None;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let name = match (version, std::env::consts::ARCH) {
+        (2, "x86_64") => "linux64".to_owned(),
+        (_, arch) => format!("{arch}-linux"),
+    };
+    let binaries = folder.path().join("binaries").join(name);
+    std::fs::create_dir_all(&binaries).unwrap();
+    std::fs::write(folder.path().join("modelDescription.xml"), description(version)).unwrap();
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/as_reference_fmus.c");
+    let mut compiler = Command::new("cc");
+    compiler
+        .args(["-shared", "-fPIC", &format!("-DFMI={version}"), "-o"])
+        .arg(binaries.join("o.so"))
+        .arg(source);
+    if !compiler.status().is_ok_and(|status| status.success()) {
+        eprintln!("SKIPPED: no C compiler (cc)");
+        return None;
+    }
+    let fmu = HybridFmu::new(&UnpackedFmu::open(folder.path()).unwrap(), 0.0).unwrap();
+    Some((folder, fmu))
+}
+
 #[test]
 fn states_and_local_variables_are_not_asked_for() {
     for version in [2, 3] {
-        let folder = tempfile::tempdir().unwrap();
-        let name = if version == 2 { "linux64" } else { "x86_64-linux" };
-        let name = if std::env::consts::ARCH == "x86_64" {
-            name.to_owned()
-        } else {
-            format!("{}-linux", std::env::consts::ARCH)
-        };
-        let binaries = folder.path().join("binaries").join(name);
-        std::fs::create_dir_all(&binaries).unwrap();
-        std::fs::write(folder.path().join("modelDescription.xml"), description(version)).unwrap();
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/as_reference_fmus.c");
-        let version_of = format!("-DFMI={version}");
-        let built = Command::new("cc")
-            .args(["-shared", "-fPIC", &version_of, "-o"])
-            .arg(binaries.join("o.so"))
-            .arg(source)
-            .status();
-        if !built.is_ok_and(|status| status.success()) {
-            eprintln!("SKIPPED: no C compiler (cc)");
-            return;
-        }
-        let fmu = HybridFmu::new(&UnpackedFmu::open(folder.path()).unwrap(), 0.0).unwrap();
+        let Some((_folder, fmu)) = oscillator(version) else { return };
         let names: Vec<&str> = fmu.table().outputs.iter().map(|q| q.name.as_str()).collect();
         assert_eq!(names, ["x0", "der(x0)", "x1", "der(x1)", "product", "sum"]);
         let (modes, _) = begin(&fmu, &[], &[]);

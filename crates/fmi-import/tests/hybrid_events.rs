@@ -8,7 +8,8 @@ use trueup_numerics::driver::{
 use trueup_numerics::hybrid::Hybrid as _;
 use trueup_plant::Plant as _;
 
-use super::hybrid_fmu::{fmus, in_order, joint};
+use super::hybrid_derivatives::oscillator;
+use super::hybrid_fmu::{begin, fmus, in_order, joint};
 use super::hybrid_run::{HeldInputs, run};
 
 const TOLERANCE: f64 = 1e-11;
@@ -62,5 +63,20 @@ fn stick_and_slip_are_those_of_the_model() {
             events.len()
         );
         assert!(late <= 1e-9 && off <= 1e-8, "{late:e} {off:e}");
+    }
+}
+
+#[test]
+fn an_event_that_the_fmu_has_ended_is_not_begun_again() {
+    for version in [2, 3] {
+        let Some((_folder, fmu)) = oscillator(version) else { return };
+        let (mut modes, _) = begin(&fmu, &[], &[]);
+        let mut x = [1.0, 2.0];
+        // States are new, so that a caller makes another pass; then it has another event at the same time.
+        for after in [-1.0, 0.5] {
+            assert!(fmu.update(0.5, &mut x, &[], &[], &mut modes).states);
+            assert!(fmu.update(0.5, &mut x, &[], &[], &mut modes).settled());
+            assert_eq!((x, fmu.failure()), ([1.0, after], None));
+        }
     }
 }

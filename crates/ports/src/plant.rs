@@ -216,12 +216,16 @@ impl<'a> PlantSearch<'a> {
         Ok((index, q.kind, &self.outputs[at]))
     }
 
-    /// The parameter that this output has as its value at the start.
+    /// The parameter that this output has as its value at the start. Others may move it as well, those that it follows while it is not set:
+    /// they move more states.
     fn start(&self, output: usize, kind: PortKind, row: &[f64]) -> Result<usize, String> {
         let moved = |column: &[f64]| row.iter().zip(column).map(|(r, x)| r * x).sum::<f64>();
+        let states = |column: &[f64]| column.iter().filter(|x| x.abs() > SAME).count();
         let is =
             |(_, k, column): &&(usize, PortKind, Vec<f64>)| *k == kind && (moved(column) - 1.0).abs() <= SAME;
-        only(self.starts.iter().filter(is)).map(|s| s.0).ok_or_else(|| {
+        let all: Vec<_> = self.starts.iter().filter(is).collect();
+        let least = all.iter().map(|s| states(&s.2)).min();
+        only(all.iter().filter(|s| Some(states(&s.2)) == least)).map(|s| s.0).ok_or_else(|| {
             format!("no parameter is the value of `{}` at the start", self.plant.table().outputs[output].name)
         })
     }

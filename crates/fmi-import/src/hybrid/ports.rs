@@ -36,7 +36,7 @@ impl HybridPorts {
         for (enters, force) in self.forces.iter().zip(force) {
             let by = T::constant(enters.per_force) * *force;
             let by = enters.divisor.map_or(by, |k| by / p[k]);
-            u[enters.input] = u[enters.input] + by;
+            u[enters.input] += by;
         }
         Some(u)
     }
