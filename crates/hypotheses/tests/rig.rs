@@ -361,6 +361,19 @@ fn a_hand_on_a_resting_joint_with_a_known_weight_is_named() {
     assert!(is_hand(&of_hand(&MadeJoint { seed: 46, ..MadeJoint::default() }, 0.15, true)));
 }
 
+/// An encoder that distinguishes no usual speed from rest does not make what rests move as fast.
+#[test]
+fn what_rests_creeps_as_fast_as_the_recordings_show() {
+    for (noise, creeps) in [([0.01, 1e-4], true), ([1e-3, 1e-5], false)] {
+        let made =
+            MadeJoint { seed: 48, noise, recordings: (1, 500), rests: [0.6, 1.8], ..MadeJoint::default() };
+        let (mut f, _) = frame_of(&made.case()).unwrap();
+        f.settle(false);
+        println!("noise {noise:?}: rest {}, creep {}, usual {}", f.rest, f.creep, f.usual_speed);
+        assert_eq!(f.creep < 1.0, creeps, "{noise:?}");
+    }
+}
+
 #[test]
 #[ignore = "eight searches: ./test --full runs it"]
 fn a_hand_on_a_joint_at_rest_is_named() {

@@ -118,14 +118,14 @@ impl InnovationsFrame {
         self.settle_release()
     }
 
-    /// Where the encoder bounds the speed of rest from below, how fast it really creeps; white force, then the scale of the readings'
+    /// Where the encoder leaves no choice of the speed of rest, how fast what rests creeps; white force, then the scale of the readings'
     /// variance.
     fn settle_noise(&mut self) {
         let base = self.packed(&[]);
         type Field = fn(&mut InnovationsFrame) -> &mut f64;
         let fields: [(Field, [f64; 4]); 3] =
             [(|f| &mut f.creep, CREEP), (|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
-        let bounded = self.dry_level() > 0.0 && self.rest <= self.least_rest;
+        let bounded = self.dry_level() > 0.0 && self.least_rest >= REST[REST.len() - 1] * self.usual_speed;
         for (value, grid) in fields.into_iter().skip(usize::from(!bounded)) {
             let quieter: Vec<f64> = self.q.iter().map(|q| (0.3 * q).max(INTENSITY[0])).collect();
             let tried = [self.q.clone(), quieter];
