@@ -17,6 +17,7 @@ def packed(trueup, folder, *more):
     return folder / "FlexibleArm.fmi3.fmu"
 
 
+@pytest.mark.full  # by the native steps: lnk3_a_falling_arm_keeps_its_energy
 def test_an_arm_in_a_fall_keeps_its_energy(trueup, tmp_path):
     """Model Exchange by CVode: no friction, no dampers, motors that weigh little; outputs are closer than 500 of its steps."""
     path = packed(

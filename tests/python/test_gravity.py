@@ -3,6 +3,7 @@
 The arm is simulated here by its own few lines: two links in the plane, rigid joints, a controller in the loop.
 """
 
+import functools
 import json
 import os
 import subprocess
@@ -42,6 +43,7 @@ def rates(x, torque, gravity):
     return np.array([v1, v2, (far * f1 - m12 * f2) / det, (m11 * f2 - m12 * f1) / det])
 
 
+@functools.cache
 def recorded(seed, gravity, seconds=5.0):
     """Held torques and angles as they are read."""
     random = np.random.default_rng(seed)

@@ -6,6 +6,7 @@ The joint, its friction and its servo are simulated here by their own few lines.
 import csv
 import gzip
 import json
+import math
 import os
 from pathlib import Path
 
@@ -25,14 +26,14 @@ def recorded(seed, gain=GAIN, gravity=0.0, limit=np.inf, play=0.0, seconds=12.0)
     angle, speed, h, rows = 0.0, 0.0, STEP / FINE, []
     for k in range(round(seconds / STEP)):
         t = k * STEP
-        wanted = 0.12 * np.sin(2 * np.pi * tones * t + phases).sum() + steps[int(t / 1.5)]
+        wanted = float(0.12 * np.sin(2 * np.pi * tones * t + phases).sum() + steps[int(t / 1.5)])
         rows.append((t, wanted, angle + random.normal(0, NOISE)))
         for _ in range(FINE):
-            drive = np.clip(gain * (wanted - angle) - DAMPING * speed, -limit, limit)
-            torque = drive - VISCOUS * speed - gravity * np.sin(angle)
+            drive = max(-limit, min(limit, gain * (wanted - angle) - DAMPING * speed))
+            torque = drive - VISCOUS * speed - gravity * math.sin(angle)
             if speed == 0.0 and abs(torque) <= FRICTION:
                 continue
-            brake = FRICTION * (np.sign(speed) or np.sign(torque))
+            brake = math.copysign(FRICTION, speed or torque)
             after = speed + h / INERTIA * (torque - brake)
             # Friction stops it and does not turn it round.
             speed = 0.0 if speed * after < 0 else after

@@ -193,10 +193,27 @@ fn of(c: &Configuration) -> (AnyModel, ModelTable, String) {
 }
 
 #[test]
+fn what_is_said_of_dependencies_holds() {
+    // Every model, every fourth of those with an effect.
+    holds_for(
+        configurations()
+            .into_iter()
+            .enumerate()
+            .filter(|(k, c)| k % 4 == 0 || c.effects.is_empty())
+            .map(|(_, c)| c),
+    );
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
 fn what_is_said_of_dependencies_holds_for_every_model_with_every_effect() {
+    holds_for(configurations());
+}
+
+fn holds_for(configurations: impl IntoIterator<Item = Configuration>) {
     let mut said = BTreeMap::<(String, &str), usize>::new();
     let mut mistakes = Vec::new();
-    for c in configurations() {
+    for c in configurations {
         let (model, table, xml) = of(&c);
         let d = read::read(xml.as_bytes()).expect("what is written can be read");
         let title = format!("{} {:?} {:?} {:?}", c.model, c.effects, c.joint_flexible, c.structure);

@@ -37,7 +37,7 @@ impl DelaySearch<'_> {
         let mut z = InnovationsFrame::new(&f.intake, f.plant.clone(), Some((self.channel, delay)));
         z.start.copy_from_slice(self.start);
         z.theta.copy_from_slice(self.start);
-        (z.rest, z.white, z.scale) = (f.rest, f.white, f.scale);
+        (z.rest, z.creep, z.white, z.scale) = (f.rest, f.creep, f.white, f.scale);
         z.q = self.q.to_vec();
         z.q = z.settle_signs(self.q, 2);
         z

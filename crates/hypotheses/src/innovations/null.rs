@@ -81,6 +81,7 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
         (best.theta[*k] / value - 1.0).abs() / if declared { deviation } else { UNDECLARED }
     };
     let farthest = f.unknown.iter().map(far).fold(0.0, f64::max);
+    f.reset(&best.q);
     f.theta.clone_from(&best.theta);
     f.put_in_force(&[], &[], &best.zeros, &best.q);
     let base = f.packed(&[]);
