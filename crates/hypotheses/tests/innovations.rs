@@ -73,6 +73,40 @@ fn a_ripple_of_order_sixty_has_its_order() {
     assert!((order - 60.0).abs() < 0.1, "{order}");
 }
 
+/// What the recordings cannot distinguish is ambiguous, and no more than that: a late drive with a late reading of the only angle, dry
+/// friction of two bodies that are one, a slow force that one law has as well as another.
+#[test]
+fn what_recordings_do_not_distinguish_is_ambiguous() {
+    let late: &[(&str, &[f64])] = &[("actuator-lag", &[0.0, 8e-3])];
+    let asymmetric: &[(&str, &[f64])] = &[("asymmetric-friction", &[1e-4, 0.0])];
+    let none = ParameterValue::Number(0.0);
+    let frictionless = [("coulombFriction", none.clone()), ("staticFriction", none)];
+    let angle = &["motorCurrent", "motorAngle"];
+    let made = || MadeJoint { seed: 13, recordings: (1, 500), ..MadeJoint::default() };
+    let all = [
+        (["actuator-lag", "sensor-delay"], MadeJoint { effects: late, channels: angle, ..made() }),
+        (
+            ["motor-friction", "load-friction"],
+            MadeJoint { flexible: false, believed: &frictionless, channels: angle, ..made() },
+        ),
+        (
+            ["asymmetric-friction", "gravity-torque"],
+            MadeJoint { effects: asymmetric, channels: angle, ..made() },
+        ),
+    ];
+    for (ids, made) in all {
+        let (_, judged) = told(ids[0], &made);
+        assert_eq!(judged.verdict, EvidenceVerdict::Ambiguous, "{ids:?}");
+        assert!(ids.iter().all(|id| judged.set.iter().any(|s| s.0 == *id)), "{ids:?}: {:?}", judged.set);
+    }
+    // With the load's angle too the drive is late, and nothing else.
+    let (_, judged) = told("both angles", &MadeJoint { effects: late, ..made() });
+    assert_eq!(
+        (judged.verdict, &judged.set[..]),
+        (EvidenceVerdict::Effects, &[("actuator-lag", "actuator".to_owned())][..])
+    );
+}
+
 /// What the engine has no words for is refused at once, with a word for it.
 #[test]
 fn what_the_engine_lacks_words_for_is_refused_by_name() {

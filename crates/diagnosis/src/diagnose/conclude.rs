@@ -17,7 +17,7 @@ use super::{
 };
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::replay::{CompleteModel, DRAWS, FittedReplay, FreeRunFit, ReplayedReadings, joined};
+use crate::engine::replay::{CompleteModel, FittedReplay, FreeRunFit, ReplayedReadings, joined};
 use crate::engine::search::{CaseSearch, FittedSet};
 use crate::engine::select::{SearchResult, same};
 use crate::experiment;
@@ -155,9 +155,7 @@ pub(super) fn conclude(
         ));
     }
     let fitted_replay = search.fitted_replay(&after.complete, runs).map_err(nominal)?;
-    let floors = search
-        .floors_around(&after.complete, runs, &fitted_replay, (options.seed, DRAWS))
-        .map_err(nominal)?;
+    let floors = search.floors(&after.complete, runs, options.seed).map_err(nominal)?;
     let traces = traces(runs, [&ground.before, &tuned.shown, &after.shown], &floors);
     let models = [&before, &tuned.complete, &after.complete];
     let windowed = window.and_then(|w| windowed(search, models, &ground, &fitted_replay, (w, options.seed)));

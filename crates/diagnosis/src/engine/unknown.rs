@@ -61,7 +61,7 @@ impl BalanceTarget {
 }
 
 /// One unknown.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BalanceUnknown {
     /// FMU variable, or a description.
     pub name: String,

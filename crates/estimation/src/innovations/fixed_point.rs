@@ -25,6 +25,8 @@ const SLOPE: [[f64; 2]; 2] = [[-0.8, 4.0], [-0.8, 300.0]];
 pub struct FixedPoint {
     /// Log evidence, nats.
     pub evidence: f64,
+    /// Log likelihood with the squares of the priors, nats.
+    pub penalised: f64,
     /// Amplitudes of the laws, one after the other.
     pub amplitudes: Vec<f64>,
     /// What the rig adds to readings, then differences of the encoders' zeros, in units of their columns.
@@ -78,6 +80,7 @@ impl InnovationsFrame {
             let count = found.count;
             let now = FixedPoint {
                 evidence: found.log,
+                penalised: found.penalised,
                 amplitudes: amplitudes.to_vec(),
                 zeros: zeros.clone(),
                 q: q.clone(),

@@ -17,7 +17,7 @@ use trueup_signals::{Channel, Loaded, ParameterValue};
 use super::candidate::{ScreenedShape, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
 use super::joint_along::{UsualSizes, along_joint};
-use super::late::late_channel;
+use super::late::{DelayStart, late_channel};
 use super::laws::{law_of, stribeck};
 use super::null::{FittedNull, fit_null};
 use super::pairs::{FittedPair, beside};
@@ -326,16 +326,25 @@ fn late_channels(
     leader: Option<&FittedEffect>,
 ) -> Vec<FittedEffect> {
     let late = |c: &&ScreenedShape| c.law.is_late();
-    let far = first.iter().filter(late).map(|c| c.evidence).fold(0.0, f64::max);
+    let far = first.iter().filter(late).map(|c| c.evidence).fold(f64::NEG_INFINITY, f64::max);
     let fall = leader.map_or(0.0, |h| 1.0 - h.power() / power(&null.q));
     let loud = null.q.iter().any(|q| *q > 0.02) && fall < 0.8;
+    // With one angle a reading that is late is hardly distinguished from a drive that is; the screen then has the drive alone.
+    let drive = leader.filter(|h| h.id == "actuator-lag" && !frame.borrow().two_angles());
+    let as_drive = drive.map(|h| DelayStart {
+        delay: h.shape.value(h.shape.form) * h.fit.amplitudes.first().unwrap_or(&1.0),
+        theta: Some(&h.fit.theta),
+    });
     let mut out = Vec::new();
     for place in ["sensor:motorAngle", "sensor:loadAngle"] {
         let found = first.iter().enumerate().find(|(_, c)| late(c) && c.shape.place == place);
-        let Some((rank, c)) = found else { continue };
-        let seen = c.evidence > alone + 5.0 && rank < 8;
-        if c.evidence >= alone + 0.5 * (far - alone) && (seen || loud) {
-            out.extend(late_channel(frame, place, &null.sizes, &null.q, c.shape.value("d")));
+        let seen = found.filter(|(rank, c)| {
+            let seen = c.evidence > alone + 5.0 && *rank < 8;
+            c.evidence >= alone + 0.5 * (far - alone) && (seen || loud)
+        });
+        let seen = seen.map(|(_, c)| DelayStart { delay: c.shape.value("d"), theta: None });
+        if let Some(begin) = as_drive.or(seen) {
+            out.extend(late_channel(frame, place, &null.sizes, &null.q, begin));
         }
     }
     out
