@@ -131,6 +131,19 @@ def test_ratio_torque_constant_and_effects_of_a_joint(trueup, fmu):
     assert effects(found)["sensors.loadAngle"] == sensors
     assert effects(found)["sensors.loadVelocity"] == sensors - {"sensor-eccentricity"}
     assert all(e["why_not"] for e in found["effects"] if not e["possible"])
+    forces = [(p["name"], p["unit"]) for p in found["insertion_points"] if p["acts"] == "force"]
+    assert forces == [("motor of joint 1", "N.m"), ("link of joint 1", "N.m")] and not found["unreached"]
+    assert {p["name"] for p in found["insertion_points"] if p["acts"] == "error of a reading"} == set(found["sensors"])
+
+
+def test_places_without_a_force_have_their_reason(trueup, fmu):
+    """Joints 2 and 3 are rigid: motor and link are one coordinate. On the link of joint 1 no input acts; the tip is no state."""
+    found = drafted(trueup, fmu("PlanarManipulator", 2))[0]
+    forces = [p["name"] for p in found["insertion_points"] if p["acts"] == "force"]
+    assert forces == [*(f"motor of joint {k}" for k in (1, 2, 3)), *(f"base along `{n}`" for n in ("baseForce[1]", "baseForce[2]", "baseTorque"))]
+    of = {line.split(":")[0]: line for line in found["unreached"]}
+    assert set(of) == {"link of joint 1", *(f"tip along `{n}`" for n in ("tipForce[1]", "tipForce[2]", "tipTorque"))}, of
+    assert "no input acts on it" in of["link of joint 1"] and "is no state" in of["tip along `tipTorque`"]
 
 
 def test_effects_of_an_arm(trueup, fmu):

@@ -8,6 +8,7 @@ mod dependencies;
 mod effects_document;
 mod hostile;
 mod innovations;
+mod insertion_points;
 mod key_tables;
 mod layers;
 mod model_description;

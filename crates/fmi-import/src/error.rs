@@ -161,6 +161,19 @@ pub enum ImportError {
         /// The text.
         text: String,
     },
+    /// An event iteration without end.
+    #[error(
+        "event iteration of instance \"{instance}\" does not end: it requested another pass {passes} times{}",
+        tail(.log)
+    )]
+    EventIteration {
+        /// Name of the instance.
+        instance: String,
+        /// Passes made.
+        passes: usize,
+        /// The FMU's last messages.
+        log: Vec<String>,
+    },
     /// The importer's own callback panicked inside a step.
     #[error("the intermediate-update closure of instance \"{instance}\" panicked: {message}")]
     Panicked {

@@ -7,6 +7,8 @@
 //! Derivatives are directional derivatives where the FMU offers them, else central differences. A parameter that is fixed acts
 //! through the initialisation alone as far as the standard goes: along it there are differences of starts, and none of rates.
 
+mod derivatives;
+mod ports;
 mod seat;
 mod table;
 
@@ -15,26 +17,24 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, EventUpdate, ModelSizes};
-use trueup_numerics::{Dual, Scalar};
-use trueup_plant::{Coordinate, LANES, Lanes, Plant, PlantError, VariableTable};
+use trueup_plant::{Coordinate, InsertionPoint, Lanes, Plant, PlantError, VariableTable};
 
-use crate::{FmiStatus, ImportError, StateColumns, UnpackedFmu};
+use crate::{FmiStatus, ImportError, UnpackedFmu};
+pub use ports::{ForceInput, HybridPorts};
 use seat::Seat;
-use table::ElementReferences;
+use table::{DirectionalUnknowns, ElementReferences, SomeElements};
 pub use table::{MAX_ELEMENTS, element_quantities};
 
-/// Half the width of a central difference, as a share of what is moved.
-const WIDTH: f64 = 6e-6;
-
-/// An FMU for Model Exchange as a [`Plant`]: one run at a time ([`Plant::with`] no effects is another instance). It has no
-/// coordinates: an FMU takes no forces but its inputs. What it refuses (Discard) becomes NaN, at which an integrator tries a
+/// An FMU for Model Exchange as a [`Plant`]: one run at a time ([`Plant::with`] no effects is another instance). It has the
+/// coordinates of its ports ([`HybridFmu::with_ports`]), whose forces are inputs; without ports none. What it refuses (Discard) becomes NaN, at which an integrator tries a
 /// shorter step; of any other failure the results are NaN and [`HybridFmu::failure`] gives the reason.
 pub struct HybridFmu {
     fmu: Arc<UnpackedFmu>,
     start: f64,
     table: VariableTable,
     places: ElementReferences,
-    columns: Option<StateColumns>,
+    unknown: DirectionalUnknowns,
+    ports: HybridPorts,
     sizes: ModelSizes,
     way: Mutex<EventPath>,
 }
@@ -49,39 +49,17 @@ struct EventPath {
 }
 
 /// Which values are requested.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum HybridQuery {
     Rates,
     Outputs,
     Indicators,
 }
 
-/// One direction in which the arguments move.
-struct HybridScratch<'a> {
-    t: f64,
-    x: &'a [f64],
-    u: &'a [f64],
-    p: &'a [f64],
-}
-
 impl std::fmt::Debug for HybridFmu {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("HybridFmu").field("file", &self.fmu.file()).finish_non_exhaustive()
     }
-}
-
-fn values(lanes: &[Lanes]) -> Vec<f64> {
-    lanes.iter().map(|v| v.re).collect()
-}
-fn lane(lanes: &[Lanes], k: usize) -> Vec<f64> {
-    lanes.iter().map(|v| v.eps[k]).collect()
-}
-/// The largest part of a direction, relative to max(|value|, 1).
-fn relative_size(along: &[f64], at: &[f64]) -> f64 {
-    along.iter().zip(at).map(|(a, v)| a.abs() / v.abs().max(1.0)).fold(0.0, f64::max)
-}
-fn moved(at: &[f64], by: f64, along: &[f64]) -> Vec<f64> {
-    at.iter().zip(along).map(|(v, a)| v + by * a).collect()
 }
 
 impl HybridFmu {
@@ -95,7 +73,8 @@ impl HybridFmu {
         if d.model_exchange.is_none() {
             return Err(PlantError(format!("{file} does not offer Model Exchange; export it for that")));
         }
-        let (table, places) = table::read(d).map_err(|what| PlantError(format!("{file}: {what}")))?;
+        let (table, places, unknown) =
+            table::read(d).map_err(|what| PlantError(format!("{file}: {what}")))?;
         let mut seat = Seat::new(fmu).map_err(|e| PlantError(e.to_string()))?;
         let (states, indicators) = seat.instance.counts(d.into()).map_err(|e| PlantError(e.to_string()))?;
         let sizes = ModelSizes {
@@ -107,14 +86,33 @@ impl HybridFmu {
             indicators,
         };
         let way = Mutex::new(EventPath { seat: Some(seat), ..EventPath::default() });
-        let columns = StateColumns::of(d);
-        Ok(Self { fmu: Arc::clone(fmu), start, table, places, columns, sizes, way })
+        let offered = d.model_exchange.as_ref().is_some_and(|i| i.provides_directional_derivatives);
+        let ports = HybridPorts::default();
+        let mut plant = Self { fmu: Arc::clone(fmu), start, table, places, unknown, ports, sizes, way };
+        // Indicators of FMI 2.0 are no variables.
+        let complete = |all: &SomeElements, count| all.elements.len() == count;
+        if !(offered && complete(&plant.unknown.rates, states)) {
+            plant = plant.by_differences();
+        } else if !complete(&plant.unknown.indicators, indicators) {
+            plant.unknown.indicators = SomeElements::default();
+        }
+        Ok(plant)
     }
 
     /// The same with differences in place of directional derivatives, which are the FMU's own and may be wrong.
     #[must_use]
     pub fn by_differences(self) -> Self {
-        Self { columns: None, ..self }
+        Self { unknown: DirectionalUnknowns::default(), ..self }
+    }
+    /// The same with these coordinates and readings.
+    ///
+    /// # Errors
+    /// Not one force for each coordinate; a variable that there is not.
+    pub fn with_ports(self, ports: HybridPorts) -> Result<Self, PlantError> {
+        match ports.mistake(&self.sizes) {
+            Some(what) => Err(PlantError(format!("{}: {what}", self.fmu.file().display()))),
+            None => Ok(Self { ports, ..self }),
+        }
     }
     /// The FMU.
     pub fn fmu(&self) -> &Arc<UnpackedFmu> {
@@ -192,20 +190,16 @@ impl HybridFmu {
             );
             return Ok(None);
         }
-        let settled = match &mut way.seat {
-            Some(seat) if seat.open => seat.settle()?,
-            _ => true,
-        };
-        if !settled {
-            Self::fail(way, format!("{}: its event iteration does not end", self.fmu.file().display()));
-            return Ok(None);
+        if let Some(seat) = way.seat.as_mut().filter(|seat| seat.open) {
+            seat.settle()?;
         }
         Ok(way.seat.as_mut())
     }
 
     fn read(&self, seat: &mut Seat, asked: HybridQuery, result: &mut [f64]) -> Result<(), ImportError> {
         match asked {
-            HybridQuery::Rates if result.is_empty() => Ok(()),
+            // An FMU without states, outputs or indicators may lack the function.
+            _ if result.is_empty() => Ok(()),
             HybridQuery::Rates => seat.instance.derivatives(result),
             HybridQuery::Outputs => seat.instance.get_float64(&self.places.outputs, result),
             HybridQuery::Indicators => seat.instance.indicators(result),
@@ -215,9 +209,9 @@ impl HybridFmu {
     fn ask(&self, asked: HybridQuery, at: At<f64>, result: &mut [f64]) {
         let mut way = self.way();
         let done = match self.seat(&mut way, at) {
-            Ok(Some(seat)) => seat
-                .place(at.t, at.x, &self.places.inputs, at.u)
-                .and_then(|()| self.read(seat, asked, result)),
+            Ok(Some(seat)) => {
+                seat.place(at.t, at.x, &self.places, at.u).and_then(|()| self.read(seat, asked, result))
+            }
             Ok(None) => {
                 result.fill(f64::NAN);
                 Ok(())
@@ -225,88 +219,6 @@ impl HybridFmu {
             Err(e) => Err(e),
         };
         Self::kept(&mut way, done, result);
-    }
-
-    /// Along one direction, the values at `at` in `here`.
-    fn along(&self, asked: HybridQuery, at: At<f64>, along: &HybridScratch, result: &mut [f64]) {
-        let acting = |place: &&table::ElementReference| along.p[place.elements()].iter().any(|v| *v != 0.0);
-        let acting: Vec<&table::ElementReference> = self.places.parameters.iter().filter(acting).collect();
-        let of = self.columns.as_ref().and_then(|c| match asked {
-            HybridQuery::Rates => Some(&c.derivatives),
-            HybridQuery::Outputs => Some(&self.places.outputs),
-            HybridQuery::Indicators => self.places.indicators.as_ref(),
-        });
-        if let Some(fixed) = acting.iter().find(|p| !p.tunable || of.is_none()) {
-            let name = &self.table.parameters[fixed.begin].name;
-            Self::fail(
-                &mut self.way(),
-                format!(
-                    "{}: no derivative by `{name}` along the way is to be had of this FMU; take differences of whole runs",
-                    self.fmu.file().display()
-                ),
-            );
-            result.fill(f64::NAN);
-            return;
-        }
-        result.fill(0.0);
-        let mut by_difference = HybridScratch { t: along.t, x: &[], u: &[], p: &[] };
-        if let (Some(of), Some(columns)) = (of, &self.columns) {
-            let (mut by, mut seed) = (columns.states.clone(), along.x.to_vec());
-            if along.u.iter().any(|v| *v != 0.0) {
-                by.extend(&self.places.inputs);
-                seed.extend(along.u);
-            }
-            for place in acting {
-                by.push(place.reference);
-                seed.extend(&along.p[place.elements()]);
-            }
-            if !by.is_empty() && !of.is_empty() && seed.iter().any(|v| *v != 0.0) {
-                let mut way = self.way();
-                let done = match self.seat(&mut way, at) {
-                    Ok(Some(seat)) => seat
-                        .place(at.t, at.x, &self.places.inputs, at.u)
-                        .and_then(|()| seat.instance.directional(of, &by, &seed, result)),
-                    Ok(None) => return result.fill(f64::NAN),
-                    Err(e) => Err(e),
-                };
-                Self::kept(&mut way, done, result);
-            }
-        } else {
-            (by_difference.x, by_difference.u) = (along.x, along.u);
-        }
-        let size = relative_size(by_difference.x, at.x)
-            .max(relative_size(by_difference.u, at.u))
-            .max(along.t.abs() / at.t.abs().max(1.0));
-        if size == 0.0 {
-            return;
-        }
-        let width = WIDTH / size;
-        let mut ends = [vec![0.0; result.len()], vec![0.0; result.len()]];
-        for (end, by) in ends.iter_mut().zip([-width, width]) {
-            let pad = |own: &[f64], n: usize| if own.is_empty() { vec![0.0; n] } else { own.to_vec() };
-            let x = moved(at.x, by, &pad(by_difference.x, at.x.len()));
-            let u = moved(at.u, by, &pad(by_difference.u, at.u.len()));
-            self.ask(asked, At { t: at.t + by * along.t, x: &x, u: &u, ..at }, end);
-        }
-        let [low, high] = ends;
-        result.iter_mut().zip(high.iter().zip(low)).for_each(|(r, (h, l))| *r += (h - l) / (2.0 * width));
-    }
-
-    fn ask_lanes(&self, asked: HybridQuery, at: At<Lanes>, result: &mut [Lanes]) {
-        let (x, u, p) = (values(at.x), values(at.u), values(at.p));
-        let plain = At { t: at.t.re, x: &x, u: &u, p: &p, modes: at.modes };
-        let mut column = vec![0.0; result.len()];
-        self.ask(asked, plain, &mut column);
-        result.iter_mut().zip(&column).for_each(|(r, v)| *r = Dual::constant(*v));
-        for k in 0..LANES {
-            let (x, u, p) = (lane(at.x, k), lane(at.u, k), lane(at.p, k));
-            let along = HybridScratch { t: at.t.eps[k], x: &x, u: &u, p: &p };
-            if along.t == 0.0 && x.iter().chain(&u).chain(&p).all(|v| *v == 0.0) {
-                continue;
-            }
-            self.along(asked, plain, &along, &mut column);
-            result.iter_mut().zip(&column).for_each(|(r, v)| r.eps[k] = *v);
-        }
     }
 }
 
@@ -318,7 +230,10 @@ impl Plant for HybridFmu {
         &self.table
     }
     fn coordinates(&self) -> &[Coordinate] {
-        &[]
+        &self.ports.coordinates
+    }
+    fn insertion_points(&self) -> Vec<InsertionPoint> {
+        self.ports.insertion_points(&self.table)
     }
     fn sizes(&self) -> ModelSizes {
         self.sizes
@@ -327,7 +242,7 @@ impl Plant for HybridFmu {
         if let Some(id) = effects.first() {
             return Err(PlantError(format!("no effect can act in an FMU, `{id}` neither; leave it out")));
         }
-        Ok(Box::new(Self::new(&self.fmu, self.start)?))
+        Ok(Box::new(Self::new(&self.fmu, self.start)?.with_ports(self.ports.clone())?))
     }
     fn as_any(&self) -> &dyn Any {
         self
@@ -341,28 +256,7 @@ impl Plant for HybridFmu {
         Self::kept(&mut way, done, x);
     }
     fn start_lanes(&self, p: &[Lanes], x: &mut [Lanes]) {
-        let plain = values(p);
-        let mut column = vec![0.0; x.len()];
-        for k in 0..LANES {
-            let along = lane(p, k);
-            let size = relative_size(&along, &plain);
-            if size == 0.0 {
-                x.iter_mut().for_each(|v| v.eps[k] = 0.0);
-                continue;
-            }
-            let width = WIDTH / size;
-            let mut ends = [column.clone(), column.clone()];
-            for (end, by) in ends.iter_mut().zip([-width, width]) {
-                self.start(&moved(&plain, by, &along), end);
-            }
-            let [low, high] = ends;
-            for (x, (h, l)) in x.iter_mut().zip(high.iter().zip(low)) {
-                x.eps[k] = (h - l) / (2.0 * width);
-            }
-        }
-        // Last, so that the instance is the one of these parameters.
-        self.start(&plain, &mut column);
-        x.iter_mut().zip(&column).for_each(|(x, v)| x.re = *v);
+        self.starts(p, x);
     }
     /// An FMU declares nothing of its equilibria: it starts as its parameters have it.
     fn rest(&self, _: &mut [f64], _: &[f64]) {}
@@ -374,11 +268,13 @@ impl Plant for HybridFmu {
         modes.fill(way.last);
         Self::kept(&mut way, done, &mut []);
     }
-    fn rates(&self, at: At<f64>, _: &[f64], dx: &mut [f64]) {
-        self.ask(HybridQuery::Rates, at, dx);
+    fn rates(&self, at: At<f64>, force: &[f64], dx: &mut [f64]) {
+        let u = self.ports.with_forces(at.u, at.p, force);
+        self.ask(HybridQuery::Rates, At { u: u.as_deref().unwrap_or(at.u), ..at }, dx);
     }
-    fn rates_lanes(&self, at: At<Lanes>, _: &[Lanes], dx: &mut [Lanes]) {
-        self.ask_lanes(HybridQuery::Rates, at, dx);
+    fn rates_lanes(&self, at: At<Lanes>, force: &[Lanes], dx: &mut [Lanes]) {
+        let u = self.ports.with_forces(at.u, at.p, force);
+        self.ask_lanes(HybridQuery::Rates, At { u: u.as_deref().unwrap_or(at.u), ..at }, dx);
     }
     fn outputs(&self, at: At<f64>, y: &mut [f64]) {
         self.ask(HybridQuery::Outputs, at, y);
@@ -401,8 +297,8 @@ impl Plant for HybridFmu {
         let here = way.seat.as_ref().is_some_and(|s| s.at == wanted && s.same(p));
         let mut update = EventUpdate::default();
         let done = if here {
-            let inputs = &self.places.inputs;
-            way.seat.as_mut().map_or(Ok(()), |seat| seat.event(t, x, inputs, u).map(|done| update = done))
+            let places = &self.places;
+            way.seat.as_mut().map_or(Ok(()), |seat| seat.event(t, x, places, u).map(|done| update = done))
         } else {
             Self::fail(
                 &mut way,

@@ -20,6 +20,7 @@
 mod children;
 mod core;
 mod error;
+mod event_iteration;
 pub mod exit;
 pub mod fmi2;
 pub mod fmi3;
@@ -41,7 +42,8 @@ mod table;
 
 pub use crate::core::{InstanceOptions, PreparedReferences, StateId};
 pub use crate::error::{FmiError, FmiStatus, ImportError};
-pub use crate::hybrid::{HybridFmu, MAX_ELEMENTS, element_quantities};
+pub use crate::event_iteration::{MOST_PASSES, iterate_events};
+pub use crate::hybrid::{ForceInput, HybridFmu, HybridPorts, MAX_ELEMENTS, element_quantities};
 pub use crate::instance::{AnyInstance, DescribedCounts, StateColumns};
 pub use crate::isolation::{Isolation, NoIsolation};
 pub use crate::library::{UnpackedFmu, UsedInterface};

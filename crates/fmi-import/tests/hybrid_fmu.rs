@@ -14,9 +14,9 @@ use trueup_plant::{LANES, Lanes, Plant, VariableTable};
 const SEED: u64 = 20_261_129;
 
 /// Steele's and Vigna's splitmix64, on (-1, 1).
-struct Draws(u64);
+pub(crate) struct Draws(pub(crate) u64);
 impl Draws {
-    fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -25,7 +25,7 @@ impl Draws {
     }
 }
 
-fn fmus() -> Vec<HybridFmu> {
+pub(crate) fn fmus() -> Vec<HybridFmu> {
     let Some(folder) = std::env::var_os("TRUEUP_FMUS").map(PathBuf::from) else {
         eprintln!("SKIPPED: TRUEUP_FMUS is not set, so there is no FMU; run ./test");
         return Vec::new();
@@ -37,17 +37,17 @@ fn fmus() -> Vec<HybridFmu> {
     vec![open("fmi2"), open("fmi3")]
 }
 
-fn joint() -> Compiled<TwoMassJoint> {
+pub(crate) fn joint() -> Compiled<TwoMassJoint> {
     Compiled::new(TwoMassJoint::new(true, &[] as &[&str]).unwrap())
 }
 
 /// Values of one plant's list in the order of another's.
-fn in_order(of: &VariableTable, names: &VariableTable, values: &[f64]) -> Vec<f64> {
+pub(crate) fn in_order(of: &VariableTable, names: &VariableTable, values: &[f64]) -> Vec<f64> {
     names.parameters.iter().map(|q| values[of.parameter(&q.name).unwrap()]).collect()
 }
 
 /// A run's beginning with its events processed: modes and states.
-fn begin(plant: &dyn Plant, u: &[f64], p: &[f64]) -> (Vec<i32>, Vec<f64>) {
+pub(crate) fn begin(plant: &dyn Plant, u: &[f64], p: &[f64]) -> (Vec<i32>, Vec<f64>) {
     let (mut x, mut modes) = (vec![0.0; plant.sizes().states], vec![0; plant.sizes().modes]);
     plant.start(p, &mut x);
     plant.start_modes(At { t: 0.0, x: &x, u, p, modes: &modes.clone() }, &mut modes);

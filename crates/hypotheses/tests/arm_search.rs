@@ -6,10 +6,13 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
+use trueup_hypotheses::innovations::chain_effect::ChainEffect;
 use trueup_hypotheses::innovations::chain_search::search_chain;
 use trueup_hypotheses::innovations::chain_verdict::judge_chain;
 use trueup_hypotheses::innovations::findings::{FoundEffect, of_chain, search_case};
 use trueup_hypotheses::innovations::levels::CHAIN_RIGHT;
+use trueup_hypotheses::innovations::shape::LawShape;
+use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_signals::{Case, Channel, KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
 /// Nats below the golden evidence.
@@ -89,7 +92,7 @@ fn the_search_of_a_short_arm_ends_with_the_golden_leader_shape_and_verdict() {
     assert!(off.is_empty(), "\n{}", off.join("\n"));
     let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
     let found = search_chain(&loaded, &PlantStructures::of(&loaded.case).unwrap()).unwrap();
-    let lead = &found.effects[0];
+    let lead = found.effects[0].clone();
     assert_eq!((lead.joints(), lead.shape.form), (vec![2], "two"));
     assert!((lead.shape.value("two") - 0.043).abs() < 1e-6, "{:?}", lead.shape);
     // Everything that the torque does too late is explained: nothing is left for a second.
@@ -113,6 +116,20 @@ fn the_search_of_a_short_arm_ends_with_the_golden_leader_shape_and_verdict() {
     assert!(
         listed.screened.iter().all(|h| !h.causes.is_empty() && !places(h).contains(&"sensor".to_owned()))
     );
+    // A nonlinear spring with its line alone is another stiffness: amplitudes of an arm whose spring was 33 % stiffer.
+    let mut found = found;
+    let mut spring = |amplitudes: &[f64]| {
+        let shape = LawShape::new("transmission", "knees", &[("b", 0.02), ("b2", 0.02)]).at(&[1]);
+        let mut h = ChainEffect { id: "nonlinear-stiffness", shape, form: None, ..lead.clone() };
+        (h.fit.amplitudes, h.evidence) = (amplitudes.to_vec(), lead.evidence + 50.0);
+        found.effects = vec![h];
+        (judge_chain(&found), of_chain(&found))
+    };
+    let (judged, listed) = spring(&[0.0, 0.0, 0.333]);
+    assert_eq!((judged.verdict, judged.set.len()), (EvidenceVerdict::Parameters, 0));
+    let at = listed.names.iter().position(|n| n == "jointStiffness[2]").unwrap();
+    assert_eq!(listed.alone.theta[at], 1.333 * lead.fit.theta[at]);
+    assert_eq!(spring(&[0.2, 0.1, 0.333]).0.verdict, EvidenceVerdict::Effects);
 }
 
 /// What the engine has no words for is refused by name, before anything is fitted.

@@ -1,6 +1,11 @@
 //! Whole searches of the innovations engine on short recordings of made joints.
 
+use trueup_estimation::innovations::two_mass::parameter;
+use trueup_hypotheses::innovations::candidate::applied;
+use trueup_hypotheses::innovations::joint_along::UsualSizes;
+use trueup_hypotheses::innovations::laws::law_of;
 use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
+use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict, judge};
 use trueup_signals::{KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
@@ -35,6 +40,24 @@ fn a_search_of_two_seconds_names_what_lacks_and_nothing_else() {
     assert!((order - 2.0).abs() < 0.02, "{order}");
 }
 
+/// A refit may end at a damping below 0: a law of the spring is put in force all the same.
+#[test]
+fn a_damping_below_zero_ends_no_search() {
+    let made = MadeJoint { seed: 12, recordings: (1, 200), ..MadeJoint::default() };
+    let (mut f, _) = frame_of(&made.case()).unwrap();
+    f.settle(true);
+    let sizes = UsualSizes::of(&f);
+    let law = law_of("nonlinear-stiffness").unwrap();
+    let laws = applied(&[(law, LawShape::new("transmission", "power", &[]))], &f, &sizes);
+    for k in [parameter::DAMPING, parameter::STIFFNESS] {
+        let kept = f.theta[k];
+        f.theta[k] = -kept;
+        let q = f.q.clone();
+        f.put_in_force(&laws, &[0.3, 0.1], &[0.0], &q);
+        f.theta[k] = kept;
+    }
+}
+
 /// Cogging: an order far above those of a gear, on a motor so slow that its readings show it.
 #[test]
 fn a_ripple_of_order_sixty_has_its_order() {
@@ -61,7 +84,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
     };
     let changes: [(&str, Change); 6] = [
         ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
-        ("known effects", |l| {
+        ("changes the spring", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
         }),
         ("static friction", |l| {

@@ -64,6 +64,10 @@ pub(crate) struct MadeJoint<'a> {
     pub(crate) viscous: f64,
     /// Effects with their parameters; the nominal model has none of them.
     pub(crate) effects: &'a [(&'a str, &'a [f64])],
+    /// Standard deviations of the noise of motor and load angle, rad.
+    pub(crate) noise: [f64; 2],
+    /// Begin and end of a time without current, s.
+    pub(crate) rests: [f64; 2],
     /// Size of a torque on the load that is recorded, N.m.
     pub(crate) external: f64,
     /// Channels that are recorded.
@@ -82,6 +86,8 @@ impl Default for MadeJoint<'_> {
             flexible: true,
             viscous: 5.6e-5,
             effects: &[],
+            noise: NOISE,
+            rests: [0.0; 2],
             external: 0.0,
             channels: ALL,
             believed: &[],
@@ -92,6 +98,9 @@ impl Default for MadeJoint<'_> {
 impl MadeJoint<'_> {
     fn current(&self, k: usize, recording: u64) -> f64 {
         let t = k as f64 / self.rate;
+        if (self.rests[0]..self.rests[1]).contains(&t) {
+            return 0.0;
+        }
         0.35 * (2.3 * t + 2.0 * (self.seed + recording) as f64).sin() + 0.2 * (9.3 * t).sin()
     }
     fn torque(&self, k: usize, recording: u64) -> f64 {
@@ -134,8 +143,8 @@ impl MadeJoint<'_> {
             channel.sensor.noise = Some(noise);
             channel
         };
-        let motor = read("motorAngle", output::MOTOR_ANGLE, NOISE[0]);
-        let load = read("loadAngle", output::LOAD_ANGLE, NOISE[1]);
+        let motor = read("motorAngle", output::MOTOR_ANGLE, self.noise[0]);
+        let load = read("loadAngle", output::LOAD_ANGLE, self.noise[1]);
         let held = |name: &str, unit: &str, f: &dyn Fn(usize) -> f64| {
             let mut input = Channel::new(name, unit, time.clone(), (0..time.len()).map(f).collect());
             input.interpolation = Interpolation::Hold;

@@ -8,6 +8,7 @@
 //! It holds no physics and names no model: models implement the trait, and are compiled once.
 
 mod coordinate;
+mod insertion;
 mod lanes;
 mod linear;
 mod plant;
@@ -15,6 +16,7 @@ mod scalar;
 mod variable;
 
 pub use coordinate::{Coordinate, CoordinateKind, Follows};
+pub use insertion::{InsertedAs, InsertionPoint, insertion_points};
 pub use lanes::{LANES, Lanes};
 pub use linear::{InverseMass, PlantTangent, force_of_changes, force_sensitivity, tangent};
 pub use plant::{Plant, PlantError};

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt::Debug;
 
 use crate::lanes::Lanes;
-use crate::{Coordinate, VariableTable};
+use crate::{Coordinate, InsertionPoint, VariableTable, insertion_points};
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, EventUpdate, ModelSizes};
 
@@ -35,6 +35,10 @@ pub trait Plant: Debug + Send + Sync {
     fn table(&self) -> &VariableTable;
     /// Its coordinates.
     fn coordinates(&self) -> &[Coordinate];
+    /// Where something that it lacks can act: generalised forces, errors of readings, gains and offsets of inputs.
+    fn insertion_points(&self) -> Vec<InsertionPoint> {
+        insertion_points(self.table(), self.coordinates())
+    }
     /// How many values of each kind.
     fn sizes(&self) -> ModelSizes;
     /// Rates and outputs are affine in states and inputs while the modes are frozen, and do not depend on time: steps are then

@@ -12,9 +12,6 @@ use crate::plan::MasterPlan;
 use crate::system::ComponentInterface;
 use crate::value;
 
-/// Passes of one event iteration after which it is assumed to be endless.
-const PASSES: u32 = 100;
-
 /// Names of variables' elements, and their values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OperatingPoint {
@@ -69,18 +66,12 @@ impl Chosen {
 }
 
 fn settle(slave: &mut AnyInstance, time: f64) -> Result<(), CosimError> {
-    for _ in 0..PASSES {
-        let info = slave.update_discrete_states().map_err(|source| CosimError::Call { time, source })?;
-        if info.terminate {
-            let reason = format!("instance \"{}\" ends the run at this point", slave.name());
-            return Err(CosimError::Stuck { time, reason, log: slave.log() });
-        }
-        if !info.again {
-            return slave.enter_continuous_time_mode().map_err(|source| CosimError::Call { time, source });
-        }
+    let call = |source| CosimError::Call { time, source };
+    if slave.iterate_events().map_err(call)?.terminate {
+        let reason = format!("instance \"{}\" ends the run at this point", slave.name());
+        return Err(CosimError::Stuck { time, reason, log: slave.log() });
     }
-    let reason = format!("the event iteration of instance \"{}\" does not end", slave.name());
-    Err(CosimError::Stuck { time, reason, log: slave.log() })
+    slave.enter_continuous_time_mode().map_err(call)
 }
 
 impl Linear {

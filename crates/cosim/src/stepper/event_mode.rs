@@ -12,8 +12,6 @@ use crate::node::InstanceNode;
 use crate::plan::PlannedComponent;
 use crate::system::ComponentInterface;
 
-/// Passes of one event iteration after which it is assumed to be endless.
-const PASSES: u32 = 100;
 /// An event is located within this part of the step, and no closer than this part of the time.
 const LOCATED: f64 = 1e-9;
 const ROUNDING: f64 = 1e-12;
@@ -182,23 +180,15 @@ impl EventStepper {
             self.chatter = (time, if time - last <= 1e-9 * time.abs().max(1.0) { count + 1 } else { 0 });
         }
         (self.pending, self.updated) = (false, true);
-        for _ in 0..PASSES {
-            let slave = self.slave(nodes);
-            let info = slave.update_discrete_states().map_err(|source| CosimError::Call { time, source })?;
-            self.next_event = info.next_event.filter(|t| t.is_finite());
-            self.ended = info.terminate;
-            if self.ended || !info.again {
-                let repeats =
-                    if self.chatter.1 > CHATTER { "events do not end: 100 in a row at once" } else { "" };
-                return if repeats.is_empty() { Ok(()) } else { Err(stuck(nodes, self.node, time, repeats)) };
-            }
+        let slave = self.slave(nodes);
+        let info = slave.iterate_events().map_err(|source| CosimError::Call { time, source })?;
+        (self.next_event, self.ended) = (info.next_event, info.terminate);
+        if self.chatter.1 <= CHATTER {
+            return Ok(());
         }
-        Err(stuck(
-            nodes,
-            self.node,
-            time,
-            "event iteration does not end: it requested another pass 100 times",
-        ))
+        let slave = &nodes[self.node].slave;
+        let reason = format!("instance \"{}\": events do not end: {CHATTER} in a row at once", slave.name());
+        Err(CosimError::Stuck { time, reason, log: slave.log() })
     }
 
     /// Reads the discrete inputs back: has one another value than last time?
@@ -210,11 +200,6 @@ impl EventStepper {
         }
         Ok(changed)
     }
-}
-
-fn stuck(nodes: &[InstanceNode], node: usize, time: f64, what: &str) -> CosimError {
-    let slave = &nodes[node].slave;
-    CosimError::Stuck { time, reason: format!("instance \"{}\": {what}", slave.name()), log: slave.log() }
 }
 
 impl SystemStepper for EventStepper {

@@ -8,6 +8,7 @@ use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use super::filter_data::{DataColumn, FilterGains, FilterInput};
 use super::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
 use super::intake::{NodeIntake, input_force};
+use super::known_effects::{KnownEffects, KnownPoint};
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows, StepOrder};
 use super::numeric::{over_steps, quantile};
 use super::plant::ForcedPlant;
@@ -35,6 +36,8 @@ pub struct InnovationsFrame {
     pub runs: Vec<NodeRecording>,
     /// Speed of rest, rad/s.
     pub rest: f64,
+    /// Speed that a coordinate at rest has, in speeds of rest.
+    pub creep: f64,
     /// White force in a step, in usual forces.
     pub white: f64,
     /// Factor of the variance of readings.
@@ -67,6 +70,7 @@ impl InnovationsFrame {
             unknown,
             runs: runs.collect(),
             rest: 0.0,
+            creep: 1.0,
             white: 0.002,
             scale: 1.0,
             q: vec![0.3; plant.coordinates().len()],
@@ -124,6 +128,41 @@ impl InnovationsFrame {
             [1.0, 0.0] => means.clone(),
             [factor, taken] => means.iter().map(|u| factor * u - taken).collect(),
         }
+    }
+    /// Each step of a recording with the point at which known effects act in it; none before there is a trajectory.
+    pub(super) fn along_known(
+        &self,
+        recording: usize,
+        mut f: impl FnMut(usize, &KnownEffects, &KnownPoint<'_>),
+    ) {
+        let (Some(effects), r) = (self.plant.known_effects(), &self.runs[recording]) else { return };
+        let size = r.states.len() / r.nodes;
+        if size == 0 {
+            return;
+        }
+        let own = self.plant.model_parameters(&self.theta);
+        let numbers = &self.rig_numbers()[self.rig_numbers().len() - effects.numbers.len()..];
+        let inputs: Vec<Vec<f64>> =
+            (0..self.plant.input_forces().len()).map(|i| self.input_means(recording, i)).collect();
+        for t in 0..r.nodes {
+            let next = (t + 1).min(r.nodes - 1);
+            let state: Vec<f64> = (0..self.plant.states())
+                .map(|i| 0.5 * (r.states[size * t + i] + r.states[size * next + i]))
+                .collect();
+            let input: Vec<f64> = inputs.iter().map(|m| m[t]).collect();
+            let (time, sign) = ((t as f64 + 0.5) * r.dt, r.signs.mean[t]);
+            let (state, input, rigid) = (&state[..], &input[..], self.plant.elements().is_empty());
+            f(t, effects, &KnownPoint { time, own: &own, numbers, state, input, sign, rigid });
+        }
+    }
+    /// Forces of known effects on the coordinates over the steps; empty: there are none.
+    pub fn known_forces(&self, recording: usize) -> Vec<Vec<f64>> {
+        let mut all = Vec::new();
+        self.along_known(recording, |t, effects, at| {
+            all.resize_with(self.coordinates(), || vec![0.0; self.runs[recording].nodes]);
+            all.iter_mut().zip(effects.forces(at)).for_each(|(all, f): (&mut Vec<f64>, f64)| all[t] = f);
+        });
+        all
     }
     /// Whether more than one angle is read.
     pub fn two_angles(&self) -> bool {
@@ -240,7 +279,12 @@ impl InnovationsFrame {
             }
         }
         let plant = &*self.plant;
-        let noise = r.linear.steps.iter().map(|s| s.noise(plant, r.dt, &white, &latent, self.rest)).collect();
+        let noise = r
+            .linear
+            .steps
+            .iter()
+            .map(|s| s.noise(plant, r.dt, &white, &latent, self.creep * self.rest))
+            .collect();
         FilterInput {
             steps: &r.linear.steps,
             noise,
@@ -265,6 +309,9 @@ impl InnovationsFrame {
             let means = self.input_means(recording, k);
             let sum = all[force.coordinate].iter_mut();
             sum.zip(input_force(force, &self.theta, &means)).for_each(|(s, f)| *s += f);
+        }
+        for (sum, f) in all.iter_mut().zip(self.known_forces(recording)) {
+            sum.iter_mut().zip(f).for_each(|(s, f)| *s += f);
         }
         let level = self.dry_level();
         let friction = all[self.driven()].iter_mut();

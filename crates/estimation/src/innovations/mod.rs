@@ -20,6 +20,7 @@ pub mod gram;
 pub mod intake;
 pub mod intensity;
 pub mod kernel;
+pub mod known_effects;
 pub mod lanes;
 pub mod linear;
 pub mod nuisance;

@@ -44,11 +44,13 @@ impl InnovationsFrame {
         let (mut own, mut input) = (vec![0.0; forces], vec![0.0; inputs.len()]);
         let parameters = self.plant.parameters().len();
         let mut all = vec![0.0; parameters * forces];
+        let known = self.known_forces(recording);
         for t in 0..r.nodes {
             let next = (t + 1).min(r.nodes - 1);
             let at = |i: usize| 0.5 * (r.states[size * t + i] + r.states[size * next + i]);
             let state: Vec<f64> = (0..states).map(at).collect();
             own.iter_mut().zip(&r.own.forces).for_each(|(o, f)| *o = f[t]);
+            own.iter_mut().zip(&known).for_each(|(o, f)| *o += f[t]);
             input.iter_mut().zip(&inputs).for_each(|(u, m)| *u = m[t]);
             sign[self.driven()] = r.signs.mean[t];
             let means = StepMeans { state: &state, input: &input, sign: &sign, own: &own };
@@ -58,9 +60,11 @@ impl InnovationsFrame {
             }
         }
         for (s, k) in series.iter_mut().zip(&self.unknown).filter(|(_, k)| **k >= parameters) {
-            let (on, forces) = self.rig_column(*k - parameters, &inputs);
-            s[on] = forces;
+            if let Some((on, forces)) = self.rig_column(*k - parameters, &inputs) {
+                s[on] = forces;
+            }
         }
+        self.add_effect_columns(recording, &mut series);
         let part = |s: Vec<Vec<f64>>| {
             let mut part = ColumnPart::default();
             for (c, values) in s.into_iter().enumerate() {
@@ -71,13 +75,28 @@ impl InnovationsFrame {
         series.into_iter().map(part).collect()
     }
 
-    /// Coordinate and force of a relative change of a number of the rig; `inputs`: means as in hand.
-    fn rig_column(&self, term: usize, inputs: &[Vec<f64>]) -> (usize, Vec<f64>) {
+    /// Forces of relative changes of the numbers of known effects.
+    fn add_effect_columns(&self, recording: usize, series: &mut [Vec<Vec<f64>>]) {
+        let numbers = self.rig_numbers();
+        let parameters = self.plant.parameters().len();
+        let of = |k: usize| k.checked_sub(parameters).map(|term| (term, self.intake.rig.terms[term].of));
+        // (EST-18)
+        self.along_known(recording, |t, effects, at| {
+            let slopes = effects.slopes(at);
+            for (s, k) in series.iter_mut().zip(&self.unknown) {
+                let Some((term, RigNumber::Effect(number))) = of(*k) else { continue };
+                s.iter_mut().zip(slopes[number]).for_each(|(s, slope)| s[t] = numbers[term] * slope);
+            }
+        });
+    }
+
+    /// Coordinate and force of a relative change of gain or offset of an input, `None` of another number; `inputs`: means as in hand.
+    fn rig_column(&self, term: usize, inputs: &[Vec<f64>]) -> Option<(usize, Vec<f64>)> {
         let (t, number) = (&self.intake.rig.terms[term], self.rig_numbers()[term]);
         let of_input = |k: usize, u: &dyn Fn(f64) -> f64| {
             let force = &self.plant.input_forces()[k];
             let per_unit = force.per_unit(&self.theta);
-            (force.coordinate, inputs[k].iter().map(|x| per_unit * u(*x)).collect())
+            Some((force.coordinate, inputs[k].iter().map(|x| per_unit * u(*x)).collect()))
         };
         // (EST-16)
         match t.of {
@@ -86,6 +105,7 @@ impl InnovationsFrame {
                 of_input(k, &|u| u + taken)
             }
             RigNumber::InputOffset(k) => of_input(k, &|_| -t.unit * number),
+            RigNumber::Effect(_) => None,
         }
     }
 }

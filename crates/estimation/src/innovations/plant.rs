@@ -1,5 +1,7 @@
 //! What the engine requires of a plant: coordinates, readings, parameters, and its equations under generalised forces.
 
+use super::known_effects::KnownEffects;
+
 /// What moves along a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilterCoordinateKind {
@@ -109,6 +111,14 @@ pub trait ForcedPlant {
     fn input_forces(&self) -> &[InputForce];
     /// Its elastic elements; none of a rigid plant.
     fn elements(&self) -> &[ElasticElement];
+    /// Effects that the case declares.
+    fn known_effects(&self) -> Option<&KnownEffects> {
+        None
+    }
+    /// Values of the model's parameters, by their index there.
+    fn model_parameters(&self, _theta: &[f64]) -> Vec<(usize, f64)> {
+        Vec::new()
+    }
     /// Usual force, N.m: the unit of everything that has no natural size.
     fn usual_force(&self) -> f64;
     /// Deflection under the usual force, rad; 0 if it does not bend.

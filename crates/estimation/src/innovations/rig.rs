@@ -1,4 +1,4 @@
-//! What is known of a rig up to a number: gain and offset of an input. The numbers are refitted with the plant's parameters and
+//! What is known of a rig up to a number: gain and offset of an input, known effects. The numbers are refitted with the plant's parameters and
 //! follow these in `theta`; each is 1 where the rig is as was assumed.
 //!
 //! ```text
@@ -8,14 +8,11 @@
 
 use trueup_signals::{Channel, Loaded, PriorGuess};
 
+use super::known_effects::{KNOWN, UNIT};
 use super::plant::ForcedPlant;
 
-/// Least relative standard deviation of what is assumed known, as of a plant's parameters.
-const KNOWN: f64 = 0.01;
 /// Relative standard deviation of a gain where the case gives none, as balances have it.
 const GAIN: f64 = 0.5;
-/// Unit of an offset, in its standard deviations: steps of its number stay small.
-const UNIT: f64 = 10.0;
 
 /// What a number of a rig is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,18 +21,20 @@ pub enum RigNumber {
     InputGain(usize),
     /// Offset of an input.
     InputOffset(usize),
+    /// A number of the known effects.
+    Effect(usize),
 }
 
 /// A number of a rig with its prior, whose mean is 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigTerm {
-    /// A channel with `.gain` or `.offset`.
+    /// A channel with `.gain` or `.offset`, or an FMU variable.
     pub name: String,
     /// Gain or offset, and of which input.
     pub of: RigNumber,
     /// Value in its unit where the number is 1.
     pub assumed: f64,
-    /// By how much the value of an offset is larger where the number is 2 and the gain 1.
+    /// By how much the value of an offset or an angle is larger where the number is 2 and the gain 1; 0: the number is a factor.
     pub unit: f64,
     /// Prior standard deviation of the number.
     pub deviation: f64,
@@ -84,6 +83,14 @@ impl RigTerms {
                 });
             }
         }
+        let effects = plant.known_effects().map_or(&[][..], |e| &e.numbers);
+        rig.terms.extend(effects.iter().enumerate().map(|(k, n)| RigTerm {
+            name: n.name.clone(),
+            of: RigNumber::Effect(k),
+            assumed: n.assumed,
+            unit: n.unit,
+            deviation: n.deviation,
+        }));
         rig
     }
 
@@ -108,6 +115,8 @@ impl RigTerms {
                     let assumed = self.terms.iter().find(|t| t.of == gain).map_or(1.0, |t| t.assumed);
                     t.assumed + (n - 1.0) * t.unit * assumed / self.number(numbers, gain).0
                 }
+                RigNumber::Effect(_) if t.unit == 0.0 => t.assumed * n,
+                RigNumber::Effect(_) => t.assumed + (n - 1.0) * t.unit,
             };
             (t.name.clone(), value)
         };

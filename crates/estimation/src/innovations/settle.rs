@@ -13,6 +13,8 @@ use super::signs::DrySigns;
 const REST: [f64; 4] = [0.001, 0.003, 0.01, 0.02];
 /// White forces tried, in usual forces.
 const WHITE: [f64; 4] = [0.02, 0.006, 0.002, 0.0006];
+/// Speeds of what rests tried, in speeds of rest.
+const CREEP: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 /// Factors of the readings' variance tried.
 const SCALE: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Standard deviations of an innovation that is too large near an event.
@@ -116,12 +118,15 @@ impl InnovationsFrame {
         self.settle_release()
     }
 
-    /// White force, then the scale of the readings' variance.
+    /// Where the encoder bounds the speed of rest from below, how fast it really creeps; white force, then the scale of the readings'
+    /// variance.
     fn settle_noise(&mut self) {
         let base = self.packed(&[]);
         type Field = fn(&mut InnovationsFrame) -> &mut f64;
-        let fields: [(Field, [f64; 4]); 2] = [(|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
-        for (value, grid) in fields {
+        let fields: [(Field, [f64; 4]); 3] =
+            [(|f| &mut f.creep, CREEP), (|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
+        let bounded = self.dry_level() > 0.0 && self.rest <= self.least_rest;
+        for (value, grid) in fields.into_iter().skip(usize::from(!bounded)) {
             let quieter: Vec<f64> = self.q.iter().map(|q| (0.3 * q).max(INTENSITY[0])).collect();
             let tried = [self.q.clone(), quieter];
             let mut best: Option<(f64, f64, Vec<f64>)> = None;

@@ -14,6 +14,7 @@ use trueup_models::presets;
 use trueup_numerics::{Dual, Scalar};
 use trueup_signals::Case;
 
+use super::known_effects::KnownEffects;
 use super::plant::{
     BelievedParameter, ElasticElement, FilterCoordinateKind, FirstState, ForcedCoordinate, ForcedPlant,
     InputForce, StateReading, StepMeans,
@@ -66,6 +67,7 @@ pub struct TwoMassPlant {
     pub gear_ratio: f64,
     /// States of its own for a tip on the load.
     pub tip: Option<LoadTip>,
+    known: Option<KnownEffects>,
     parameters: Vec<BelievedParameter>,
     coordinates: Vec<ForcedCoordinate>,
     readings: Vec<StateReading>,
@@ -114,6 +116,7 @@ impl TwoMassPlant {
             rigid,
             gear_ratio: n,
             tip: None,
+            known: None,
             parameters,
             coordinates: Vec::new(),
             readings: Vec::new(),
@@ -168,6 +171,10 @@ impl TwoMassPlant {
         plant
     }
 
+    /// The same with effects that the case declares.
+    pub fn with_known(self, known: Option<KnownEffects>) -> Self {
+        Self { known, ..self }
+    }
     /// The same with a tip on the load.
     pub fn with_tip(&self, tip: LoadTip) -> Self {
         let mut plant = Self { tip: Some(tip), ..self.clone() };
@@ -272,6 +279,12 @@ impl ForcedPlant for TwoMassPlant {
     }
     fn elements(&self) -> &[ElasticElement] {
         &self.elements
+    }
+    fn known_effects(&self) -> Option<&KnownEffects> {
+        self.known.as_ref()
+    }
+    fn model_parameters(&self, theta: &[f64]) -> Vec<(usize, f64)> {
+        SOURCES.iter().copied().zip(theta.iter().copied()).collect()
     }
     fn usual_force(&self) -> f64 {
         self.usual

@@ -6,10 +6,7 @@ use trueup_numerics::hybrid::EventUpdate;
 use trueup_plant::VariableTable;
 
 use super::table::ElementReferences;
-use crate::{AnyInstance, ExperimentSetup, ImportError, InstanceOptions, UnpackedFmu};
-
-/// Passes of an event iteration that count as without end.
-const PASSES: usize = 200;
+use crate::{AnyInstance, EventInfo, ExperimentSetup, ImportError, InstanceOptions, UnpackedFmu};
 
 pub(super) struct Seat {
     pub(super) instance: AnyInstance,
@@ -21,6 +18,8 @@ pub(super) struct Seat {
     pub(super) first: bool,
     /// In event mode.
     pub(super) open: bool,
+    /// Its event iteration has ended, with new states: the pass that a caller makes then finds nothing to do.
+    ended_pass: bool,
     /// It was initialised, and has to be reset for another start.
     used: bool,
     /// The FMU has ended the run.
@@ -32,7 +31,18 @@ impl Seat {
     pub(super) fn new(fmu: &Arc<UnpackedFmu>) -> Result<Self, ImportError> {
         let instance = AnyInstance::model_exchange(fmu, InstanceOptions::default())?;
         let (p, next_event) = (Vec::new(), None);
-        Ok(Self { instance, p, at: 0, first: false, open: false, used: false, ended: false, next_event })
+        let (at, flags) = (0, false);
+        Ok(Self {
+            instance,
+            p,
+            at,
+            first: flags,
+            open: flags,
+            ended_pass: flags,
+            used: flags,
+            ended: flags,
+            next_event,
+        })
     }
 
     /// It was started with these parameters.
@@ -44,7 +54,8 @@ impl Seat {
         if self.used {
             self.instance.reset()?;
         }
-        (self.used, self.first, self.open, self.ended, self.next_event) = (false, false, false, false, None);
+        (self.used, self.first, self.open, self.ended) = (false, false, false, false);
+        (self.ended_pass, self.next_event) = (false, None);
         Ok(())
     }
 
@@ -74,11 +85,9 @@ impl Seat {
         Ok(())
     }
 
-    fn iterate(&mut self) -> Result<(bool, bool), ImportError> {
-        let info = self.instance.update_discrete_states()?;
+    fn keep(&mut self, info: EventInfo) {
         self.next_event = info.next_event.filter(|t| t.is_finite());
         self.ended |= info.terminate;
-        Ok((info.again && !self.ended, info.states_changed))
     }
 
     fn close(&mut self) -> Result<(), ImportError> {
@@ -87,14 +96,11 @@ impl Seat {
         Ok(())
     }
 
-    /// Event iteration to its end; `false`: it has none.
-    pub(super) fn settle(&mut self) -> Result<bool, ImportError> {
-        for _ in 0..PASSES {
-            if !self.iterate()?.0 {
-                return self.close().map(|()| true);
-            }
-        }
-        Ok(false)
+    /// Event iteration to its end.
+    pub(super) fn settle(&mut self) -> Result<(), ImportError> {
+        let info = self.instance.iterate_events()?;
+        self.keep(info);
+        self.close()
     }
 
     /// One pass of event iteration at these values.
@@ -102,25 +108,31 @@ impl Seat {
         &mut self,
         t: f64,
         x: &mut [f64],
-        inputs: &[u32],
+        places: &ElementReferences,
         u: &[f64],
     ) -> Result<EventUpdate, ImportError> {
+        if std::mem::take(&mut self.ended_pass) {
+            return Ok(EventUpdate::default());
+        }
         if !self.open {
-            self.place(t, x, inputs, u)?;
+            self.place(t, x, places, u)?;
             self.instance.enter_event_mode()?;
             (self.open, self.first) = (true, false);
         }
-        if !inputs.is_empty() {
-            self.instance.set_float64(inputs, u)?;
+        if !u.is_empty() {
+            self.instance.set_float64(&places.inputs, u)?;
         }
-        let (again, changed) = self.iterate()?;
+        let info = self.instance.update_discrete_states()?;
+        self.keep(info);
+        let again = info.again && !self.ended;
         if !again {
             self.close()?;
         }
-        if changed && !x.is_empty() {
+        if info.states_changed && !x.is_empty() {
             self.instance.get_states(x)?;
         }
-        Ok(EventUpdate { modes: again, states: changed })
+        self.ended_pass = !again && info.states_changed;
+        Ok(EventUpdate { modes: again, states: info.states_changed })
     }
 
     pub(super) fn completed_step(&mut self) -> Result<bool, ImportError> {
@@ -130,11 +142,21 @@ impl Seat {
     }
 
     /// Time, states and inputs, in continuous time.
-    pub(super) fn place(&mut self, t: f64, x: &[f64], inputs: &[u32], u: &[f64]) -> Result<(), ImportError> {
+    pub(super) fn place(
+        &mut self,
+        t: f64,
+        x: &[f64],
+        places: &ElementReferences,
+        u: &[f64],
+    ) -> Result<(), ImportError> {
+        self.ended_pass = false;
         self.instance.set_time(t)?;
         if !x.is_empty() {
             self.instance.set_states(x)?;
         }
-        if inputs.is_empty() { Ok(()) } else { self.instance.set_float64(inputs, u) }
+        match places.continuous.references.as_slice() {
+            [] => Ok(()),
+            inputs => self.instance.set_float64(inputs, &places.continuous.of(u)),
+        }
     }
 }

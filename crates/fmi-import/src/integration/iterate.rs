@@ -1,9 +1,7 @@
 //! Events: all FMUs of a group iterate until none of them, and nothing that they exchange, changes any more.
 
 use super::{EventSettled, Failure, Fmus, IntegratedGroup};
-
-/// Passes of one event iteration after which it is assumed to be endless.
-const PASSES: u32 = 100;
+use crate::{EventInfo, MOST_PASSES, iterate_events};
 
 impl IntegratedGroup {
     /// At the end of an interval, once inputs have been set from outside: an event iteration if an event waits or an
@@ -104,7 +102,7 @@ impl IntegratedGroup {
     /// In event mode: updates the discrete states of every FMU, and hands values on, until none of them changes. Returns
     /// whether an FMU ended the run.
     pub(super) fn iterate<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
-        let (call, mut terminate) = (self.call(), false);
+        let call = self.call();
         if self.mode.pending.is_some() {
             self.statistics.events += 1;
             // Events that come ever faster must not slip through between the samples of a long step: the step follows
@@ -118,37 +116,38 @@ impl IntegratedGroup {
         (self.mode.pending, self.mode.updated, self.mode.fresh) = (None, true, true);
         fmus.exchange(self.time, true).map_err(Failure::Exchange)?;
         self.changed(fmus)?;
-        for pass in 0.. {
-            let mut again = None;
+        let mut waits = None;
+        let settled = iterate_events(|| {
+            let mut all = EventInfo::default();
+            waits = None;
             for (at, member) in self.members.iter_mut().enumerate() {
                 let info = fmus.instance(at).update_discrete_states().map_err(&call)?;
                 member.next_event = info.next_event.filter(|t| t.is_finite());
-                self.mode.states |= info.states_changed;
-                self.mode.nominals |= info.nominals_changed;
-                terminate |= info.terminate;
+                all.states_changed |= info.states_changed;
+                all.nominals_changed |= info.nominals_changed;
+                all.terminate |= info.terminate;
                 if info.again {
-                    again = Some(at);
+                    waits = Some(at);
                 }
             }
             fmus.exchange(self.time, true).map_err(Failure::Exchange)?;
-            if terminate || !(self.changed(fmus)? || again.is_some()) {
-                break;
-            }
-            if pass >= PASSES {
-                let reason = match again {
-                    Some(at) => format!(
-                        "event iteration of instance \"{}\" does not end: it requested another pass {PASSES} times",
-                        fmus.instance(at).name()
-                    ),
-                    None => format!(
-                        "event iteration does not end: values that FMUs exchange still changed after {PASSES} passes"
-                    ),
-                };
-                let log = again.map(|at| fmus.instance(at).log()).unwrap_or_default();
-                return Err(Failure::Stuck { time: self.time, reason, log });
-            }
-        }
-        Ok(terminate)
+            all.again = !all.terminate && (self.changed(fmus)? || waits.is_some());
+            Ok(all)
+        })?;
+        let Some(info) = settled else {
+            return Err(match waits {
+                Some(at) => call(fmus.instance(at).endless_iteration()),
+                None => {
+                    let reason = format!(
+                        "event iteration does not end: values that FMUs exchange still changed after {MOST_PASSES} passes"
+                    );
+                    Failure::Stuck { time: self.time, reason, log: Vec::new() }
+                }
+            });
+        };
+        self.mode.states |= info.states_changed;
+        self.mode.nominals |= info.nominals_changed;
+        Ok(info.terminate)
     }
 
     /// The next time event of all FMUs in s.

@@ -4,7 +4,8 @@ use super::chain_effect::{ChainEffect, LatentLevels};
 use super::chain_search::ChainFindings;
 use super::law::DryFriction;
 use super::levels::{CHAIN, CHAIN_RIGHT};
-use super::verdict::{EvidenceJudgement, EvidenceVerdict, ReportedEffect, logistic};
+use super::shape::LawShape;
+use super::verdict::{EvidenceJudgement, EvidenceVerdict, ReportedEffect, logistic, other_stiffness};
 
 /// Decades that the fall of the latents' power counts within.
 const FALLEN: [f64; 2] = [-1.0, 4.0];
@@ -25,14 +26,36 @@ fn fall(a: &LatentLevels, b: &LatentLevels) -> f64 {
     big.map(|(x, y)| 1.0 - (y / x).powi(2)).reduce(f64::max).unwrap_or(0.0)
 }
 
+/// Joints with the factors by which their springs are stiffer, of a hypothesis that is other stiffnesses alone, no effect.
+pub(super) fn other_stiffnesses(h: &ChainEffect) -> Option<Vec<(usize, f64)>> {
+    let shapes: Vec<_> =
+        h.form.as_ref().map_or_else(|| vec![&h.shape], |f| f.parts.iter().map(|p| &p.shape).collect());
+    let each = h.fit.amplitudes.chunks((h.fit.amplitudes.len() / shapes.len().max(1)).max(1));
+    let of = |(shape, a): (&&LawShape, &[f64])| Some((shape.joint(), other_stiffness(h.id, shape.form, a)?));
+    shapes.iter().zip(each).map(of).collect()
+}
+
+/// The refit of the parameters: where other stiffnesses alone gain more they are it.
+pub(super) fn refit(found: &ChainFindings) -> Option<&ChainEffect> {
+    let stiffer = |h: &&ChainEffect| h.evidence > found.null.fit.evidence && other_stiffnesses(h).is_some();
+    found.effects.iter().find(stiffer)
+}
+
 /// Judges what a search found.
 pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
     let null = &found.null;
-    let (nominal, parameters) = (null.nominal, null.fit.evidence);
+    let refit = refit(found);
+    let parameters = refit.map_or(null.fit.evidence, |h| h.evidence);
+    let (nominal, had) = (null.nominal, refit.map_or(&null.left, |h| &h.left));
+    let effects: Vec<&ChainEffect> =
+        found.effects.iter().filter(|h| other_stiffnesses(h).is_none()).collect();
+    let quiet =
+        |gain: f64| had.largest() < CHAIN.matters || gain < CHAIN.nothing && had.largest() < CHAIN.loud;
     let nothing =
         |total: f64| if total < CHAIN.quiet { EvidenceVerdict::NoGap } else { EvidenceVerdict::Parameters };
-    let Some(h) = found.effects.first() else {
-        let verdict = nothing(parameters - nominal);
+    let Some(h) = effects.first().copied() else {
+        let calm = refit.is_none() || quiet(0.0);
+        let verdict = if calm { nothing(parameters - nominal) } else { EvidenceVerdict::Unknown };
         return EvidenceJudgement {
             verdict,
             set: Vec::new(),
@@ -44,15 +67,15 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
         };
     };
     let gain = h.evidence - parameters;
-    let rival = found.effects.iter().skip(1).find(|o| o.id != h.id).map_or(parameters - 10.0, |o| o.evidence);
+    let rival = effects.iter().skip(1).find(|o| o.id != h.id).map_or(parameters - 10.0, |o| o.evidence);
     let margin = h.evidence - rival.max(parameters);
-    let had = null.left.power();
+    let had = had.power();
     let share = if had > 2.0 { 1.0 - (h.left.power() - 1.0) / (had - 1.0) } else { 1.0 };
     let mut set = vec![reported(h)];
     let mut gain_of_second = 0.0;
     let mut left = h.left.power();
     let mut two = false;
-    if let Some(p) = found.pairs.first() {
+    if let Some(p) = found.pairs.iter().find(|p| other_stiffnesses(&p.first).is_none()) {
         gain_of_second = p.evidence - h.evidence;
         let falls = fall(&h.left, &p.left).min(fall(&p.first.left, &p.left));
         let counts = falls > CHAIN.fall_of_second || p.left.largest() < CHAIN.matters;
@@ -62,9 +85,7 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
         }
     }
     let mut verdict = if gain < CHAIN.quiet {
-        let largest = null.left.largest();
-        let calm = largest < CHAIN.matters || gain < CHAIN.nothing && largest < CHAIN.loud;
-        if calm { nothing(parameters.max(h.evidence) - nominal) } else { EvidenceVerdict::Unknown }
+        if quiet(gain) { nothing(parameters.max(h.evidence) - nominal) } else { EvidenceVerdict::Unknown }
     } else if share > CHAIN.share || two || h.left.largest() < CHAIN.explained {
         EvidenceVerdict::Effects
     } else {
@@ -78,9 +99,9 @@ pub fn judge_chain(found: &ChainFindings) -> EvidenceJudgement {
             verdict = EvidenceVerdict::Ambiguous;
             set.push(("load-friction", "load".to_owned()));
         }
-        let alike = |o: &&ChainEffect| h.evidence - o.evidence < near && o.id != h.id;
+        let alike = |o: &&&ChainEffect| h.evidence - o.evidence < near && o.id != h.id;
         let rivals: Vec<ReportedEffect> =
-            found.effects.iter().skip(1).filter(alike).take(2).map(reported).collect();
+            effects.iter().skip(1).filter(alike).take(2).map(|o| reported(o)).collect();
         if !rivals.is_empty() {
             verdict = EvidenceVerdict::Ambiguous;
             set.extend(rivals);

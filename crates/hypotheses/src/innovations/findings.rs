@@ -13,7 +13,7 @@ use super::chain_effect::{ChainEffect, place_of};
 use super::chain_form::EffectForm;
 use super::chain_pairs::ChainPair;
 use super::chain_search::{ChainFindings, ChainSearchError, search_chain};
-use super::chain_verdict::judge_chain;
+use super::chain_verdict::{judge_chain, other_stiffnesses, refit};
 use super::hypothesis::FittedEffect;
 use super::joint_along::{UsualSizes, along_joint};
 use super::law::{LawFit, LawValue};
@@ -188,21 +188,33 @@ pub fn of_chain(found: &ChainFindings) -> CaseFindings {
         effects.insert(1, FoundEffect { key: key.clone(), causes, ..lead.clone() });
     }
     let table = found.effects.first().map(|h| h.frame.plant.plant().table().parameters.clone());
-    let pair = found.pairs.first().filter(|p| judged.set == p.named());
+    let pair = found.pairs.iter().find(|p| judged.set == p.named());
+    let names: Vec<String> = table.into_iter().flatten().map(|q| q.name).collect();
     CaseFindings {
-        names: table.into_iter().flatten().map(|q| q.name).collect(),
         alone: FoundEffect {
             key: ("", String::new()),
             evidence: null.fit.evidence,
             power: null.left.power(),
-            theta: null.fit.theta.clone(),
+            theta: refitted(found, &names),
             causes: Vec::new(),
         },
+        names,
         screened: screened(found),
         pair: pair.map(|p| chain_pair(p, &found.sizes)),
         effects,
         judged,
     }
+}
+
+/// Parameters of the refit: where other stiffnesses alone gain more, those with them.
+fn refitted(found: &ChainFindings, names: &[String]) -> Vec<f64> {
+    let Some(h) = refit(found) else { return found.null.fit.theta.clone() };
+    let mut theta = h.fit.theta.clone();
+    for (joint, stiffer) in other_stiffnesses(h).unwrap_or_default() {
+        let name = format!("jointStiffness[{}]", joint + 1);
+        names.iter().zip(&mut theta).filter(|(n, _)| **n == name).for_each(|(_, k)| *k *= stiffer);
+    }
+    theta
 }
 
 /// Friction of the motor as that of the load that is one body with it.

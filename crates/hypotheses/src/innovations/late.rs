@@ -35,7 +35,7 @@ impl DelaySearch<'_> {
         let mut z = InnovationsFrame::new(&f.intake, f.plant.clone(), Some((self.channel, delay)));
         z.start.clone_from(&f.start);
         z.theta.clone_from(&f.start);
-        (z.rest, z.white, z.scale) = (f.rest, f.white, f.scale);
+        (z.rest, z.creep, z.white, z.scale) = (f.rest, f.creep, f.white, f.scale);
         z.q = self.q.to_vec();
         z.q = z.settle_signs(self.q, 2);
         z

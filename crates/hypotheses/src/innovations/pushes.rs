@@ -15,7 +15,7 @@ use super::screen::{Screening, bank};
 const WIDTHS: [f64; 5] = [0.1, 0.2, 0.35, 0.55, 0.85];
 /// Most impulses.
 const MOST: usize = 4;
-/// Places of each width.
+/// Places of each width, and as many more at rest.
 const PLACES: usize = 3;
 /// Nats that one more push has to gain.
 const GAIN: f64 = 25.0;
@@ -32,6 +32,9 @@ pub fn pursue(
     place: &'static str,
     standing: &[AppliedLaw],
 ) -> Option<ScreenedShape> {
+    if frame.plant.known_effects().is_some_and(|k| k.has(PUSHES.id())) {
+        return None;
+    }
     let score = usize::from(place != "actuator");
     let standing_columns: Vec<FilterColumn> = standing.iter().flat_map(|l| l.columns.clone()).collect();
     let standing_amplitudes: Vec<f64> = standing.iter().flat_map(|l| l.mean.clone()).collect();
@@ -101,6 +104,20 @@ fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
     }
     let first = ((START / dt) as usize).min(nodes);
     g[..first].fill(0.0);
+    let share = |t: usize| {
+        let rest = frame.runs.iter().filter(|r| r.signs.mode.get(t) == Some(&1)).count();
+        rest as f64 / frame.runs.len() as f64
+    };
+    best_places(&g, &(0..nodes).map(share).collect::<Vec<_>>(), dt)
+}
+
+/// Those where the sum of scores by node matches best, and those of them at rest, where so large a share of the recordings rests: a joint
+/// at rest shows a force by the deflection of its spring alone, so that its scores are small next to those in motion however sure they
+/// are.
+fn best_places(scores: &[f64], rests: &[f64], dt: f64) -> Vec<[f64; 2]> {
+    let nodes = scores.len();
+    let mut before = vec![0.0; nodes + 1];
+    (0..nodes).for_each(|t| before[t + 1] = before[t] + rests[t]);
     let mut out = Vec::new();
     for width in WIDTHS {
         let m = ((width / dt) as usize).max(3);
@@ -108,14 +125,48 @@ fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
             continue;
         }
         let shape = raised_cosine(m);
-        let match_at = |i: usize| shape.iter().zip(&g[i..]).map(|(a, b)| a * b).sum::<f64>().abs();
-        let mut z: Vec<f64> = (0..=nodes - m).map(match_at).collect();
-        for _ in 0..PLACES {
-            let top = (0..z.len()).fold(0, |a, b| if z[b] > z[a] { b } else { a });
-            out.push([top as f64 * dt, width]);
-            let end = (top + m / 2).min(z.len());
-            z[top.saturating_sub(m / 2)..end].fill(0.0);
+        let match_at = |i: usize| shape.iter().zip(&scores[i..]).map(|(a, b)| a * b).sum::<f64>().abs();
+        let all: Vec<f64> = (0..=nodes - m).map(match_at).collect();
+        let rests = |i: usize| before[i + m] - before[i] > 0.5 * m as f64;
+        let at_rest = all.iter().enumerate().map(|(i, z)| if rests(i) { *z } else { 0.0 }).collect();
+        for mut z in [all, at_rest] {
+            for _ in 0..PLACES {
+                let top = (0..z.len()).fold(0, |a, b| if z[b] > z[a] { b } else { a });
+                let place = [top as f64 * dt, width];
+                if z[top] > 0.0 && !out.contains(&place) {
+                    out.push(place);
+                }
+                let end = (top + m / 2).min(z.len());
+                z[top.saturating_sub(m / 2)..end].fill(0.0);
+            }
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In motion scores are ten times as large.
+    #[test]
+    fn a_push_at_rest_is_among_the_places_however_loud_motion_is() {
+        let (dt, nodes) = (5e-3, 2000);
+        let moves = |t: usize| !(800..1400).contains(&t);
+        let mut seed = 5u64;
+        let mut draw = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let mut scores: Vec<f64> = (0..nodes).map(|t| draw() * if moves(t) { 10.0 } else { 0.1 }).collect();
+        let push = raised_cosine(110);
+        scores[1000..1110].iter_mut().zip(&push).for_each(|(s, p)| *s += 0.2 * p);
+        let rests: Vec<f64> = (0..nodes).map(|t| f64::from(u8::from(!moves(t)))).collect();
+        let near = |places: &[[f64; 2]]| {
+            places.iter().any(|[begin, width]| (begin + 0.5 * width - 5.275).abs() < 0.1 && *width > 0.3)
+        };
+        assert!(near(&best_places(&scores, &rests, dt)));
+        // Of all alone it is none.
+        assert!(!near(&best_places(&scores, &vec![0.0; nodes], dt)));
+    }
 }

@@ -8,7 +8,7 @@ use trueup_estimation::innovations::gram::{GroupGram, PackedColumns, PassedBase}
 use super::candidate::{ScreenedShape, best_of_alike};
 use super::joint_along::{UsualSizes, along_joint};
 use super::law::Refinement;
-use super::laws::LAWS;
+use super::laws::{LAWS, LawRef};
 use super::levels::TAIL;
 use super::spectrum::OrderPeaks;
 
@@ -37,7 +37,11 @@ fn quieter(q: &[f64]) -> Vec<f64> {
 pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<ScreenedShape> {
     let along = along_joint(frame, sizes);
     let orders = [OrderPeaks::of(frame, &along)];
-    let shapes = LAWS.iter().flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
+    let known = |l: &&LawRef| frame.plant.known_effects().is_some_and(|k| k.has(l.id()));
+    let shapes = LAWS
+        .iter()
+        .filter(|l| !known(l))
+        .flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
     shapes.filter_map(|(l, s)| ScreenedShape::new(l, &along, s)).collect()
 }
 

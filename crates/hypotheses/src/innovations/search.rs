@@ -7,6 +7,7 @@ use std::rc::Rc;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intake::{NodeIntake, NodesError};
 use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::known_effects::{KnownEffects, UnfitEffect};
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::rig::root_mean_square;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
@@ -56,7 +57,17 @@ pub enum JointSearchError {
         /// The parameter.
         name: &'static str,
     },
-    /// Known effects, gains and offsets of readings, delays that are estimated.
+    /// A known effect that is no force along the trajectory.
+    #[error("{file}: the innovations engine cannot have `{id}` as a known effect: {why}")]
+    Effect {
+        /// The case.
+        file: String,
+        /// The effect.
+        id: String,
+        /// Why not.
+        why: &'static str,
+    },
+    /// Gains and offsets of readings, delays that are estimated.
     #[error("{file}: the innovations engine does not know {what}")]
     Known {
         /// The case.
@@ -103,7 +114,6 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     let apart = inputs.iter().any(|name| guesses(name).windows(2).any(|w| w[0] != w[1]));
     let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
     let known = [
-        (!case.effects.is_empty(), "known effects"),
         (of_readings, "gains and offsets of readings"),
         (apart, "gains and offsets of single recordings"),
         (channels().any(|c| c.sensor.late.is_some()), "delays that are estimated"),
@@ -114,7 +124,9 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointSearchError::Known { file: file(), what });
     }
-    let plant = TwoMassPlant::of(case, root_mean_square(loaded, "motorCurrent"));
+    let known = KnownEffects::of(case);
+    let known = known.map_err(|UnfitEffect(id, why)| JointSearchError::Effect { file: file(), id, why })?;
+    let plant = TwoMassPlant::of(case, root_mean_square(loaded, "motorCurrent")).with_known(known);
     if let Some(name) = plant.missing() {
         return Err(JointSearchError::Parameter { file: file(), name });
     }

@@ -45,7 +45,7 @@ impl TipSearch<'_> {
         let mut z = InnovationsFrame::new(&f.intake, Rc::new(self.plant.with_tip(tip)), None);
         z.start.clone_from(&f.start);
         z.theta.clone_from(&f.start);
-        (z.rest, z.white, z.scale) = (f.rest, f.white, f.scale);
+        (z.rest, z.creep, z.white, z.scale) = (f.rest, f.creep, f.white, f.scale);
         z.q = self.best.as_ref().map_or_else(|| self.q.to_vec(), |b| b.1.q.clone());
         z.signs_along(f);
         z.smooth(&z.q.clone(), None);
@@ -145,7 +145,7 @@ pub fn with_spring(f: &InnovationsFrame, plant: &TwoMassPlant) -> Option<FittedE
         deviations[parameter::DAMPING] = 1.0;
         let plant = plant.believed(&values, &deviations);
         let mut z = InnovationsFrame::new(&f.intake, Rc::new(plant), None);
-        (z.rest, z.white, z.scale) = (f.rest, f.white, f.scale);
+        (z.rest, z.creep, z.white, z.scale) = (f.rest, f.creep, f.white, f.scale);
         z.settle(true);
         if best.as_ref().is_none_or(|b| z.evidence > b.evidence) {
             best = Some(z);

@@ -76,11 +76,23 @@ pub(super) fn logistic(weights: LogisticWeights, numbers: &[(&'static str, f64)]
     1.0 / (1.0 + (-sum.clamp(-30.0, 30.0)).exp())
 }
 
-/// A spring of two slopes that are equal is another stiffness, no effect.
+/// A nonlinear spring whose terms beyond its line are nothing next to it (of two slopes: that are equal) is another stiffness, no
+/// effect. Returns by which factor it is another.
+pub(super) fn other_stiffness(id: &str, form: &str, amplitudes: &[f64]) -> Option<f64> {
+    let (line, bends) = amplitudes.split_last()?;
+    let terms = match form {
+        "slopes" => 1,
+        "knees" => 2,
+        "power" => 3,
+        _ => return None,
+    };
+    let slope = 1.0 + line;
+    let void = bends.iter().all(|a| a.abs() < EQUAL_SLOPES * slope.abs());
+    (id == "nonlinear-stiffness" && bends.len() == terms && void).then_some(slope)
+}
+
 fn is_void(h: &FittedEffect) -> bool {
-    let a = &h.fit.amplitudes;
-    let slopes = h.id == "nonlinear-stiffness" && h.shape.form == "slopes" && a.len() == 2;
-    slopes && a[0].abs() < EQUAL_SLOPES * (1.0 + a[1]).abs()
+    other_stiffness(h.id, h.shape.form, &h.fit.amplitudes).is_some()
 }
 
 /// Judges a search; `None` where it has no effect at all.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use trueup_fmi_description::description::Description;
-use trueup_fmi_import::{HybridFmu, UnpackedFmu, UsedInterface};
+use trueup_fmi_import::{EventInfo, HybridFmu, UnpackedFmu, UsedInterface, iterate_events};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 use trueup_plant::{LANES, Lanes, Plant};
@@ -21,8 +21,6 @@ const LADDER: [f64; 5] = [0.0, 1.0, 1e2, 1e4, 1e6];
 const POINTS: usize = 3;
 /// How far states are moved, relative to their size or nominal value.
 const REACH: f64 = 0.3;
-/// Passes of an event iteration.
-const PASSES: usize = 50;
 
 /// Numbers between -1 and 1 (SplitMix64).
 struct Draws(u64);
@@ -100,12 +98,13 @@ impl<'a> MovedFmu<'a> {
         self.rates(&place, &place.u);
         self.failure()?;
         place.x.copy_from_slice(x);
-        for _ in 0..PASSES {
+        let settled = iterate_events(|| {
             let update = self.plant.update(self.start, &mut place.x, &place.u, &self.p, &mut modes);
             self.failure()?;
-            if update.settled() {
-                break;
-            }
+            Ok(EventInfo { again: !update.settled(), ..EventInfo::default() })
+        })?;
+        if settled.is_none() {
+            return Err(PortsError::Fmu(self.named("its event iteration does not end")));
         }
         place.modes = modes;
         Ok(place)

@@ -10,9 +10,6 @@ use super::FmuCapabilities;
 use super::steps::RepeatedRun;
 use crate::quantity::FmuQuantities;
 
-/// Passes of an event iteration.
-const PASSES: usize = 50;
-
 /// Two ways from one stored state have to be one, bit by bit.
 pub(super) fn check(
     fmu: &Arc<UnpackedFmu>,
@@ -45,11 +42,7 @@ pub(super) fn started(fmu: &Arc<UnpackedFmu>) -> Result<AnyInstance, ImportError
     let mut instance = AnyInstance::model_exchange(fmu, InstanceOptions::default())?;
     instance.enter_initialization_mode(ExperimentSetup { start, ..ExperimentSetup::default() })?;
     instance.exit_initialization_mode()?;
-    for _ in 0..PASSES {
-        if !instance.update_discrete_states()?.again {
-            break;
-        }
-    }
+    instance.iterate_events()?;
     instance.enter_continuous_time_mode()?;
     Ok(instance)
 }

@@ -85,10 +85,11 @@ fn family<'v>(
     known: &'v [SignalVariable],
 ) -> Option<Vec<&'v SignalVariable>> {
     let is = |v: &&SignalVariable| v.name == name || base_name(&v.name) == name;
-    let family: Vec<_> = known.iter().filter(is).collect();
-    match family.first() {
-        _ if known.is_empty() => Some(family),
-        Some(v) if v.role == VariableRole::Parameter => Some(family),
+    // A state of an FMU is both: what is recorded, and the parameter that is its start value.
+    let (family, others): (Vec<_>, Vec<_>) =
+        known.iter().filter(is).partition(|v| v.role == VariableRole::Parameter);
+    match others.first() {
+        _ if known.is_empty() || !family.is_empty() => Some(family),
         Some(_) => {
             let what = format!("`{name}` is an input or output, no parameter");
             reader.wrong(FindingKind::UnknownParameter, node.span(), what, "remove it");

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use trueup_cosim::system::ComponentInterface;
 use trueup_fmi_import::{UnpackedFmu, UsedInterface};
-use trueup_ports::{Experiment, FmuPorts, FmuQuantities, check, fits, guess, insert, read, write};
+use trueup_ports::{Experiment, FmuPorts, FmuQuantities, check, fits, guess, insert, plant, read, write};
 
 use crate::args::PortsCommand;
 use crate::error::CliError;
@@ -38,6 +38,11 @@ pub(crate) fn run(args: &PortsCommand) -> Result<(), CliError> {
     let ports = given.unwrap_or_else(|| guess::guess(&found, &all, &name));
     let checks = check::checks(&ports, &all, &found);
     let effects = insert::insertions(&ports, &found, &checks);
+    let plant = match interface {
+        UsedInterface::ModelExchange => Some(plant::plant(&fmu, &ports, &all, &found)),
+        UsedInterface::CoSimulation => None,
+    };
+    let plant = plant.transpose().map_err(|e| CliError::Failed(e.to_string()))?;
     let draft = drafted.then(|| write::write(&ports));
     if let (Some(file), Some(text)) = (&target, &draft) {
         crate::output::write(file, text.as_bytes())?;
@@ -53,6 +58,7 @@ pub(crate) fn run(args: &PortsCommand) -> Result<(), CliError> {
         all: &all,
         checks: &checks,
         effects: &effects,
+        plant: plant.as_ref(),
         draft: draft.as_deref(),
     };
     if args.json {

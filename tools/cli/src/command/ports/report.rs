@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 use trueup_fmi_import::UsedInterface;
 use trueup_ports::check::PortCheck;
 use trueup_ports::insert::EffectInsertion;
+use trueup_ports::plant::{InsertionPoint, PlantOfPorts};
 use trueup_ports::roles::{FmuPorts, PortVariable};
 use trueup_ports::{FmuQuantities, quantity};
 
@@ -15,6 +16,8 @@ pub(super) struct PortsReport<'a> {
     pub(super) all: &'a FmuQuantities,
     pub(super) checks: &'a [PortCheck],
     pub(super) effects: &'a [EffectInsertion],
+    /// `None`: the experiments are not by Model Exchange.
+    pub(super) plant: Option<&'a PlantOfPorts>,
     /// Text of the draft; `None`: the ports were given.
     pub(super) draft: Option<&'a str>,
 }
@@ -58,7 +61,29 @@ impl PortsReport<'_> {
             let place = c.place.as_ref().map_or_else(|| "FMU".to_owned(), |p| p.title());
             out += &format!("  {:<13}{:<10}{}\n", c.outcome.word(), place, c.text);
         }
-        out + &self.effects_text()
+        out + &self.points_text() + &self.effects_text()
+    }
+
+    /// Insertion points, one kind a line, then places that are no coordinates.
+    fn points_text(&self) -> String {
+        let Some(found) = self.plant else { return String::new() };
+        let mut lists: Vec<(&str, Vec<String>)> = Vec::new();
+        for point in found.points() {
+            match lists.iter_mut().find(|(acts, _)| *acts == point.acts.title()) {
+                Some((_, names)) => names.push(point.name),
+                None => lists.push((point.acts.title(), vec![point.name])),
+            }
+        }
+        let mut out = String::from("\nInsertion points\n");
+        for (acts, names) in lists {
+            let shown = match names.len() {
+                0..=6 => names.join(", "),
+                n => format!("{}, ... ({n})", names[..3].join(", ")),
+            };
+            out += &format!("  {acts:<24}{shown}\n");
+        }
+        found.unreached.iter().for_each(|why| out += &format!("  no force on {why}\n"));
+        out
     }
 
     /// Ids that can act with their ports, then the others with the reason; ports with one reason are one line.
@@ -116,7 +141,13 @@ impl PortsReport<'_> {
         let effects: Vec<Value> = (self.effects.iter())
             .map(|e| json!({"id": e.id, "port": e.port, "how": e.how, "possible": e.obstacle.is_none(), "why_not": e.obstacle}))
             .collect();
+        let points = self.plant.map(|found| {
+            let point = |p: &InsertionPoint| json!({"acts": p.acts.title(), "name": p.name, "unit": p.unit});
+            found.points().iter().map(point).collect::<Vec<Value>>()
+        });
+        let unreached = self.plant.map(|found| &found.unreached);
         json!({
+            "insertion_points": points, "unreached": unreached,
             "model": self.model, "fmu": self.ports.fmu, "interface": self.interface(), "variables": variables, "figures": figures,
             "sensors": sensors, "open": self.ports.open, "checks": checks, "effects": effects, "toml": self.draft,
         })
