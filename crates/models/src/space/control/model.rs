@@ -113,7 +113,7 @@ impl SpaceController {
         let list = Parameters::list(self.structure());
         // Hands push along x.
         let start = |e: &LayoutEntry<Parameter>, k: usize| {
-            if e.name == "contactNormal" && k % 3 > 0 { 0.0 } else { of(e.name) }
+            if e.name == "contactNormal" && !k.is_multiple_of(3) { 0.0 } else { of(e.name) }
         };
         list.iter().flat_map(|e| (0..e.len()).map(move |k| start(e, k))).collect()
     }
