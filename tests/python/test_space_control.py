@@ -135,7 +135,7 @@ def test_the_example_goes_straight_where_the_arms_jacobian_misses(trueup, fmus, 
         (("--robot", "empty.toml"), "no such"),
         (("--preset", "table-9"), "table-9"),
         (("--effect", "backlash"), "does not act in SpaceController"),
-        (("--set", "baseControl=5"), "baseControl"),
+        (("--set", "baseControl=7"), "baseControl"),
         (("--set", "samplePeriod=0.1"), "samplePeriod 0.1 s is too long"),
     ),
 )

@@ -11,7 +11,7 @@ use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
 /// A column whose part across those before it is shorter than this share of it (squared) depends on them.
-const DEPENDENT: f64 = 1e-26;
+pub(super) const DEPENDENT: f64 = 1e-26;
 /// A singular value below this share of the largest is 0.
 pub(super) const NOTHING: f64 = 1e-14;
 /// Sweeps of Jacobi rotations at most; six are what it takes.

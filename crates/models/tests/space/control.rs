@@ -1,7 +1,10 @@
 //! `SpaceController`: rates by the generalized Jacobian, straight lines of the hand, singularities, limits.
 
+mod contact;
 mod loops;
+mod pulses;
 mod rates;
+mod vibration;
 
 use super::flyer::Flyer;
 use trueup_models::space::SpatialFreeFlyer;
@@ -56,6 +59,8 @@ impl Controlled {
             copy(plant.at.base_quaternion, self.input.base_quaternion, 4);
             copy(plant.at.base_velocity, self.input.base_velocity, 3);
             copy(plant.at.base_angular_velocity, self.input.base_angular_velocity, 3);
+            let s = self.model.structure();
+            copy(plant.at.modal_coordinate, self.input.modal_coordinate, s.modes() - s.linked());
         }
     }
 }
@@ -67,8 +72,19 @@ pub(crate) type RunSample = (f64, Vec<f64>, Vec<f64>);
 pub(crate) fn run(
     plant: &mut Flyer,
     control: &mut Controlled,
+    times: (f64, f64),
+    refer: impl FnMut(f64, &mut [f64]),
+) -> Vec<RunSample> {
+    run_with(plant, control, times, refer, None)
+}
+
+/// The same, with more inputs of the plant by time and its outputs.
+pub(crate) fn run_with(
+    plant: &mut Flyer,
+    control: &mut Controlled,
     (stop, period): (f64, f64),
     mut refer: impl FnMut(f64, &mut [f64]),
+    act: Option<&dyn Fn(f64, &[f64], &mut [f64])>,
 ) -> Vec<RunSample> {
     control.p[control.own.sample_period] = period;
     control.model.check(&control.p).unwrap();
@@ -89,14 +105,24 @@ pub(crate) fn run(
         u[plant.input.joint_torque..][..n].copy_from_slice(&y[control.output.joint_torque..][..n]);
         if !held {
             u[plant.input.base_torque..][..3].copy_from_slice(&y[control.output.base_torque..][..3]);
+            let k = control.model.structure().thrusters;
+            u[plant.input.thruster_force..][..k].copy_from_slice(&y[control.output.thruster_force..][..k]);
         }
         rows.push((t, plant.outputs(&x, &u), y));
         let at =
             |x: &[f64], k: &[f64], h: f64| -> Vec<f64> { x.iter().zip(k).map(|(x, k)| x + h * k).collect() };
-        let a = plant.rates(&x, &u);
-        let b = plant.rates(&at(&x, &a, period / 2.0), &u);
-        let c = plant.rates(&at(&x, &b, period / 2.0), &u);
-        let d = plant.rates(&at(&x, &c, period), &u);
+        let rates = |t: f64, x: &[f64]| {
+            let mut u = u.clone();
+            if let Some(act) = act {
+                act(t, &plant.outputs(x, &u), &mut u);
+            }
+            plant.rates(x, &u)
+        };
+        let half = period / 2.0;
+        let a = rates(t, &x);
+        let b = rates(t + half, &at(&x, &a, half));
+        let c = rates(t + half, &at(&x, &b, half));
+        let d = rates(t + period, &at(&x, &c, period));
         for i in 0..x.len() {
             x[i] += period / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
         }

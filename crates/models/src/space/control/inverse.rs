@@ -35,6 +35,7 @@ impl<T: Scalar> TaskJacobian<T> {
     }
 
     /// The smallest singular value: directions from the values, its derivative is u . dJ w; 0 where nothing is controlled.
+    #[inline(never)] // arrays for the largest robot do not add up on the stack
     pub(super) fn smallest_singular_value(&self) -> T {
         let (short, long) = self.sides();
         let mut a = [[0.0; MAX_ROWS]; MAX_BODIES];
@@ -61,6 +62,7 @@ impl<T: Scalar> TaskJacobian<T> {
 
     /// Least squares with damping `square` = lambda^2: the smallest rates where rows are fewer than joints, the smallest
     /// error where they are more. `task` has as many values as there are rows, `rates` as there are columns.
+    #[inline(never)] // arrays for the largest robot do not add up on the stack
     pub(super) fn solve(&self, square: T, task: &[T], rates: &mut [T]) {
         let (short, long) = self.sides();
         let mut gram = [T::zero(); MAX_BODIES * MAX_BODIES];

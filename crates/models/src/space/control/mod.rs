@@ -6,6 +6,8 @@ mod law;
 pub mod layout;
 mod model;
 mod pose;
+mod reactionless;
+mod thrusters;
 
 pub use layout::BaseControl;
 pub use model::SpaceController;

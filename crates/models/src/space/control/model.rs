@@ -1,15 +1,18 @@
 //! `SpaceController` as a hybrid model: the law continuous or sampled.
 
+use super::super::attitude::unit;
 use super::super::design::RobotDesign;
-use super::super::layout as robot;
 use super::super::model::SpatialFreeFlyer;
 use super::super::structure::RobotStructure;
 use super::super::vector::three;
+use super::super::{MAX_MODES_OF_ALL, MAX_THRUSTERS, layout as robot};
 use super::law::{ControlLaw, ControlReferences, ControlSettings, ResolvedRates, SpaceCommand};
-use super::layout::{BaseControl, Inputs, Outputs, Parameters, States};
+use super::layout::{BaseControl, Inputs, Outputs, Parameters, States, THRUSTERS};
 use super::pose::{ControlledPose, RobotMeasurements};
+use super::thrusters::{ControlledThruster, STANDARD_GRAVITY, ThrusterMemory, fires};
 use crate::layout::{LayoutEntry, Parameter};
 use crate::sampling::{is_due, last_sample, next_sample, set_next_sample};
+use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
@@ -31,7 +34,7 @@ pub struct SpaceController {
 }
 
 /// Values of the controller's own parameters while they are not set, in the order of their list.
-const DEFAULTS: [(&str, f64); 12] = [
+const DEFAULTS: [(&str, f64); 18] = [
     ("baseControl", 1.0),
     ("taskWeight", 1.0),
     ("singularityThreshold", 0.1),
@@ -43,6 +46,12 @@ const DEFAULTS: [(&str, f64); 12] = [
     ("baseVelocityGain", 2.0),
     ("baseTrackingGain", 1.0),
     ("baseTorqueLimit", 100.0),
+    ("baseActuator", 1.0),
+    ("contactDamping", 100.0),
+    ("contactNormal", 1.0),
+    ("thrusterForceLimit", 10.0),
+    ("minimumImpulse", 0.1),
+    ("specificImpulse", 220.0),
     ("samplePeriod", 0.0),
 ];
 
@@ -102,7 +111,11 @@ impl SpaceController {
     fn own_defaults(&self) -> Vec<f64> {
         let of = |name: &str| DEFAULTS.iter().find(|d| d.0 == name).map_or(0.0, |d| d.1);
         let list = Parameters::list(self.structure());
-        list.iter().flat_map(|e| vec![of(e.name); e.len()]).collect()
+        // Hands push along x.
+        let start = |e: &LayoutEntry<Parameter>, k: usize| {
+            if e.name == "contactNormal" && !k.is_multiple_of(3) { 0.0 } else { of(e.name) }
+        };
+        list.iter().flat_map(|e| (0..e.len()).map(move |k| start(e, k))).collect()
     }
 
     fn behind(&self, mut robot: Vec<f64>) -> Vec<f64> {
@@ -136,10 +149,25 @@ impl SpaceController {
         let own = &self.own;
         if !self.structure().held && BaseControl::from_number(p[own.base_control]).is_none() {
             let message = format!(
-                "baseControl is {}: choose 1 (free), 2 (attitude), 3 (moving) or 4 (fixed)",
+                "baseControl is {}: choose 1 (free), 2 (attitude), 3 (moving), 4 (fixed) or 5 (reactionless)",
                 p[own.base_control]
             );
             return Err((own.base_control, message));
+        }
+        if self.controlled_thrusters() > 0 && ![1.0, THRUSTERS].contains(&p[own.base_actuator]) {
+            let message =
+                format!("baseActuator is {}: choose 1 (wheels) or 2 (thrusters)", p[own.base_actuator]);
+            return Err((own.base_actuator, message));
+        }
+        for a in 0..self.structure().tips.len() {
+            let at = own.contact_normal + 3 * a;
+            if three(p, at) == [0.0; 3] {
+                let message = format!(
+                    "contactNormal[{},1] to [{0},3] are all 0, which is no direction: give the one in which the hand pushes",
+                    a + 1
+                );
+                return Err((at, message));
+            }
         }
         let period = p[own.sample_period];
         for j in 0..self.structure().bodies() {
@@ -164,7 +192,11 @@ impl SpaceController {
             base[4..7].copy_from_slice(&u[input.base_velocity..][..3]);
             base[7..].copy_from_slice(&u[input.base_angular_velocity..][..3]);
         }
+        let mut modes = [T::zero(); MAX_MODES_OF_ALL];
+        let bent = &u[input.modal_coordinate..][..self.bends()];
+        modes[..bent.len()].copy_from_slice(bent);
         RobotMeasurements {
+            modes,
             angles: &u[input.joint_angle..][..n],
             rates: &u[input.joint_velocity..][..n],
             base,
@@ -192,6 +224,9 @@ impl SpaceController {
                 three(u, self.input.base_rate_reference),
             )
         };
+        let thrusters = self.thrusters(p);
+        let [vibration, base_vibration] = [own.vibration_gain, own.base_vibration_gain]
+            .map(|i| if self.bends() > 0 { p[i] } else { T::zero() });
         let law = ControlLaw {
             plant: &self.plant,
             p,
@@ -206,27 +241,93 @@ impl SpaceController {
                 tracking_gain: &p[own.tracking_gain..][..n],
                 torque_limit: &p[own.torque_limit..][..n],
                 of_base,
+                thrusters: (!thrusters.is_empty()).then_some(&thrusters),
+                wheel: if thrusters.is_empty() { [T::zero(); 3] } else { unit(three(p, own.wheel_axis)) },
+                normal: &p[own.contact_normal..][..3 * s.tips.len()],
+                contact_damping: &p[own.contact_damping..][..s.tips.len()],
+                vibration,
+                base_vibration,
             },
             reference: ControlReferences {
                 tips: &u[self.input.tip_velocity_reference..][..6 * s.tips.len()],
                 joints: &u[self.input.joint_velocity_reference..][..n],
                 torques: &u[self.input.torque_feedforward..][..n],
                 base: reference,
+                forces: &u[self.input.contact_force_reference..][..s.tips.len()],
             },
             pose: &pose,
+            tracking: &at.x[self.state.tracking..][..n],
+            base_tracking: if s.held { &[] } else { &at.x[self.state.base_tracking..][..3] },
         };
         let resolved = law.resolved();
         read(&law, &resolved)
     }
 
+    /// Thrusters, where they turn the base.
+    fn thrusters<T: Scalar>(&self, p: &[T]) -> ArrayVec<ControlledThruster<T>, MAX_THRUSTERS> {
+        let (own, robot, count) = (&self.own, &self.plant.parameter, self.structure().thrusters);
+        if self.structure().held || count == 0 || p[own.base_actuator].value() != THRUSTERS {
+            return ArrayVec::new();
+        }
+        let thruster = |k: usize| ControlledThruster {
+            position: three(p, robot.thruster_position + 3 * k),
+            direction: unit(three(p, robot.thruster_direction + 3 * k)),
+            force: p[own.thruster_level + k],
+        };
+        (0..count).map(thruster).collect()
+    }
+
+    /// Modal coordinates of the appendages of a base that is free.
+    fn bends(&self) -> usize {
+        let s = self.structure();
+        if s.held { 0 } else { s.modes() - s.linked() }
+    }
+
+    /// Thrusters of a base that is free.
+    fn controlled_thrusters(&self) -> usize {
+        if self.structure().held { 0 } else { self.structure().thrusters }
+    }
+
+    /// Propellant per time, kg/s, at these forces.
+    fn consumption<T: Scalar>(&self, p: &[T], forces: &[T]) -> T {
+        let sum = forces.iter().fold(T::zero(), |sum, f| sum + *f);
+        sum / (p[self.own.specific_impulse] * STANDARD_GRAVITY)
+    }
+
     fn command<T: Scalar>(&self, at: &At<T>) -> (SpaceCommand<T>, ResolvedRates<T>) {
-        let tracking = &at.x[self.state.tracking..][..self.structure().bodies()];
-        let base: &[T] = if self.structure().held { &[] } else { &at.x[self.state.base_tracking..][..3] };
-        self.at(at, |law, resolved| (law.command(resolved, tracking, base), resolved.clone()))
+        self.at(at, |law, resolved| (law.command(resolved), resolved.clone()))
     }
 
     fn period<T: Scalar>(&self, p: &[T]) -> f64 {
         p[self.own.sample_period].value()
+    }
+}
+
+impl SpaceController {
+    /// Whether thruster `k` is on for the sample that begins, and what it then remembers.
+    fn fires<T: Scalar>(&self, at: &At<T>, k: usize, wanted: f64) -> (bool, ThrusterMemory) {
+        let (x, p, own) = (at.x, at.p, &self.own);
+        let memory =
+            ThrusterMemory { owed: x[self.state.owed + k].value(), left: x[self.state.left + k].value() };
+        let [force, least] = [own.thruster_level, own.least_impulse].map(|i| p[i + k].value());
+        fires(memory, wanted, (force, least, self.period(p)))
+    }
+
+    /// Turns thrusters on and off for the sample that begins.
+    fn fire(&self, x: &mut [f64], p: &[f64], command: &SpaceCommand<f64>) {
+        let (state, period) = (&self.state, self.period(p));
+        let count = self.controlled_thrusters();
+        for k in 0..count {
+            let (on, memory) = self.fires(&At { t: 0.0, x, u: &[], p, modes: &[] }, k, command.thrusters[k]);
+            // One that goes on from the pulse before is not turned on.
+            let pulse = on && x[state.held_thruster + k] == 0.0;
+            x[state.pulses + k] += f64::from(u8::from(pulse));
+            x[state.held_thruster + k] = if on { p[self.own.thruster_level + k] } else { 0.0 };
+            (x[state.owed + k], x[state.left + k]) = (memory.owed, memory.left);
+        }
+        if count > 0 {
+            x[state.propellant] += period * self.consumption(p, &x[state.held_thruster..][..count]);
+        }
     }
 }
 
@@ -258,6 +359,10 @@ impl Hybrid for SpaceController {
         if !self.structure().held {
             dx[self.state.base_tracking..][..3].copy_from_slice(&command.base_tracking);
         }
+        let count = self.controlled_thrusters();
+        if count > 0 {
+            dx[self.state.propellant] = self.consumption(at.p, &command.thrusters[..count]);
+        }
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
@@ -274,6 +379,21 @@ impl Hybrid for SpaceController {
         if !s.held {
             let torque = if held { three(at.x, self.state.held_base_torque) } else { command.base_torque };
             y[out.base_torque..][..3].copy_from_slice(&torque);
+        }
+        let count = self.controlled_thrusters();
+        if count > 0 {
+            for k in 0..count {
+                y[out.thruster_force + k] = if held {
+                    at.x[self.state.held_thruster + k]
+                } else if period > 0.0 {
+                    let fires = self.fires(&at, k, command.thrusters[k].value()).0;
+                    if fires { at.p[self.own.thruster_level + k] } else { T::zero() }
+                } else {
+                    command.thrusters[k]
+                };
+            }
+            y[out.thruster_pulses..][..count].copy_from_slice(&at.x[self.state.pulses..][..count]);
+            y[out.propellant] = at.x[self.state.propellant];
         }
         y[out.joint_velocity_command..][..n].copy_from_slice(&resolved.rates[..n]);
         y[out.tip_velocity_error..][..rows].copy_from_slice(&resolved.error[..rows]);
@@ -299,6 +419,7 @@ impl Hybrid for SpaceController {
             x[self.state.held_base_torque..][..3].copy_from_slice(&command.base_torque);
         }
         x[self.state.held_torque..][..n].copy_from_slice(&command.torques[..n]);
+        self.fire(x, p, &command);
         set_next_sample(modes, last_sample(t, period) + 1.0);
         EventUpdate { modes: true, states: true }
     }

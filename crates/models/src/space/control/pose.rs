@@ -17,12 +17,14 @@ const MAX_STATES: usize = 13 + 2 * (MAX_BODIES + MAX_MODES_OF_ALL);
 /// Most inputs.
 const MAX_INPUTS: usize = MAX_BODIES + MAX_THRUSTERS + 6 + 6 * MAX_TIPS;
 
-/// What is measured: q, d(q)/dt of the joints, and of the base Q, velocity (inertial axes) and rate (base axes).
+/// What is measured: q, d(q)/dt of the joints, of the base Q, velocity (inertial axes) and rate (base axes), eta.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RobotMeasurements<'a, T> {
     pub(super) angles: &'a [T],
     pub(super) rates: &'a [T],
     pub(super) base: [T; 4 + 3 + 3],
+    /// Modal coordinates of the appendages.
+    pub(super) modes: [T; MAX_MODES_OF_ALL],
 }
 
 /// Velocity of the base's centre of mass, then its rate; or force and torque.
@@ -40,6 +42,8 @@ pub(super) struct ControlledPose<T> {
     pub(super) joint_inertia: [T; MAX_BODIES],
     /// Velocity and rate of the base.
     pub(super) base_motion: BaseSix<T>,
+    /// M_be eta: what the bent appendages would push the base by, were eta their acceleration.
+    pub(super) bending: BaseSix<T>,
 }
 
 /// A robot placed by its measured motion, or at rest at the measured pose.
@@ -75,6 +79,7 @@ fn six<T: Scalar>(linear: Vector3<T>, angular: Vector3<T>) -> BaseSix<T> {
 }
 
 impl<T: Scalar> ControlledPose<T> {
+    #[inline(never)] // arrays for the largest robot do not add up on the stack
     pub(super) fn new(plant: &SpatialFreeFlyer, p: &[T], measured: &RobotMeasurements<'_, T>) -> Self {
         let n = plant.structure().bodies();
         let moving = placed(plant, p, measured, true);
@@ -86,11 +91,15 @@ impl<T: Scalar> ControlledPose<T> {
             coupling: [[T::zero(); BASE]; MAX_BODIES],
             joint_inertia: [T::zero(); MAX_BODIES],
             base_motion: six(velocity.linear, velocity.angular),
+            bending: [T::zero(); BASE],
             moving,
         };
         // At rest forces are linear in the accelerations: a column of M for each.
         let rest = placed(plant, p, measured, false);
         let mut out = [T::zero(); MAX_DOFS];
+        let still = [T::zero(); MAX_BODIES];
+        forces(&rest.snapshot(plant), (SpatialMotion::zero(), &still, &still), &measured.modes, &mut out);
+        pose.bending.copy_from_slice(&out[..BASE]); // (CTS-13)
         let none = [T::zero(); MAX_MODES_OF_ALL];
         for k in 0..BASE + n {
             let mut unit = [T::zero(); MAX_DOFS];

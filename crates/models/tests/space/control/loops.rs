@@ -6,10 +6,10 @@ use trueup_models::space::design::RobotDesign;
 use trueup_models::space::presets;
 
 /// Bent, away from singularities.
-const BENT: [f64; 6] = [0.3, -0.8, 1.4, 0.2, -0.9, 0.3];
+pub(super) const BENT: [f64; 6] = [0.3, -0.8, 1.4, 0.2, -0.9, 0.3];
 
 /// A speed that begins and ends smoothly: its integral over 0 .. `stop` is 1.
-fn pace(t: f64, stop: f64) -> f64 {
+pub(super) fn pace(t: f64, stop: f64) -> f64 {
     let s = (t / stop).clamp(0.0, 1.0);
     30.0 * s * s * (1.0 - s) * (1.0 - s) / stop
 }
@@ -32,7 +32,7 @@ fn straight(
 }
 
 /// Largest distance of the hand from the line that it is to follow, m, and from its end.
-fn off(plant: &Flyer, rows: &[RunSample], way: [f64; 3]) -> (f64, f64) {
+pub(super) fn off(plant: &Flyer, rows: &[RunSample], way: [f64; 3]) -> (f64, f64) {
     let at = plant.output.tip_position;
     let tip = |row: &RunSample| [0, 1, 2].map(|i| row.1[at + i]);
     let begin = tip(&rows[0]);
@@ -140,4 +140,53 @@ fn an_integral_does_not_wind_up_at_the_limit() {
     );
     assert!(at_limit > 150 && reached < 0.29, "{at_limit} {reached}");
     assert!(back > -0.1 * reached && after.abs() < 1e-3 * reached, "{back} {after}");
+}
+
+/// Checks CTS-12: the hand of a floating base goes straight, a second arm keeps the base from turning; the same motion by the
+/// generalized Jacobian turns it.
+#[test]
+fn a_reactionless_hand_leaves_the_attitude_alone() {
+    let way = [-0.3, 0.2, 0.3];
+    let mut design = presets::chaser();
+    // A second arm on the other side, turned about y by half a turn: what it moves is opposite to what the first one moves.
+    for mut link in design.links.clone() {
+        link.name = format!("second {}", link.name);
+        link.parent = if link.parent == 0 { 0 } else { link.parent + 6 };
+        if link.parent == 0 {
+            link.position = link.position.map(|v| -v);
+            link.orientation = [0.0, 0.0, 1.0, 0.0];
+        }
+        design.links.push(link);
+    }
+    let mut turned = Vec::new();
+    for base in [1.0, 5.0] {
+        let (mut plant, mut control) = (Flyer::of(&design), Controlled::of(&design));
+        plant.start(
+            plant.parameter.initial_joint_angle,
+            &[[0.0; 1].as_slice(), &BENT[1..], &[0.0], &BENT[1..]].concat(),
+        );
+        control.p[control.own.base_control] = base;
+        control.p[control.own.task_weight + 3..][..3].fill(0.0);
+        let at = control.input.tip_velocity_reference;
+        let rows = run(&mut plant, &mut control, (12.0, 0.01), |t, u| {
+            (0..3).for_each(|i| u[at + i] = way[i] * pace(t, 10.0));
+        });
+        let (across, missed) = off(&plant, &rows, way);
+        let sigma = rows.iter().map(|r| r.2[control.output.smallest_singular_value]).fold(9.0, f64::min);
+        let angle = largest_turn(&plant, &rows);
+        println!(
+            "{base}: {across:.1e} m off the line, {missed:.1e} m off its end, turned by {angle:.1e} rad, singular value {sigma:.3} at least"
+        );
+        assert!(across < 1e-3 && missed < 1e-3, "{across} {missed}");
+        turned.push(angle);
+    }
+    assert!(turned[1] < 1e-2 * turned[0], "{turned:?}");
+}
+
+/// Largest angle by which the base was turned, rad.
+pub(super) fn largest_turn(plant: &Flyer, rows: &[RunSample]) -> f64 {
+    let sine = |r: &RunSample| {
+        r.1[plant.output.base_quaternion + 1..][..3].iter().map(|v| v * v).sum::<f64>().sqrt()
+    };
+    rows.iter().map(|r| 2.0 * sine(r).asin()).fold(0.0, f64::max)
 }

@@ -86,6 +86,7 @@ fn rates_give_the_reference_by_the_momentum_form() {
         control.p[own.base_control] = if moving { 3.0 } else { 1.0 };
         let mut u = random.vector(control.input.count, 1.0);
         u[control.input.base_quaternion] += 2.0;
+        u[control.input.contact_force_reference..][..arms].fill(0.0);
         let y = control.outputs(&vec![0.0; control.state.count], &u, &[0, 0]);
         if y[control.output.smallest_singular_value] < 1e-3 {
             continue;
@@ -128,6 +129,83 @@ fn rates_give_the_reference_by_the_momentum_form() {
     assert!(tried > 25, "{tried}");
 }
 
+/// Checks CTS-12: by the momentum form, rates of a reactionless hand turn the base by less than 1e-9 of what the rates of the
+/// generalized Jacobian turn it by, and the hands have the velocities that both are to give; with a base that is to turn it does.
+#[test]
+fn a_reactionless_hand_does_not_turn_the_base_by_the_momentum_form() {
+    let mut random = Random(76);
+    let (mut tried, mut worst) = (0, 0.0_f64);
+    for trial in 0..40 {
+        let (arms, joints) = ([1, 1, 2][trial % 3], 6 + trial % 3);
+        let mut design = drawn(&mut random, arms, joints);
+        design.links.iter_mut().for_each(|l| l.motor = DesignMotor::default());
+        let (mut control, n) = (Controlled::of(&design), arms * joints);
+        let own = control.own;
+        control.p[own.threshold] = 0.0;
+        control.p[own.rate_limit..][..n].fill(1e9);
+        (0..arms).for_each(|a| control.p[own.task_weight + 6 * a + 3..][..3].fill(0.0));
+        let mut u = random.vector(control.input.count, 1.0);
+        u[control.input.base_quaternion] += 2.0;
+        // At rest: all momentum is that of the rates.
+        u[control.input.base_velocity..][..3].fill(0.0);
+        u[control.input.base_angular_velocity..][..3].fill(0.0);
+        u[control.input.joint_velocity..][..n].fill(0.0);
+        u[control.input.contact_force_reference..][..arms].fill(0.0);
+        let turns = trial % 4 == 3;
+        if !turns {
+            u[control.input.base_rate_reference..][..3].fill(0.0);
+        }
+        let at = control.input.base_quaternion;
+        let frame =
+            SpatialFrame { rotation: rotation([u[at], u[at + 1], u[at + 2], u[at + 3]]), origin: [0.0; 3] };
+        let robot = design.robot();
+        let q = &u[control.input.joint_angle..][..n];
+        let tip = |a: usize| (design.tips[a].body, design.tips[a].offset);
+        let form = robot.momentum_form(frame, q, tip(0));
+        let mut rate = Vec::new();
+        let mut smallest = f64::MAX;
+        for base in [1.0, 5.0] {
+            control.p[own.base_control] = base;
+            let y = control.outputs(&vec![0.0; control.state.count], &u, &[0, 0]);
+            smallest = smallest.min(y[control.output.smallest_singular_value]);
+            let rates = &y[control.output.joint_velocity_command..][..n];
+            let mut v: Vec<f64> = (0..6)
+                .map(|i| -(0..n).map(|j| form.mass[i * (6 + n) + 6 + j] * rates[j]).sum::<f64>())
+                .collect();
+            let mut m: Vec<f64> = (0..36).map(|i| form.mass[i / 6 * (6 + n) + i % 6]).collect();
+            trueup_numerics::linear::ldl_factor(&mut m, 6).unwrap();
+            trueup_numerics::linear::ldl_solve(&m, 6, &mut v);
+            if smallest > 1e-2 {
+                for a in 0..arms {
+                    let form = robot.momentum_form(frame, q, tip(a));
+                    let size = rates.iter().fold(1.0_f64, |m, r| m.max(r.abs()));
+                    for row in 0..3 {
+                        let given: f64 = (0..6).map(|k| form.j_s[row * 6 + k] * v[k]).sum::<f64>()
+                            + (0..n).map(|j| form.j_m[row * n + j] * rates[j]).sum::<f64>();
+                        let wanted = u[control.input.tip_velocity_reference + 6 * a + row];
+                        assert!(
+                            (given - wanted).abs() < 1e-9 * size,
+                            "{trial} {base} {a} {row}: {given} {wanted}"
+                        );
+                    }
+                }
+            }
+            rate.push([v[3], v[4], v[5]]);
+        }
+        if smallest < 1e-2 {
+            continue;
+        }
+        tried += 1;
+        let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let reference = times(&frame.rotation, [0, 1, 2].map(|i| u[control.input.base_rate_reference + i]));
+        let missed = length([0, 1, 2].map(|i| rate[1][i] - reference[i])) / length(rate[0]);
+        worst = worst.max(missed);
+        assert!(missed < 1e-9, "{trial}: {missed}");
+    }
+    println!("{tried} robots, the base turns by {worst:.1e} of what it does without");
+    assert!(tried > 25, "{tried}");
+}
+
 /// Checks CTS-8: the plant, driven by these torques, accelerates its joints as the errors of their rates require.
 #[test]
 fn torques_give_the_accelerations_that_the_errors_require() {
@@ -148,6 +226,7 @@ fn torques_give_the_accelerations_that_the_errors_require() {
         let mut u = random.vector(control.input.count, 1.0);
         control.measure(&plant, &x, &mut u);
         u[control.input.torque_feedforward..][..n].fill(0.0);
+        u[control.input.contact_force_reference..][..design.tips.len()].fill(0.0);
         let memory = random.vector(control.state.count, 1e-3);
         let y = control.outputs(&memory, &u, &[0, 0]);
         let mut v = vec![0.0; plant.input.count];
@@ -257,7 +336,9 @@ fn what_cannot_be_is_refused_with_its_remedy() {
     assert!(why.contains("no joints") && why.contains("give it an arm"), "{why}");
     let control = Controlled::of(&presets::chaser());
     for (index, value, words) in [
-        (control.own.base_control, 5.0, "baseControl is 5: choose 1 (free)"),
+        (control.own.base_control, 7.0, "baseControl is 7: choose 1 (free)"),
+        (control.own.base_actuator, 3.0, "baseActuator is 3: choose 1 (wheels) or 2 (thrusters)"),
+        (control.own.contact_normal, 0.0, "contactNormal[1,1] to [1,3] are all 0"),
         (control.own.sample_period, 0.1, "samplePeriod 0.1 s is too long for velocityGain[1]"),
     ] {
         let mut p = control.p.clone();
