@@ -55,7 +55,7 @@ impl ModelKey {
     }
 }
 
-/// Whether recordings are those for fitting or those held out; `None`: neither, they may be gone when the next ones are asked for.
+/// Whether recordings are those for fitting or those held out; `None`: neither, they may be gone when the next ones are computed.
 fn part_of(case: &PreparedCase, runs: &[Compared]) -> Option<usize> {
     [&case.train, &case.holdout].iter().position(|own| std::ptr::eq(&own[..], runs))
 }
