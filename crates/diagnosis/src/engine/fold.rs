@@ -1,6 +1,6 @@
 //! Leave-one-out over the recordings for fitting: a search that has not seen one of them.
 
-use super::kept::SearchMemory;
+use super::kept::KeptResults;
 use super::recordings::PreparedCase;
 use super::replay::FreeRunFit;
 use super::search::{CaseSearch, FittedSet};
@@ -40,7 +40,7 @@ impl Fold {
         expected.push(left);
         let (sizes, causes, drifting_starts) =
             (all.sizes.clone(), all.causes.clone(), all.drifting_starts.clone());
-        let memory = SearchMemory::default();
+        let memory = KeptResults::default();
         CaseSearch { case: &self.case, sizes, causes, prescribed, expected, drifting_starts, memory }
     }
 

@@ -3,6 +3,8 @@
 mod settle;
 mod windows;
 
+use std::convert::Infallible;
+
 use super::unknown::UnknownPrior;
 use nalgebra::DMatrix;
 use trueup_identification::lsq::{SolverOptions, solve};
@@ -49,6 +51,23 @@ pub struct CompleteModel {
     pub stated: PosedSet,
     /// Coordinates of the unknowns.
     pub theta: Vec<f64>,
+}
+
+/// A model with its values. Of one case its equations follow from its causes.
+#[derive(Clone, Debug, PartialEq)]
+struct ModelKey {
+    set: Vec<Hypothesis>,
+    nominal: Vec<f64>,
+    unknowns: Vec<BalanceUnknown>,
+    theta: Vec<f64>,
+}
+
+impl ModelKey {
+    fn of(complete: &CompleteModel) -> Self {
+        let s = &complete.stated;
+        let (set, unknowns) = (s.set.clone(), s.unknowns.clone());
+        Self { set, nominal: s.nominal.clone(), unknowns, theta: complete.theta.clone() }
+    }
 }
 
 /// A set fitted free-running.
@@ -194,9 +213,12 @@ impl CaseSearch<'_> {
     /// Fits a set once more, free-running, from the estimate that the recordings gave: first states alone, then everything.
     pub fn polish(&self, from: &FittedSet, iterations: usize) -> FreeRunFit {
         let before = CompleteModel { stated: from.stated.clone(), theta: from.theta.clone() };
-        self.memory.polished((before.clone(), &from.information, iterations), || {
-            self.polish_from(before, from, iterations)
-        })
+        let key = (ModelKey::of(&before), from.information.clone(), iterations);
+        let make = || Ok::<_, Infallible>(self.polish_from(before, from, iterations));
+        match self.memory.get_or(key, make) {
+            Ok(fit) => fit,
+            Err(never) => match never {},
+        }
     }
 
     fn polish_from(&self, before: CompleteModel, from: &FittedSet, iterations: usize) -> FreeRunFit {
@@ -335,9 +357,16 @@ impl CaseSearch<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        self.memory.floors(self.case, (complete, runs, seed), || {
-            self.floors_around(complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS))
-        })
+        let make = || self.floors_around(complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS));
+        match self.part_of(runs) {
+            Some(part) => self.memory.get_or((ModelKey::of(complete), part, seed), make),
+            None => make(),
+        }
+    }
+
+    /// Whether recordings are those for fitting or those held out; `None`: neither, they may be gone when others are asked for.
+    fn part_of(&self, runs: &[Compared]) -> Option<usize> {
+        [&self.case.train, &self.case.holdout].iter().position(|own| std::ptr::eq(&own[..], runs))
     }
 
     /// The same around recordings that are determined already; noise is drawn so often from this seed.

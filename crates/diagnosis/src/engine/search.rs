@@ -14,7 +14,7 @@ use trueup_models::{effect, joint};
 use super::balance::GriddedRecording;
 use super::floors::{self, Floors};
 use super::hypothesis::{self, Hypothesis, PosedHypothesis};
-use super::kept::SearchMemory;
+use super::kept::KeptResults;
 use super::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Belief};
 use super::recordings::PreparedCase;
 use super::subject::EngineModel;
@@ -171,7 +171,7 @@ pub struct CaseSearch<'a> {
     /// Where first states that no recording shows begin, by recording and state.
     pub(super) drifting_starts: BTreeMap<(String, String), f64>,
     /// What was computed of models.
-    pub(super) memory: SearchMemory,
+    pub(super) memory: KeptResults,
 }
 
 impl<'a> CaseSearch<'a> {
@@ -186,7 +186,7 @@ impl<'a> CaseSearch<'a> {
         let sizes = TypicalSizes::of(&Rig { plant, flexible, values, runs: &runs });
         let causes = hypothesis::all(case);
         let Floors { prescribed, expected } = floors::floors(case, seed)?;
-        let (starts, memory) = (BTreeMap::new(), SearchMemory::default());
+        let (starts, memory) = (BTreeMap::new(), KeptResults::default());
         let mut own = Self { case, sizes, causes, prescribed, expected, drifting_starts: starts, memory };
         own.drifting_starts = own.drifting_starts();
         Ok(own)

@@ -171,7 +171,7 @@ fn has_strange_parameters(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
     let is_there = |name: &str| plant.parameters().iter().any(|p| p.name == name && p.value > 0.0);
     let strange = |(name, value): (&String, &ParameterValue)| {
         let above = value.number().is_some_and(|v| v > 0.0);
-        !name.starts_with("initial") && !(above && is_there(name))
+        !(name.starts_with("initial") || above && is_there(name))
     };
     loaded.train().iter().any(|r| r.parameters.iter().any(strange))
 }

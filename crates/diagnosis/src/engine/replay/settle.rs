@@ -6,7 +6,7 @@ use trueup_identification::lsq::{SolverOptions, solve};
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 
-use super::{CompleteModel, FittedReplay, NEAR, ReplayedReadings};
+use super::{CompleteModel, FittedReplay, ModelKey, NEAR, ReplayedReadings};
 use crate::engine::hypothesis::PosedHypothesis;
 use crate::engine::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Compared};
 use crate::engine::search::CaseSearch;
@@ -112,7 +112,10 @@ impl CaseSearch<'_> {
     /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not determine by their
     /// noise where the motion began, and a replay is judged by the gap.
     fn settle(&self, complete: &CompleteModel, run: &Compared) -> Result<FittedReplay, PredictError> {
-        self.memory.replay(self.case, (complete, run), || self.settle_anew(complete, run))
+        // Other recordings may be gone when the next ones are computed.
+        let own = self.case.train.iter().chain(&self.case.holdout).position(|own| std::ptr::eq(own, run));
+        let Some(at) = own else { return self.settle_anew(complete, run) };
+        self.memory.get_or((ModelKey::of(complete), at), || self.settle_anew(complete, run))
     }
 
     fn settle_anew(&self, complete: &CompleteModel, run: &Compared) -> Result<FittedReplay, PredictError> {

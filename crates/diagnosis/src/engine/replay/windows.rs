@@ -9,7 +9,7 @@ use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::Measure;
 
 use super::settle::nearer;
-use super::{CompleteModel, FittedReplay, NEAR, ReplayedReadings};
+use super::{CompleteModel, FittedReplay, ModelKey, NEAR, ReplayedReadings};
 use crate::engine::coordinate::median_step;
 use crate::engine::problem::{BalanceProblem, BalanceTarget, Compared};
 use crate::engine::recordings::first_states;
@@ -79,10 +79,11 @@ impl CaseSearch<'_> {
     ) -> Result<Vec<Window>, PredictError> {
         let make = || self.windows_of(complete, runs, seconds, fitted_replay);
         // Where no cause goes on from one window to the next it does not matter how the whole ran.
-        if fitted_replay.is_some() && complete.stated.posed.iter().any(|p| !p.initial.is_empty()) {
-            return make();
+        let alone = fitted_replay.is_none() || complete.stated.posed.iter().all(|p| p.initial.is_empty());
+        match self.part_of(runs).filter(|_| alone) {
+            Some(part) => self.memory.get_or((ModelKey::of(complete), part, seconds), make),
+            None => make(),
         }
-        self.memory.windows(self.case, (complete, runs, seconds), make)
     }
 
     fn windows_of(
