@@ -56,7 +56,8 @@ fn stages(folder: &str) -> Said {
         "nominal_L": { "L": fitted.nominal.0, "q": fitted.nominal.1 },
         "parameters_L": { "L": fitted.evidence, "q": fitted.q, "theta": values(&names, &fitted.theta), "rss": fitted.squares,
             "count": fitted.count, "farthest": fitted.farthest, "latents_worth": fitted.latents },
-        "hypotheses": effects, "pairs": pairs, "verdict": judged, "seconds": ticks,
+        "hypotheses": effects, "alone": { "L": found.null.evidence, "farthest": found.null.farthest, "latents_worth": found.null.latents },
+        "pairs": pairs, "verdict": judged, "seconds": ticks,
     }))
 }
 
@@ -74,7 +75,7 @@ fn shape(s: &LawShape) -> Value {
 }
 
 fn effect(h: &FittedEffect, names: &[&str]) -> Value {
-    json!({ "effect": h.id, "place": h.place, "shape": shape(&h.shape), "L": h.evidence, "q": h.fit.q,
+    json!({ "effect": h.id, "place": h.place, "shape": shape(&h.shape), "L": h.evidence, "penalised": h.penalised(), "q": h.fit.q,
         "theta": values(names, &h.fit.theta), "amplitudes": h.fit.amplitudes })
 }
 

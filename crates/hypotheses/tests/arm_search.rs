@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
 use trueup_hypotheses::innovations::chain_effect::ChainEffect;
-use trueup_hypotheses::innovations::chain_search::search_chain;
+use trueup_hypotheses::innovations::chain_search::{chain_null, search_chain};
 use trueup_hypotheses::innovations::chain_verdict::judge_chain;
 use trueup_hypotheses::innovations::findings::{FoundEffect, of_chain, search_case};
 use trueup_hypotheses::innovations::levels::CHAIN_RIGHT;
@@ -144,11 +144,11 @@ fn what_an_arm_has_that_the_engine_does_not_know_is_refused_by_name() {
         ("known effects", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: Some(1), given: Vec::new() });
         }),
-        ("unknown delays", |l| sensor(l).late = Some(PriorGuess { value: 0.01, doubt: None })),
-        ("declared delays", |l| sensor(l).delay = 0.01),
+        ("delays that are", |l| sensor(l).late = Some(PriorGuess { value: 0.01, doubt: None })),
+        ("differ between recordings", |l| sensor(l).offset = Some(PriorGuess { value: 0.1, doubt: None })),
         ("single recordings", |l| {
             let first = l.recordings.values_mut().next().unwrap();
-            first.parameters.insert("baseMass".into(), ParameterValue::Number(50.0));
+            first.parameters.insert("motorInertia[2]".into(), ParameterValue::Number(1.0));
         }),
         ("its rigid joint", |l| {
             for recording in l.recordings.values_mut() {
@@ -188,4 +188,58 @@ fn a_drive_with_too_few_samples_is_reported_by_their_number() {
             if samples == 0 { "was not recorded".to_owned() } else { format!("has {samples} samples") };
         assert!(why.contains("jointTorque[2]") && why.contains(&expected), "{samples}: {why}");
     }
+}
+
+fn short_arm() -> Loaded {
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/tests/innovations/arm");
+    Case::load(&case, |_| Ok(Vec::new())).unwrap().0
+}
+fn channels<'a>(l: &'a mut Loaded, name: &'a str) -> impl Iterator<Item = &'a mut Channel> {
+    l.recordings.values_mut().flat_map(|r| &mut r.channels).filter(move |c| c.name == name)
+}
+fn nominal(l: &Loaded) -> f64 {
+    chain_null(l, &PlantStructures::of(&l.case).unwrap()).unwrap().1.nominal
+}
+
+/// What a channel of an arm shows later, with its delay declared, and what it shows with assumed gain and offset, is what it would show
+/// without.
+#[test]
+fn a_declared_delay_and_assumed_figures_are_taken_from_the_readings_of_an_arm() {
+    let mut case = short_arm();
+    let as_it_is = nominal(&case);
+    for name in ["jointAngle[1]", "jointTorque[2]"] {
+        channels(&mut case, name).for_each(|c| c.time.iter_mut().for_each(|t| *t += 0.0321));
+    }
+    let not_declared = nominal(&case);
+    for name in ["jointAngle[1]", "jointTorque[2]"] {
+        channels(&mut case, name).for_each(|c| c.sensor.delay = 0.0321);
+    }
+    let late = nominal(&case);
+    // A reading midway between two nodes goes to either one by rounding.
+    println!("{as_it_is}, late {late}, not declared {not_declared}");
+    assert!((late - as_it_is).abs() < 0.2 && not_declared < as_it_is - 10.0);
+    for c in channels(&mut case, "jointAngle[3]") {
+        c.values.iter_mut().for_each(|y| *y = -1.7 * *y + 0.3);
+        c.sensor.noise = c.sensor.noise.map(|s| 1.7 * s);
+        c.sensor.resolution = c.sensor.resolution.map(|s| 1.7 * s);
+        c.sensor.gain = Some(PriorGuess { value: -1.7, doubt: Some(1e-6) });
+        c.sensor.offset = Some(PriorGuess { value: 0.3, doubt: Some(1e-6) });
+    }
+    let scaled = nominal(&case);
+    assert!((scaled - late).abs() < 0.05, "{scaled}, {late}");
+}
+
+/// A mass that each recording has by itself is known there, whatever the case assumes.
+#[test]
+fn a_mass_of_single_recordings_is_known_there() {
+    let right = short_arm();
+    let mass = right.case.number("baseMass").unwrap();
+    let mut wrong = right.clone();
+    wrong.case.parameters.insert("baseMass".into(), ParameterValue::Number(1.5 * mass));
+    let mut own = wrong.clone();
+    for r in own.recordings.values_mut() {
+        r.parameters.insert("baseMass".into(), ParameterValue::Number(mass));
+    }
+    let [right, wrong, own] = [&right, &wrong, &own].map(nominal);
+    assert!((own - right).abs() < 0.5 && right > wrong + 3.0, "{own}, {right}, {wrong}");
 }

@@ -7,7 +7,7 @@ use trueup_hypotheses::innovations::laws::law_of;
 use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict, judge};
-use trueup_signals::{KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
+use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
 
 use crate::made::{MadeJoint, Sampling};
 
@@ -73,29 +73,61 @@ fn a_ripple_of_order_sixty_has_its_order() {
     assert!((order - 60.0).abs() < 0.1, "{order}");
 }
 
+/// What the recordings cannot distinguish is ambiguous, and no more than that: a late drive with a late reading of the only angle, dry
+/// friction of two bodies that are one, a slow force that one law has as well as another.
+#[test]
+fn what_recordings_do_not_distinguish_is_ambiguous() {
+    let late: &[(&str, &[f64])] = &[("actuator-lag", &[0.0, 8e-3])];
+    let asymmetric: &[(&str, &[f64])] = &[("asymmetric-friction", &[1e-4, 0.0])];
+    let none = ParameterValue::Number(0.0);
+    let frictionless = [("coulombFriction", none.clone()), ("staticFriction", none)];
+    let angle = &["motorCurrent", "motorAngle"];
+    let made = || MadeJoint { seed: 13, recordings: (1, 500), ..MadeJoint::default() };
+    let all = [
+        (["actuator-lag", "sensor-delay"], MadeJoint { effects: late, channels: angle, ..made() }),
+        (
+            ["motor-friction", "load-friction"],
+            MadeJoint { flexible: false, believed: &frictionless, channels: angle, ..made() },
+        ),
+        (
+            ["asymmetric-friction", "gravity-torque"],
+            MadeJoint { effects: asymmetric, channels: angle, ..made() },
+        ),
+    ];
+    for (ids, made) in all {
+        let (_, judged) = told(ids[0], &made);
+        assert_eq!(judged.verdict, EvidenceVerdict::Ambiguous, "{ids:?}");
+        assert!(ids.iter().all(|id| judged.set.iter().any(|s| s.0 == *id)), "{ids:?}: {:?}", judged.set);
+    }
+    // With the load's angle too the drive is late, and nothing else.
+    let (_, judged) = told("both angles", &MadeJoint { effects: late, ..made() });
+    assert_eq!(
+        (judged.verdict, &judged.set[..]),
+        (EvidenceVerdict::Effects, &[("actuator-lag", "actuator".to_owned())][..])
+    );
+}
+
 /// What the engine has no words for is refused at once, with a word for it.
 #[test]
 fn what_the_engine_lacks_words_for_is_refused_by_name() {
     type Change = fn(&mut Loaded);
-    let guess = PriorGuess { value: 1.0, doubt: None };
-    let sensor = |l: &mut Loaded, of: fn(&mut SensorData) -> &mut Option<PriorGuess>, guess: PriorGuess| {
-        let channel = l.recordings.values_mut().flat_map(|r| &mut r.channels).last().unwrap();
-        *of(&mut channel.sensor) = Some(guess);
-    };
     let changes: [(&str, Change); 6] = [
         ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
         ("changes the spring", |l| {
             l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
         }),
-        ("static friction", |l| {
-            l.case.parameters.insert("staticFriction".into(), ParameterValue::Number(0.01));
+        ("static friction without", |l| {
+            l.case.parameters.insert("coulombFriction".into(), ParameterValue::Number(0.0));
         }),
-        ("gear ratio", |l| {
-            l.case.uncertain.insert("gearRatio".into(), 0.01);
+        ("of other channels", |l| {
+            let first = l.recordings.values_mut().next().unwrap();
+            let mut torque = Channel { name: "motorTemperature".into(), ..first.channels[0].clone() };
+            torque.sensor.offset = Some(PriorGuess { value: 0.0, doubt: None });
+            first.channels.push(torque);
         }),
         ("single recordings", |l| {
             let first = l.recordings.values_mut().next().unwrap();
-            first.parameters.insert("loadInertia".into(), ParameterValue::Number(1.0));
+            first.parameters.insert("gearRatio".into(), ParameterValue::Number(100.0));
         }),
         ("motorInertia", |l| {
             l.case.parameters.insert("motorInertia".into(), ParameterValue::Number(0.0));
@@ -112,21 +144,19 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
         change(&mut own);
         refused(what, &own);
     }
-    let figures: [(&str, fn(&mut SensorData) -> &mut Option<PriorGuess>); 3] = [
-        ("gains and offsets of readings", |s| &mut s.gain),
-        ("gains and offsets of readings", |s| &mut s.offset),
-        ("delays that are estimated", |s| &mut s.late),
+    let figures: [(&str, fn(&mut SensorData) -> &mut Option<PriorGuess>); 4] = [
+        ("motorCurrent", |s| &mut s.gain),
+        ("motorCurrent", |s| &mut s.late),
+        ("loadAngle", |s| &mut s.gain),
+        ("loadAngle", |s| &mut s.late),
     ];
-    for (what, of) in figures {
-        let mut own = case.clone();
-        sensor(&mut own, of, guess);
-        refused(what, &own);
+    for (channel, of) in figures {
+        let mut apart = MadeJoint { recordings: (2, 100), ..MadeJoint::default() }.case();
+        let first = apart.recordings.values_mut().next().unwrap();
+        let channel = first.channels.iter_mut().find(|c| c.name == channel).unwrap();
+        *of(&mut channel.sensor) = Some(PriorGuess { value: 1.0, doubt: None });
+        refused("differ between recordings", &apart);
     }
-    let mut apart = MadeJoint { recordings: (2, 100), ..MadeJoint::default() }.case();
-    let first = apart.recordings.values_mut().next().unwrap();
-    let current = first.channels.iter_mut().find(|c| c.name == "motorCurrent").unwrap();
-    current.sensor.gain = Some(guess);
-    refused("of single recordings", &apart);
     // Where a recording begins is estimated.
     let mut begins = case.clone();
     let first = begins.recordings.values_mut().next().unwrap();

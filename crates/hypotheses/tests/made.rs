@@ -13,6 +13,8 @@ use trueup_signals::{Case, Channel, Interpolation, Loaded, ParameterValue, Recor
 
 /// Standard deviations of the noise of motor and load angle, rad.
 const NOISE: [f64; 2] = [1e-3, 1e-5];
+/// The same of their rates, rad/s.
+const RATE_NOISE: [f64; 2] = [0.02, 2e-4];
 /// Every channel of a joint that nothing but its motor drives.
 pub(crate) const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
 
@@ -72,6 +74,8 @@ pub(crate) struct MadeJoint<'a> {
     pub(crate) external: f64,
     /// Channels that are recorded.
     pub(crate) channels: &'a [&'a str],
+    /// True values of parameters, where they are not those of the drive.
+    pub(crate) values: &'a [(usize, f64)],
     /// Assumed values of parameters, where they differ from the true ones.
     pub(crate) believed: &'a [(&'a str, ParameterValue)],
 }
@@ -90,6 +94,7 @@ impl Default for MadeJoint<'_> {
             rests: [0.0; 2],
             external: 0.0,
             channels: ALL,
+            values: &[],
             believed: &[],
         }
     }
@@ -145,6 +150,11 @@ impl MadeJoint<'_> {
         };
         let motor = read("motorAngle", output::MOTOR_ANGLE, self.noise[0]);
         let load = read("loadAngle", output::LOAD_ANGLE, self.noise[1]);
+        let rates = [
+            ("motorVelocity", output::MOTOR_VELOCITY, RATE_NOISE[0]),
+            ("loadVelocity", output::LOAD_VELOCITY, RATE_NOISE[1]),
+        ];
+        let rates: Vec<Channel> = rates.map(|(name, at, noise)| read(name, at, noise)).to_vec();
         let held = |name: &str, unit: &str, f: &dyn Fn(usize) -> f64| {
             let mut input = Channel::new(name, unit, time.clone(), (0..time.len()).map(f).collect());
             input.interpolation = Interpolation::Hold;
@@ -153,6 +163,7 @@ impl MadeJoint<'_> {
         let current = held("motorCurrent", "A", &|k| self.current(k, recording));
         let torque = held("externalTorque", "N.m", &|k| self.torque(k, recording));
         let mut channels = vec![current, torque, motor, load];
+        channels.extend(rates);
         channels.retain(|c| self.channels.contains(&c.name.as_str()));
         Recording {
             name: name.into(),
@@ -169,12 +180,13 @@ impl MadeJoint<'_> {
         let ids: Vec<&str> = self.effects.iter().map(|e| e.0).collect();
         let joint = TwoMassJoint::new(self.flexible, &ids).unwrap();
         let mut p = drive(self.viscous);
+        self.values.iter().for_each(|(k, value)| p[*k] = *value);
         self.effects.iter().for_each(|e| p.extend(e.1));
         assert_eq!(p.len(), joint.sizes().parameters);
         let names: Vec<String> = ["a", "b", "c"][..self.recordings.0].iter().map(|n| (*n).into()).collect();
         let record = |(k, name): (usize, &String)| (name.clone(), self.record(&joint, &p, name, k as u64));
         let recordings = names.iter().enumerate().map(record).collect();
-        let own = q::NAMES.iter().zip(drive(self.viscous)).filter(|(n, _)| !n.0.starts_with("initial"));
+        let own = q::NAMES.iter().zip(p.clone()).filter(|(n, _)| !n.0.starts_with("initial"));
         let own = own.map(|(n, v)| (n.0.to_owned(), ParameterValue::Number(v)));
         let structure =
             (!self.flexible).then(|| ("jointFlexible".to_owned(), ParameterValue::Boolean(false)));

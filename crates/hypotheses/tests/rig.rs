@@ -1,9 +1,13 @@
-//! What is known of a rig up to a number: gain and offset of an input, known effects; a delay that is declared. Checks EST-16, EST-18.
+//! What is known of a rig up to a number: gains, offsets and delays of inputs and readings, a gear ratio, known effects; parameters of
+//! single recordings; recordings of rates alone. Checks EST-16, EST-18, EST-19.
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_hypotheses::innovations::findings::{CaseFindings, search_case};
+use trueup_hypotheses::innovations::levels::PARAMETERS;
+use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
 use trueup_hypotheses::innovations::search::frame_of;
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
+use trueup_models::joint::parameter as q;
 use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess};
 
 use crate::made::MadeJoint;
@@ -118,6 +122,133 @@ fn a_gain_and_an_offset_of_the_current_are_found() {
     assert!((gain / 1.2 - 1.0).abs() < 0.03 && (offset - 0.1).abs() < 0.02, "{gain}, {offset}");
 }
 
+fn alone(case: &Loaded) -> FittedNull {
+    fit_null(&mut frame_of(case).unwrap().0)
+}
+fn gained(null: &FittedNull) -> f64 {
+    null.evidence - null.nominal.0
+}
+/// What the model alone reports of the rig.
+fn reported(null: &FittedNull, name: &str) -> f64 {
+    let all = null.rig.reported(&null.theta[null.names.len()..], &null.zeros);
+    all.iter().find(|(n, _)| n == name).unwrap().1
+}
+
+/// Readings with a gain and an offset, an offset of its own in each recording.
+#[test]
+fn a_gain_and_offsets_of_readings_are_found() {
+    let made = MadeJoint { seed: 44, recordings: (2, 500), ..MadeJoint::default() };
+    let (gain, offsets) = (1.03, [0.02, -0.05]);
+    let mut case = made.case();
+    for (r, offset) in case.recordings.values_mut().zip(offsets) {
+        for c in r.channels.iter_mut().filter(|c| c.name == "loadAngle") {
+            c.values.iter_mut().for_each(|y| *y = gain * *y + offset);
+            c.sensor.gain = Some(PriorGuess { value: 1.0, doubt: Some(0.05) });
+            c.sensor.offset = Some(PriorGuess { value: 0.0, doubt: None });
+        }
+        for c in r.channels.iter_mut().filter(|c| c.name == "motorAngle") {
+            c.values.iter_mut().for_each(|y| *y += 3.0);
+            c.sensor.offset = Some(PriorGuess { value: 0.0, doubt: Some(5.0) });
+        }
+    }
+    let null = alone(&case);
+    let found = reported(&null, "loadAngle.gain");
+    let offsets_of = |channel: &str| -> Vec<f64> {
+        let all = null.rig.reported_offsets(&null.zeros).into_iter();
+        all.filter(|(name, ..)| name == &format!("{channel}.offset")).map(|(_, _, value)| value).collect()
+    };
+    let (of_motor, of_load, gained) = (offsets_of("motorAngle"), offsets_of("loadAngle"), gained(&null));
+    println!("gain {found}, offsets {of_motor:?}, {of_load:?}, {gained} nats");
+    assert!((found / gain - 1.0).abs() < 2e-3, "{found}");
+    assert!(gained > 100.0, "{gained}");
+    // The spring shows by how much they differ, on the motor's side.
+    for k in 0..2 {
+        let twisted = |motor: f64, load: f64| motor - 160.0 * load / gain;
+        let off = twisted(of_motor[k], of_load[k]) - twisted(3.0, offsets[k]);
+        assert!(off.abs() < 0.02, "{off}");
+    }
+}
+
+/// The ratio of a gear with a standard deviation.
+#[test]
+fn a_gear_ratio_is_found() {
+    let believed = [("gearRatio", ParameterValue::Number(160.0 * 1.02))];
+    let made = MadeJoint {
+        seed: 45,
+        recordings: (1, 500),
+        external: 1.0,
+        believed: &believed,
+        ..MadeJoint::default()
+    };
+    let mut case = made.case();
+    case.case.uncertain.insert("gearRatio".into(), 0.03);
+    let null = alone(&case);
+    let (found, gained) = (reported(&null, "gearRatio"), gained(&null));
+    println!("gear ratio {found}, {gained} nats");
+    assert!((found / 160.0 - 1.0).abs() < 1e-3, "{found}");
+    assert!(gained > 20.0, "{gained}");
+}
+
+/// A payload in one of two recordings.
+#[test]
+fn a_parameter_of_one_recording_is_its_own() {
+    let made = MadeJoint { seed: 46, recordings: (1, 500), ..MadeJoint::default() };
+    let (one, two) = (made.case(), MadeJoint { seed: 47, values: &[(q::LOAD_INERTIA, 1.6)], ..made });
+    let mut case = one;
+    let mut second = two.case().recordings.remove("a").unwrap();
+    second.name = "b".into();
+    case.case.train.push("b".into());
+    case.recordings.insert("b".into(), second.clone());
+    let common = alone(&case).evidence;
+    second.parameters.insert("loadInertia".into(), ParameterValue::Number(1.6));
+    case.recordings.insert("b".into(), second);
+    let own = alone(&case);
+    let (gained, more) = (gained(&own), own.evidence - common);
+    println!("{more} nats more with the inertia of each recording, which refitted ones gain {gained}");
+    assert!(more > 100.0 && gained < PARAMETERS, "{more}, {gained}");
+}
+
+/// A channel that is late by more than two steps of the nodes, and the current.
+#[test]
+fn delays_are_found() {
+    let made = MadeJoint { seed: 48, recordings: (1, 500), ..MadeJoint::default() };
+    for (name, delay) in [("motorAngle", 0.0123), ("motorCurrent", 0.009)] {
+        let mut case = made.case();
+        for c in channels(&mut case, name) {
+            c.time.iter_mut().for_each(|t| *t += delay);
+            c.sensor.late = Some(PriorGuess { value: 0.0, doubt: None });
+        }
+        let null = alone(&case);
+        let (found, gained) = (reported(&null, &format!("{name}.delay")), gained(&null));
+        println!("{name}: {found} s of {delay}, {gained} nats");
+        assert!((found - delay).abs() < 5e-4, "{name}: {found}");
+        assert!(gained > 20.0, "{name}: {gained}");
+    }
+}
+
+/// Static friction above Coulomb friction is of the nominal model.
+#[test]
+fn static_friction_of_the_model_is_no_gap() {
+    let values = [(q::STATIC_FRICTION, 1.6 * 5.2e-3)];
+    let made = MadeJoint { seed: 49, recordings: (1, 500), values: &values, ..MadeJoint::default() };
+    let found = search_case(&made.case()).unwrap();
+    println!("{:?} {:?}", found.judged.verdict, found.judged.set);
+    assert_eq!(found.judged.verdict, EvidenceVerdict::NoGap);
+}
+
+/// Rates are enough.
+#[test]
+fn rates_alone_show_nothing_where_nothing_lacks_and_an_effect_where_it_does() {
+    let rates = &["motorCurrent", "motorVelocity", "loadVelocity"];
+    let made = MadeJoint { seed: 50, recordings: (1, 500), channels: rates, ..MadeJoint::default() };
+    let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[1.5e-3, 1e-3, 2.0, 0.0, 0.0])];
+    let found = search_case(&made.case()).unwrap();
+    assert_eq!(found.judged.verdict, EvidenceVerdict::NoGap, "{:?}", found.judged);
+    let found = search_case(&MadeJoint { effects: ripple, ..made }.case()).unwrap();
+    println!("{:?} {:?}", found.judged.verdict, found.judged.set);
+    assert_eq!(found.judged.set[0].0, "torque-ripple", "{:?}", found.judged);
+}
+
 const WEIGHT: (&str, &[f64]) = ("gravity-torque", &[0.6, 0.4]);
 
 /// Known effects along a trajectory: what a weight, friction of two levels and a ripple are by their laws, and columns that are differences.
@@ -228,6 +359,19 @@ fn is_hand(found: &CaseFindings) -> bool {
 #[test]
 fn a_hand_on_a_resting_joint_with_a_known_weight_is_named() {
     assert!(is_hand(&of_hand(&MadeJoint { seed: 46, ..MadeJoint::default() }, 0.15, true)));
+}
+
+/// An encoder that distinguishes no usual speed from rest does not make what rests move as fast.
+#[test]
+fn what_rests_creeps_as_fast_as_the_recordings_show() {
+    for (noise, creeps) in [([0.01, 1e-4], true), ([1e-3, 1e-5], false)] {
+        let made =
+            MadeJoint { seed: 48, noise, recordings: (1, 500), rests: [0.6, 1.8], ..MadeJoint::default() };
+        let (mut f, _) = frame_of(&made.case()).unwrap();
+        f.settle(false);
+        println!("noise {noise:?}: rest {}, creep {}, usual {}", f.rest, f.creep, f.usual_speed);
+        assert_eq!(f.creep < 1.0, creeps, "{noise:?}");
+    }
 }
 
 #[test]

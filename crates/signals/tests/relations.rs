@@ -50,12 +50,16 @@ fn swings_of(
 }
 
 fn grave(tables: &BTreeMap<String, Columns>, factor: f64) -> Vec<Finding> {
+    grave_in(CASE, tables, factor)
+}
+
+fn grave_in(case: &str, tables: &BTreeMap<String, Columns>, factor: f64) -> Vec<Finding> {
     let (left, right) = ("motorAngle".to_owned(), "loadAngle".to_owned());
     let relations = [
         Relation::Proportional { left, right, factor, parameter: "gearRatio".into() },
         Relation::Rate { rate: "motorVelocity".into(), of: "motorAngle".into() },
     ];
-    let (loaded, _) = Case::of_tables(CASE, tables, |_| Ok(Vec::new())).unwrap();
+    let (loaded, _) = Case::of_tables(case, tables, |_| Ok(Vec::new())).unwrap();
     let all = check::case(&loaded, &[], &relations);
     all.into_iter().filter(|f| f.severity >= Severity::Grave).collect()
 }
@@ -88,6 +92,42 @@ fn a_joint_with_a_wide_play_contradicts_nothing() {
         let tables = swings_of(&mut rng, gear, 0.3..2.0, [0.05, 0.25]);
         let found = grave(&tables, gear * rng.random_range(0.95..1.05));
         assert!(found.is_empty(), "{found:#?}");
+    }
+}
+
+/// A recording at rest of a geared joint: noise and counts alone, by the sizes of encoders that are in use; some are not declared.
+fn rests(rng: &mut StdRng, gear: f64) -> (String, BTreeMap<String, Columns>) {
+    let mut size = |least: f64, most: f64| (least.ln() + rng.random::<f64>() * (most / least).ln()).exp();
+    let counts = [size(1e-4, 0.3), size(1e-5, 2e-4), size(0.1, 5.0)];
+    let noise = [0, 1, 2].map(|k| counts[k] * size(0.05, 1.0));
+    let step = size(1e-3, 1e-2);
+    let mut case =
+        String::from("model = \"TwoMassJoint\"\ntrain = [\"a.csv\", \"b.csv\", \"c.csv\"]\n[parameters]\n");
+    for (k, name) in ["motorAngle", "loadAngle"].into_iter().enumerate() {
+        if rng.random_bool(0.7) {
+            case += &format!("[channels.{name}]\nresolution = {:e}\nnoise = {:e}\n", counts[k], noise[k]);
+        }
+    }
+    let mut tables = swings(rng, gear);
+    let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+    let mut read = |k: usize, at: f64| ((at + noise[k] * normal()) / counts[k]).round() * counts[k];
+    let time: Vec<f64> = (0..300).map(|k| step * f64::from(k)).collect();
+    let mut rows = |k: usize| time.iter().map(|_| read(k, 0.0)).collect::<Vec<_>>();
+    let [motor, load, rate] = [rows(0), rows(1), rows(2)];
+    let all = [("motorAngle", motor), ("motorVelocity", rate), ("loadAngle", load), ("time", time)];
+    tables.insert("c.csv".into(), all.map(|(n, v)| (n.to_owned(), v)).into());
+    (case, tables)
+}
+
+#[test]
+fn a_joint_at_rest_contradicts_nothing() {
+    let (mut rng, _) = drawn();
+    for _ in 0..60 {
+        let gear = 10.0 * 5e3_f64.powf(rng.random::<f64>());
+        let (case, tables) = rests(&mut rng, gear);
+        let found = grave_in(&case, &tables, gear);
+        let at_rest: Vec<_> = found.iter().filter(|f| f.file.ends_with("c.csv")).collect();
+        assert!(at_rest.is_empty(), "gear {gear}: {at_rest:#?}");
     }
 }
 

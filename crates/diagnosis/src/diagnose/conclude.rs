@@ -17,7 +17,7 @@ use super::{
 };
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::replay::{CompleteModel, DRAWS, FittedReplay, FreeRunFit, ReplayedReadings, joined};
+use crate::engine::replay::{CompleteModel, FittedReplay, FreeRunFit, ReplayedReadings, joined};
 use crate::engine::search::{CaseSearch, FittedSet};
 use crate::engine::select::{SearchResult, same};
 use crate::experiment;
@@ -84,10 +84,10 @@ pub(super) fn conclude(
         notes.push(format!("recordings for fitting, each left out in turn: what explains the others leaves {:.0} % in it, the refitted model {:.0} %: nothing is claimed", 100.0 * l.with, 100.0 * l.tuned));
     }
     let window = search.window();
-    // Of a set that was found by evidence its own values come first, unless gains or offsets of inputs are estimated: the interval
-    // about them would be that of the balances there.
+    // Of a set that was found by evidence its own values come first, unless gains, offsets or delays are estimated: the interval about
+    // them would be that of the balances there.
     let reported = |prescribed: &FittedSet, free: &[&FreeRunFit]| {
-        let scaled = |own: &FittedSet| own.stated.unknowns.iter().any(|u| u.target.is_of_input_sensor());
+        let scaled = |own: &FittedSet| own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
         let alike = |own: &&FittedSet| same(&own.stated.set, &prescribed.stated.set);
         let own = by_evidence.as_ref().filter(|own| alike(own) && !scaled(own));
         let prescribed: Vec<&FittedSet> = own.into_iter().chain([prescribed]).collect();
@@ -155,9 +155,7 @@ pub(super) fn conclude(
         ));
     }
     let fitted_replay = search.fitted_replay(&after.complete, runs).map_err(nominal)?;
-    let floors = search
-        .floors_around(&after.complete, runs, &fitted_replay, (options.seed, DRAWS))
-        .map_err(nominal)?;
+    let floors = search.floors(&after.complete, runs, options.seed).map_err(nominal)?;
     let traces = traces(runs, [&ground.before, &tuned.shown, &after.shown], &floors);
     let models = [&before, &tuned.complete, &after.complete];
     let windowed = window.and_then(|w| windowed(search, models, &ground, &fitted_replay, (w, options.seed)));

@@ -197,6 +197,7 @@ impl<'a> DecisionBuilder<'a> {
         let own = self.findings.names.iter().zip(&found.theta);
         let mut values: Vec<(Option<usize>, String, f64)> =
             own.map(|(name, value)| (None, name.clone(), *value)).collect();
+        values.extend(found.offsets.iter().map(|(name, run, value)| (Some(*run), name.clone(), *value)));
         for (cause, h) in found.causes.iter().zip(&stated.set) {
             let HypothesisClaim::Effect(choice) = h.claim else { continue };
             let names = |name: &str| [h.here(&choice.variable(name)), h.here(name), name.to_owned()];
@@ -212,7 +213,7 @@ impl<'a> DecisionBuilder<'a> {
                 continue;
             };
             // What exceeds another is distinguished from it by the engine, too.
-            let own = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.is_of_input_sensor();
+            let own = matches!(u.target, BalanceTarget::Parameter(_)) || u.target.is_of_sensor();
             let set = own || u.target.shifts();
             if set || matches!(u.target, BalanceTarget::Above { .. }) {
                 *x = u.scale.coordinate(value.clamp(u.lower, u.upper));

@@ -1,5 +1,6 @@
 //! Leave-one-out over the recordings for fitting: a search that has not seen one of them.
 
+use super::kept::SearchMemory;
 use super::recordings::PreparedCase;
 use super::replay::FreeRunFit;
 use super::search::{CaseSearch, FittedSet};
@@ -39,7 +40,8 @@ impl Fold {
         expected.push(left);
         let (sizes, causes, drifting_starts) =
             (all.sizes.clone(), all.causes.clone(), all.drifting_starts.clone());
-        CaseSearch { case: &self.case, sizes, causes, prescribed, expected, drifting_starts }
+        let memory = SearchMemory::default();
+        CaseSearch { case: &self.case, sizes, causes, prescribed, expected, drifting_starts, memory }
     }
 
     /// Fits a set to the others, free-running, from the estimate from all recordings: as it ran freely, or else as the balances have

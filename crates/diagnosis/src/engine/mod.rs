@@ -8,6 +8,7 @@ pub mod decide;
 pub mod floors;
 pub mod fold;
 pub mod hypothesis;
+mod kept;
 #[cfg(test)]
 pub(crate) mod made;
 pub mod octaves;

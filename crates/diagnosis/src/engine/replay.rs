@@ -194,6 +194,12 @@ impl CaseSearch<'_> {
     /// Fits a set once more, free-running, from the estimate that the recordings gave: first states alone, then everything.
     pub fn polish(&self, from: &FittedSet, iterations: usize) -> FreeRunFit {
         let before = CompleteModel { stated: from.stated.clone(), theta: from.theta.clone() };
+        self.memory.polished((before.clone(), &from.information, iterations), || {
+            self.polish_from(before, from, iterations)
+        })
+    }
+
+    fn polish_from(&self, before: CompleteModel, from: &FittedSet, iterations: usize) -> FreeRunFit {
         let train = &self.case.train;
         let Ok(fitted_replay) = self.fitted_replay(&before, train) else {
             return FreeRunFit { complete: before, misfit: f64::INFINITY, fitted: None };
@@ -329,7 +335,9 @@ impl CaseSearch<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        self.floors_around(complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS))
+        self.memory.floors(self.case, (complete, runs, seed), || {
+            self.floors_around(complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS))
+        })
     }
 
     /// The same around recordings that are determined already; noise is drawn so often from this seed.

@@ -14,6 +14,7 @@ use trueup_models::{effect, joint};
 use super::balance::GriddedRecording;
 use super::floors::{self, Floors};
 use super::hypothesis::{self, Hypothesis, PosedHypothesis};
+use super::kept::SearchMemory;
 use super::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Belief};
 use super::recordings::PreparedCase;
 use super::subject::EngineModel;
@@ -169,6 +170,8 @@ pub struct CaseSearch<'a> {
     pub expected: Vec<Vec<f64>>,
     /// Where first states that no recording shows begin, by recording and state.
     pub(super) drifting_starts: BTreeMap<(String, String), f64>,
+    /// What was computed of models.
+    pub(super) memory: SearchMemory,
 }
 
 impl<'a> CaseSearch<'a> {
@@ -179,15 +182,12 @@ impl<'a> CaseSearch<'a> {
     pub fn new(case: &'a PreparedCase, seed: u64) -> Result<Self, String> {
         let runs: Vec<&IdentificationRun> = case.train.iter().map(|c| &c.run).collect();
         let subject = &case.subject;
-        let sizes = TypicalSizes::of(&Rig {
-            plant: subject.plant,
-            flexible: &subject.flexible,
-            values: &case.nominal,
-            runs: &runs,
-        });
+        let (plant, flexible, values) = (subject.plant, &subject.flexible, &case.nominal);
+        let sizes = TypicalSizes::of(&Rig { plant, flexible, values, runs: &runs });
         let causes = hypothesis::all(case);
         let Floors { prescribed, expected } = floors::floors(case, seed)?;
-        let mut own = Self { case, sizes, causes, prescribed, expected, drifting_starts: BTreeMap::new() };
+        let (starts, memory) = (BTreeMap::new(), SearchMemory::default());
+        let mut own = Self { case, sizes, causes, prescribed, expected, drifting_starts: starts, memory };
         own.drifting_starts = own.drifting_starts();
         Ok(own)
     }

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::coordinate::median_step;
+use super::kept::SearchMemory;
 use super::problem::Compared;
 use super::recordings::{PreparedCase, first_states};
 use super::search::{CaseSearch, FittedSet};
@@ -40,6 +41,7 @@ impl Stretches {
             prescribed: Vec::new(),
             expected: Vec::new(),
             drifting_starts,
+            memory: SearchMemory::default(),
         }
     }
 }

@@ -45,9 +45,9 @@ impl BalanceTarget {
     pub fn is_of_sensor(self) -> bool {
         matches!(self, Self::Offset(_) | Self::Gain(_) | Self::InputOffset(_) | Self::InputGain(_))
     }
-    /// It is of the sensor of an input.
-    pub fn is_of_input_sensor(self) -> bool {
-        matches!(self, Self::InputOffset(_) | Self::InputGain(_))
+    /// It is a gain, an offset or a delay that the case has estimated.
+    pub fn is_of_case_sensor(self) -> bool {
+        self.is_of_sensor() || matches!(self, Self::TotalSensorDelay(_) | Self::InputSensorDelay(_))
     }
     /// It changes when things happen.
     pub fn shifts(self) -> bool {
@@ -61,7 +61,7 @@ impl BalanceTarget {
 }
 
 /// One unknown.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BalanceUnknown {
     /// FMU variable, or a description.
     pub name: String,

@@ -47,6 +47,8 @@ impl AmplitudePriors {
 pub struct SetEvidence {
     /// Log evidence, nats.
     pub log: f64,
+    /// Log likelihood with the squares of the priors at the posterior mode, nats: the evidence without the volumes.
+    pub penalised: f64,
     /// Amplitudes at the posterior mode.
     pub amplitudes: Vec<f64>,
     /// What is left of the data with the priors, as a sum of squares.
@@ -68,7 +70,7 @@ pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
     let factor = ridges.iter().find_map(|e| Cholesky::new(&scaled + DMatrix::identity(n, n) * *e));
     let Some(factor) = factor else {
         let (log, squares) = (f64::NEG_INFINITY, f64::INFINITY);
-        return SetEvidence { log, amplitudes: vec![0.0; n], squares, count: g.count };
+        return SetEvidence { log, penalised: log, amplitudes: vec![0.0; n], squares, count: g.count };
     };
     let right = DVector::from_fn(n, |i, _| b[i] / scale[i]);
     let solved = factor.solve(&right);
@@ -78,7 +80,8 @@ pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
     let squares = g.product(0, 0) + prior - explained;
     let volume: f64 = (0..n).map(|i| factor.l_dirty()[(i, i)].ln() + scale[i].ln()).sum();
     let width: f64 = weight.iter().map(|w| w.ln()).sum();
-    let mut log = -0.5 * (squares + g.log_variance) - volume + 0.5 * width; // (EST-5)
+    let penalised = -0.5 * (squares + g.log_variance);
+    let mut log = penalised - volume + 0.5 * width; // (EST-5)
     // A longer step of a parameter was linearised elsewhere; all together change nothing, hence the median.
     let steps = &amplitudes[..priors.parameters];
     let middle = if steps.len() > 2 { median(steps.to_vec()) } else { 0.0 };
@@ -87,5 +90,5 @@ pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
     if !log.is_finite() {
         log = f64::NEG_INFINITY;
     }
-    SetEvidence { log, amplitudes, squares, count: g.count }
+    SetEvidence { log, penalised, amplitudes, squares, count: g.count }
 }

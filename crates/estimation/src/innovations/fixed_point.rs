@@ -25,9 +25,11 @@ const SLOPE: [[f64; 2]; 2] = [[-0.8, 4.0], [-0.8, 300.0]];
 pub struct FixedPoint {
     /// Log evidence, nats.
     pub evidence: f64,
+    /// Log likelihood with the squares of the priors, nats.
+    pub penalised: f64,
     /// Amplitudes of the laws, one after the other.
     pub amplitudes: Vec<f64>,
-    /// Differences of the encoders' zeros, in units of their column.
+    /// What the rig adds to readings, then differences of the encoders' zeros, in units of their columns.
     pub zeros: Vec<f64>,
     /// Intensities.
     pub q: Vec<f64>,
@@ -78,6 +80,7 @@ impl InnovationsFrame {
             let count = found.count;
             let now = FixedPoint {
                 evidence: found.log,
+                penalised: found.penalised,
                 amplitudes: amplitudes.to_vec(),
                 zeros: zeros.clone(),
                 q: q.clone(),
@@ -116,7 +119,7 @@ impl InnovationsFrame {
         }
     }
 
-    /// The trajectory with laws in force at these amplitudes, and the encoders' zeros put right.
+    /// The trajectory with laws in force at these amplitudes, and what the rig adds and the encoders' zeros put right.
     pub fn put_in_force(&mut self, laws: &[AppliedLaw], amplitudes: &[f64], zeros: &[f64], q: &[f64]) {
         self.take_tangent(laws, amplitudes);
         let nuisances = self.nuisances().0;

@@ -1,5 +1,6 @@
 //! A plant with its recordings, the nuisances that the data decide, and the smoothed trajectory.
 
+use std::borrow::Cow;
 use std::rc::Rc;
 
 use super::bank::gains_of_bank;
@@ -7,7 +8,7 @@ use super::column::{AppliedLaw, FilterColumn, OwnForces};
 use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use super::filter_data::{DataColumn, FilterGains, FilterInput};
 use super::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
-use super::intake::{NodeIntake, input_force};
+use super::intake::{IntakeChannel, NodeIntake, input_force};
 use super::known_effects::{KnownEffects, KnownPoint};
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows, StepOrder};
 use super::numeric::{over_steps, quantile};
@@ -84,8 +85,9 @@ impl InnovationsFrame {
         let all = frame.runs.iter().flat_map(|r| r.speed.iter().map(|v| v.abs()));
         frame.usual_speed = quantile(all.collect(), 0.97);
         let encoder = intake.channel_of(frame.driven_state()).unwrap_or(0);
-        let resolution = intake.channels.get(encoder).map_or(0.0, |c| c.resolution);
-        frame.least_rest = (2.0 * resolution / 0.016).max(1e-4 * frame.usual_speed);
+        let slowest = |c: &IntakeChannel| 2.0 * c.resolution / if c.angle { 0.016 } else { 1.0 };
+        let slowest = intake.channels.get(encoder).map_or(0.0, slowest);
+        frame.least_rest = slowest.max(1e-4 * frame.usual_speed);
         frame.rest = frame.least_rest.max(0.003 * frame.usual_speed);
         frame.signs_from_readings();
         frame.linearise();
@@ -109,7 +111,14 @@ impl InnovationsFrame {
     }
     /// Level of dry friction in hand, N.m.
     pub fn dry_level(&self) -> f64 {
-        self.plant.coordinates()[self.driven()].dry.map_or(0.0, |k| self.theta[k])
+        self.dry_level_of(&self.theta)
+    }
+    fn dry_level_of(&self, theta: &[f64]) -> f64 {
+        self.plant.coordinates()[self.driven()].dry.map_or(0.0, |k| theta[k])
+    }
+    /// Parameters of the plant in hand as they are in a recording.
+    pub fn parameters_in(&self, recording: usize) -> Cow<'_, [f64]> {
+        self.intake.rig.parameters_in(&self.theta, recording)
     }
     /// Nominal value and relative standard deviation of a parameter in hand.
     pub fn believed(&self, k: usize) -> [f64; 2] {
@@ -140,7 +149,7 @@ impl InnovationsFrame {
         if size == 0 {
             return;
         }
-        let own = self.plant.model_parameters(&self.theta);
+        let own = self.plant.model_parameters(&self.parameters_in(recording));
         let numbers = &self.rig_numbers()[self.rig_numbers().len() - effects.numbers.len()..];
         let inputs: Vec<Vec<f64>> =
             (0..self.plant.input_forces().len()).map(|i| self.input_means(recording, i)).collect();
@@ -175,11 +184,14 @@ impl InnovationsFrame {
 
     /// Rule of signs of a recording.
     pub fn sign_rule(&self, recording: usize) -> SignRule {
-        let drive = self.plant.input_forces().first().map_or(0.0, |i| i.per_unit(&self.theta));
+        let theta = self.parameters_in(recording);
+        let drive = self.plant.input_forces().first().map_or(0.0, |i| i.per_unit(&theta));
         let samples = self.intake.recordings[recording].inputs.first().and_then(Option::as_ref);
         let largest = samples.map_or(0.0, |i| i.values.iter().fold(0.0, |m: f64, v| m.max(v.abs())));
         let dt = self.runs[recording].dt;
-        SignRule { rest: self.rest, level: self.dry_level(), drive: drive * largest, dt }
+        let level = self.dry_level_of(&theta);
+        let breakaway = level * self.plant.coordinates()[self.driven()].breakaway;
+        SignRule { rest: self.rest, level, breakaway, drive: drive * largest, dt }
     }
     /// Signs again from the speed of the readings.
     pub fn signs_from_readings(&mut self) {
@@ -218,12 +230,16 @@ impl InnovationsFrame {
     /// Steps and rows about the parameters in hand, where they are not those.
     pub fn linearise(&mut self) {
         let point: Vec<f64> = self.theta.iter().chain(&self.feedback.0).copied().collect();
-        let linear = LinearPoint { plant: &*self.plant, theta: &self.theta, feedback: &self.feedback };
         let driven = self.driven();
         let held = (0..self.coordinates()).map(|c| self.plant.held_with(driven, c)).collect();
         let modes = [vec![false; self.coordinates()], held];
         let states: Vec<usize> = self.intake.channels.iter().map(|c| c.state).collect();
-        for r in &mut self.runs {
+        let rig = &self.intake.rig;
+        let numbers = &self.theta[self.plant.parameters().len()..];
+        let factors: Vec<f64> = (0..states.len()).map(|c| rig.of_reading(numbers, c)).collect();
+        for (k, r) in self.runs.iter_mut().enumerate() {
+            let theta = &*rig.parameters_in(&self.theta, k);
+            let linear = LinearPoint { plant: &*self.plant, theta, feedback: &self.feedback };
             let old = Some(&r.linear).filter(|l| l.point == point);
             if old.is_some_and(|l| Rc::ptr_eq(&l.signs, &r.signs)) {
                 continue;
@@ -232,7 +248,8 @@ impl InnovationsFrame {
                 || modes.iter().map(|m| PlantStep::new(&linear, m, r.dt)).collect(),
                 |l| l.steps.clone(),
             );
-            let rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
+            let mut rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
+            rows.scale(&factors, [linear.size(), modes[0].len()]);
             let signs = r.signs.clone();
             r.linear = Rc::new(Linearisation { point: point.clone(), signs, steps, rows });
         }
@@ -249,13 +266,14 @@ impl InnovationsFrame {
         let raw = &self.intake.recordings[recording];
         let unit = self.plant.usual_force();
         let (states, forces, channels) = (self.plant.states(), self.coordinates(), self.channels());
+        let theta = self.parameters_in(recording);
         let mut white = vec![0.0; forces];
-        self.plant.white_shares(&self.theta, &mut white);
+        self.plant.white_shares(&theta, &mut white);
         white.iter_mut().for_each(|w| *w *= self.white * unit);
         if let (Some(input), Some(Some(samples))) = (self.plant.input_forces().first(), raw.inputs.first()) {
             let noise = self.intake.input_noise / samples.samples_per_step().max(1.0).sqrt();
             let w = &mut white[input.coordinate];
-            *w = w.hypot(input.per_unit(&self.theta) * noise);
+            *w = w.hypot(input.per_unit(&theta) * noise);
         }
         let latent: Vec<f64> = q.iter().map(|q| q * unit).collect();
         let size = states + forces;
@@ -304,16 +322,17 @@ impl InnovationsFrame {
     /// The forces on a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
     fn known(&self, recording: usize, own: Option<&OwnForces>) -> Vec<Vec<f64>> {
         let r = &self.runs[recording];
+        let theta = self.parameters_in(recording);
         let mut all = vec![vec![0.0; r.nodes]; self.coordinates()];
         for (k, force) in self.plant.input_forces().iter().enumerate() {
             let means = self.input_means(recording, k);
             let sum = all[force.coordinate].iter_mut();
-            sum.zip(input_force(force, &self.theta, &means)).for_each(|(s, f)| *s += f);
+            sum.zip(input_force(force, &theta, &means)).for_each(|(s, f)| *s += f);
         }
         for (sum, f) in all.iter_mut().zip(self.known_forces(recording)) {
             sum.iter_mut().zip(f).for_each(|(s, f)| *s += f);
         }
-        let level = self.dry_level();
+        let level = self.dry_level_of(&theta);
         let friction = all[self.driven()].iter_mut();
         friction.zip(&r.signs.mean).for_each(|(s, m)| *s -= level * m);
         if let Some(own) = own {

@@ -6,6 +6,7 @@
 
 use std::rc::Rc;
 
+use trueup_signals::noise::{by_differences, second_differences};
 use trueup_signals::{Channel, Interpolation, Loaded, Recording};
 
 use super::numeric::median;
@@ -25,8 +26,10 @@ const UNRESOLVED: f64 = 5e-4;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NodesError {
     /// Nothing holds the trajectory.
-    #[error("{case}: no angle was recorded in all of train; record motorAngle or loadAngle in each of them")]
-    NoAngle {
+    #[error(
+        "{case}: no angle or rate was recorded in all of train; record motorAngle or loadAngle in each of them"
+    )]
+    NoReading {
         /// Which case.
         case: String,
     },
@@ -172,8 +175,12 @@ impl NodeIntake {
         for (reading, r) in plant.readings().iter().enumerate().filter(|(_, r)| enough(r.name)) {
             let sensor = train.iter().find_map(|t| t.channel(r.name)).map(|c| c.sensor.clone());
             let sensor = sensor.unwrap_or_default();
-            let resolution = sensor.resolution.unwrap_or(0.0) * r.factor;
-            let noise = sensor.noise.unwrap_or(0.0) * r.factor;
+            let factor = r.factor / sensor.believed_gain().abs();
+            let resolution = sensor.resolution.unwrap_or(0.0) * factor;
+            let noise = sensor.deviation().map_or_else(
+                || if r.angle { 0.0 } else { by_readings(&train, r.name) },
+                |_| sensor.noise.unwrap_or(0.0),
+            ) * factor;
             // Where the rounding alone was declared as noise it is not counted twice.
             let rounding = (noise - resolution / 12f64.sqrt()).abs() < 0.02 * resolution;
             let white = if rounding { 0.0 } else { noise * noise };
@@ -188,13 +195,13 @@ impl NodeIntake {
                 variance: (counting + white) * colour(loaded, r.name) + floor + 1e-300,
             });
         }
-        if !channels.iter().any(|c| c.angle) {
-            return Err(NodesError::NoAngle { case: loaded.case.file.display().to_string() });
+        if channels.is_empty() {
+            return Err(NodesError::NoReading { case: loaded.case.file.display().to_string() });
         }
         let drive = plant.input_forces().first().map_or("", |i| i.name);
         let known = train.iter().find_map(|r| r.channel(drive)).and_then(|c| c.sensor.noise);
         let recordings = train.iter().map(|r| recording(r, plant, &channels)).collect::<Result<_, _>>()?;
-        let rig = Rc::new(RigTerms::new(loaded, plant));
+        let rig = Rc::new(RigTerms::new(loaded, plant, &channels));
         Ok(Self { recordings, channels, input_noise: known.unwrap_or(0.0), rig })
     }
 
@@ -210,6 +217,12 @@ impl NodeIntake {
     pub fn zero(&self) -> f64 {
         self.channels.iter().filter(|c| c.angle).map(|c| c.resolution).sum()
     }
+}
+
+/// Noise of a rate that is not declared: of an angle what no model resolves is its least error.
+fn by_readings(train: &[&Recording], channel: &str) -> f64 {
+    let all = train.iter().filter_map(|r| r.channel(channel)).flat_map(|c| second_differences(&c.values));
+    by_differences(&all.collect::<Vec<_>>(), 6.0)
 }
 
 /// Variance of a mean of coloured noise over that of white noise, from a recording at rest.
@@ -246,9 +259,10 @@ fn recording(
     if times.len() <= FEW {
         return Err(UnfitRecording::Short { recording: r.name.clone(), samples: times.len() });
     }
-    // A channel whose delay is declared shows what was so much earlier.
+    // A channel whose delay is declared shows what was so much earlier: before all channels show something is no node.
     let shown = || r.channels.iter().flat_map(shown_at);
-    let (first, last) = (shown().fold(f64::MAX, f64::min), shown().fold(f64::MIN, f64::max));
+    let last = shown().fold(f64::MIN, f64::max);
+    let first = if delayed { begun(r) } else { shown().fold(f64::MAX, f64::min) };
     let gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
     let sample = median(gaps.clone());
     let dt = if sample < 6e-3 {
@@ -280,16 +294,22 @@ fn recording(
     Ok(IntakeRecording { name: r.name.clone(), dt, nodes, stamp, inputs, means, readings })
 }
 
+/// First time that all channels with samples show, s.
+pub(super) fn begun(r: &Recording) -> f64 {
+    r.channels.iter().filter_map(|c| shown_at(c).next()).fold(f64::MIN, f64::max)
+}
+
 /// Times of what the samples of a channel show, s.
-fn shown_at(c: &Channel) -> impl Iterator<Item = f64> {
+pub(super) fn shown_at(c: &Channel) -> impl Iterator<Item = f64> {
     c.time.iter().map(|t| t - c.sensor.delay)
 }
 
 fn by_node(c: &Channel, factor: f64, first: f64, dt: f64, nodes: usize) -> NodeReadings {
     let mut out = NodeReadings::default();
-    let mut begin = 0;
+    let values = c.believed();
     let times: Vec<f64> = shown_at(c).map(|t| t - first).collect();
     let time = |k: usize| times[k];
+    let mut begin = times.partition_point(|t| *t < -0.5 * dt);
     let node = |k: usize| ((time(k) / dt).round_ties_even().max(0.0) as usize).min(nodes - 1);
     while begin < c.len() {
         let at = node(begin);
@@ -299,7 +319,7 @@ fn by_node(c: &Channel, factor: f64, first: f64, dt: f64, nodes: usize) -> NodeR
         let middle = mean(&time);
         out.node.push(at);
         out.count.push(count);
-        out.mean.push(mean(&|k| c.values[k] * factor));
+        out.mean.push(mean(&|k| values[k] * factor));
         out.time.push(middle);
         out.spread.push(mean(&|k| (time(k) - middle).powi(2)));
         out.counted.push(middle > START);

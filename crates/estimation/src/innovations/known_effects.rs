@@ -37,7 +37,7 @@ pub struct KnownNumber {
 }
 
 impl KnownNumber {
-    /// The value that a number stands for.
+    /// The value that a number gives.
     pub fn value(&self, number: f64) -> f64 {
         if self.unit == 0.0 { self.assumed * number } else { self.assumed + (number - 1.0) * self.unit }
     }

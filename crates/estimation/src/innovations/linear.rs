@@ -173,6 +173,17 @@ pub struct ReadingRows {
 }
 
 impl ReadingRows {
+    /// The rows of each channel times its factor; with so many states, and so many coordinates.
+    pub fn scale(&mut self, factors: &[f64], [size, forces]: [usize; 2]) {
+        if factors.iter().all(|f| *f == 1.0) {
+            return;
+        }
+        for (all, numbers) in [(&mut self.h, size), (&mut self.direct, forces)] {
+            let rows = all.chunks_mut(numbers).zip(factors.iter().cycle());
+            rows.for_each(|(row, f)| row.iter_mut().for_each(|x| *x *= f));
+        }
+    }
+
     /// Of readings of `states` with `moments` (m1, m2, m3 of their times by node and channel), where `mode` of each node is an
     /// index of `modes`.
     pub fn new(

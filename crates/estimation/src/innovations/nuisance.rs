@@ -1,4 +1,4 @@
-//! What is unknown of every model: relative changes of the parameters, and the zeros of the encoders.
+//! What is unknown of every model: relative changes of the parameters, what adds to readings, and the zeros of the encoders.
 //!
 //! Forces of parameters come from the model's own rates along the smoothed trajectory, never from a smoothed acceleration and
 //! never from a latent: else their sum would be what is left of the data, and all of them would shrink together.
@@ -6,12 +6,13 @@
 use super::column::{ColumnPart, FilterColumn};
 use super::evidence::AmplitudePriors;
 use super::frame::InnovationsFrame;
+use super::numeric::gradient;
 use super::plant::StepMeans;
-use super::rig::RigNumber;
+use super::rig::{AddedNumber, AddedTerm, RigNumber};
 
 impl InnovationsFrame {
-    /// Columns of the unknown parameters (relative changes) and of the zeros of further angles, with their priors about the
-    /// point in hand.
+    /// Columns of the unknown parameters (relative changes), of what a rig adds to readings, and of the zeros of further angles,
+    /// with their priors about the point in hand.
     pub fn nuisances(&self) -> (Vec<FilterColumn>, AmplitudePriors) {
         let mut priors = AmplitudePriors { parameters: self.unknown.len(), ..AmplitudePriors::default() };
         let forces: Vec<_> = (0..self.runs.len()).map(|k| self.sensitivities(k)).collect();
@@ -22,6 +23,11 @@ impl InnovationsFrame {
             priors.mean.push(ratio - 1.0);
             priors.deviation.push(deviation * ratio);
             columns.push(forces.iter().map(|f| f[i].clone()).collect());
+        }
+        for term in &self.intake.rig.added {
+            columns.push((0..self.runs.len()).map(|k| self.added_part(term, k)).collect());
+            priors.mean.push(term.mean);
+            priors.deviation.push(1.0);
         }
         for (c, _) in self.intake.channels.iter().enumerate().filter(|(_, c)| c.angle).skip(1) {
             let zero = self.intake.zero();
@@ -43,6 +49,9 @@ impl InnovationsFrame {
             (0..self.plant.input_forces().len()).map(|i| self.input_means(recording, i)).collect();
         let (mut own, mut input) = (vec![0.0; forces], vec![0.0; inputs.len()]);
         let parameters = self.plant.parameters().len();
+        let theta = self.parameters_in(recording);
+        let rig = &self.intake.rig;
+        let mut gear = vec![vec![0.0; r.nodes]; forces];
         let mut all = vec![0.0; parameters * forces];
         let known = self.known_forces(recording);
         for t in 0..r.nodes {
@@ -54,14 +63,13 @@ impl InnovationsFrame {
             input.iter_mut().zip(&inputs).for_each(|(u, m)| *u = m[t]);
             sign[self.driven()] = r.signs.mean[t];
             let means = StepMeans { state: &state, input: &input, sign: &sign, own: &own };
-            self.plant.sensitivities(&self.theta, &means, &mut all); // (EST-11)
-            for (s, k) in series.iter_mut().zip(&self.unknown).filter(|(_, k)| **k < parameters) {
-                (0..forces).for_each(|c| s[c][t] = all[forces * k + c]);
+            self.plant.sensitivities(&theta, &means, &mut all); // (EST-11)
+            if let Some(k) = rig.geared_inertia() {
+                gear.iter_mut().enumerate().for_each(|(c, g)| g[t] = -2.0 * all[forces * k + c]);
             }
-        }
-        for (s, k) in series.iter_mut().zip(&self.unknown).filter(|(_, k)| **k >= parameters) {
-            if let Some((on, forces)) = self.rig_column(*k - parameters, &inputs) {
-                s[on] = forces;
+            let common = |k: &usize| *k < parameters && !rig.is_own(*k, recording);
+            for (s, k) in series.iter_mut().zip(&self.unknown).filter(|(_, k)| common(k)) {
+                (0..forces).for_each(|c| s[c][t] = all[forces * k + c]);
             }
         }
         self.add_effect_columns(recording, &mut series);
@@ -72,7 +80,60 @@ impl InnovationsFrame {
             }
             part
         };
-        series.into_iter().map(part).collect()
+        let mut parts: Vec<ColumnPart> = series.into_iter().map(part).collect();
+        for (p, k) in parts.iter_mut().zip(&self.unknown).filter(|(_, k)| **k >= parameters) {
+            if let Some(of_rig) = self.rig_part(*k - parameters, recording, &inputs, &gear) {
+                *p = of_rig;
+            }
+        }
+        parts
+    }
+
+    /// What the model shows of a channel along the smoothed trajectory, and its rate, by node.
+    fn shown(&self, recording: usize, channel: usize) -> [Vec<f64>; 2] {
+        let (r, channels) = (&self.runs[recording], self.channels());
+        let size = r.states.len() / r.nodes;
+        let row = |t: usize| &r.linear.rows.h[size * (channels * t + channel)..][..size];
+        let state = |t: usize| &r.states[size * t..size * (t + 1)];
+        let shown = |t: usize| row(t).iter().zip(state(t)).map(|(h, x)| h * x).sum::<f64>();
+        let c = &self.intake.channels[channel];
+        let coordinate = &self.plant.coordinates()[self.plant.readings()[c.reading].coordinate];
+        let factor = self.intake.rig.of_reading(self.rig_numbers(), channel);
+        let read: Vec<f64> = (0..r.nodes).map(shown).collect();
+        let rate = if c.angle {
+            r.state(coordinate.velocity).iter().map(|v| factor * v).collect()
+        } else {
+            gradient(&read).iter().map(|v| v / r.dt).collect()
+        };
+        [read, rate]
+    }
+
+    /// What adds to the readings of a recording, where its number is 1.
+    fn added_part(&self, term: &AddedTerm, recording: usize) -> ColumnPart {
+        let r = &self.runs[recording];
+        // (EST-19)
+        match term.of {
+            AddedNumber::ReadingOffset { channel, recording: own } if own == recording => {
+                ColumnPart::reading(channel, vec![term.size; r.nodes])
+            }
+            AddedNumber::ReadingOffset { .. } => ColumnPart::default(),
+            AddedNumber::ReadingDelay(c) => {
+                let [_, rate] = self.shown(recording, c);
+                ColumnPart::reading(c, rate.iter().map(|v| -term.size * v).collect())
+            }
+            AddedNumber::InputDelay(k) => {
+                let Some(input) = &self.intake.recordings[recording].inputs[k] else {
+                    return ColumnPart::default();
+                };
+                let force = &self.plant.input_forces()[k];
+                let [factor, _] = self.intake.rig.of_input(self.rig_numbers(), k);
+                let unit = term.size * factor * force.per_unit(&self.parameters_in(recording)) / r.dt;
+                // It acted before the record has it: at its half a step later less that half a step before.
+                let [later, before] = [-0.5, 0.5].map(|x| input.delayed(x * r.dt));
+                let rise = later.iter().zip(&before).map(|(a, b)| unit * (a - b));
+                ColumnPart::force(force.coordinate, rise.collect())
+            }
+        }
     }
 
     /// Forces of relative changes of the numbers of known effects.
@@ -90,22 +151,54 @@ impl InnovationsFrame {
         });
     }
 
-    /// Coordinate and force of a relative change of gain or offset of an input, `None` of another number; `inputs`: means as in hand.
-    fn rig_column(&self, term: usize, inputs: &[Vec<f64>]) -> Option<(usize, Vec<f64>)> {
-        let (t, number) = (&self.intake.rig.terms[term], self.rig_numbers()[term]);
+    /// A relative change of a number of the rig in a recording, `None` of a known effect; `inputs`: means as in hand, `gear`: forces on
+    /// the coordinates of an inertia behind the gear that is taken to be smaller by twice that.
+    fn rig_part(
+        &self,
+        term: usize,
+        recording: usize,
+        inputs: &[Vec<f64>],
+        gear: &[Vec<f64>],
+    ) -> Option<ColumnPart> {
+        let (rig, numbers) = (&self.intake.rig, self.rig_numbers());
+        let (t, number) = (&rig.terms[term], numbers[term]);
+        let theta = self.parameters_in(recording);
         let of_input = |k: usize, u: &dyn Fn(f64) -> f64| {
             let force = &self.plant.input_forces()[k];
-            let per_unit = force.per_unit(&self.theta);
-            Some((force.coordinate, inputs[k].iter().map(|x| per_unit * u(*x)).collect()))
+            let per_unit = force.per_unit(&theta);
+            ColumnPart::force(force.coordinate, inputs[k].iter().map(|x| per_unit * u(*x)).collect())
         };
         // (EST-16)
-        match t.of {
+        Some(match t.of {
             RigNumber::InputGain(k) => {
-                let [_, taken] = self.intake.rig.of_input(self.rig_numbers(), k);
+                let [_, taken] = rig.of_input(numbers, k);
                 of_input(k, &|u| u + taken)
             }
-            RigNumber::InputOffset(k) => of_input(k, &|_| -t.unit * number),
-            RigNumber::Effect(_) => None,
-        }
+            RigNumber::InputOffset(k) => {
+                let all = numbers.iter().zip(&rig.terms).map(|(n, t)| match t.of {
+                    RigNumber::GearRatio if rig.is_geared(k) => 1.0 / n,
+                    _ => 1.0,
+                });
+                let unit = -t.unit * number * all.product::<f64>();
+                of_input(k, &|_| unit)
+            }
+            RigNumber::ReadingGain(c) => ColumnPart::reading(c, self.shown(recording, c)[0].clone()),
+            RigNumber::GearRatio => {
+                let mut part = ColumnPart::default();
+                for (c, values) in gear.iter().enumerate() {
+                    part.forces.extend(ColumnPart::force(c, values.clone()).forces);
+                }
+                for k in (0..inputs.len()).filter(|k| rig.is_geared(*k)) {
+                    part.forces.extend(of_input(k, &|u| -u).forces);
+                }
+                for c in (0..self.channels()).filter(|c| rig.is_read_geared(*c)) {
+                    let [mut shown, _] = self.shown(recording, c);
+                    shown.iter_mut().for_each(|y| *y = -*y);
+                    part.readings.extend(ColumnPart::reading(c, shown).readings);
+                }
+                part
+            }
+            RigNumber::Effect(_) => return None,
+        })
     }
 }

@@ -26,6 +26,23 @@ pub struct ForcedCoordinate {
     pub velocity: usize,
     /// Parameter that is the level of its dry friction, N.m; `None`: the nominal plant has none there.
     pub dry: Option<usize>,
+    /// Torque at which it breaks away, in levels of its dry friction; 1 at least.
+    pub breakaway: f64,
+}
+
+/// A gear of which a plant's states are all on one side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GearTrain {
+    /// Its ratio as an FMU variable.
+    pub name: &'static str,
+    /// Turns of the states' side per turn of the other one.
+    pub ratio: f64,
+    /// Relative standard deviation of the ratio; `None`: it is known.
+    pub deviation: Option<f64>,
+    /// Coordinate whose readings and inputs are on the other side.
+    pub coordinate: usize,
+    /// Parameter that is an inertia on the other side.
+    pub inertia: usize,
 }
 
 /// A channel of which a state is the reading.
@@ -109,6 +126,10 @@ pub trait ForcedPlant {
     fn parameters(&self) -> &[BelievedParameter];
     /// Inputs by channel name, each with the parameter that scales it, the constant factor, and the coordinate on which it acts.
     fn input_forces(&self) -> &[InputForce];
+    /// Its gear; `None`: it has none.
+    fn gear(&self) -> Option<GearTrain> {
+        None
+    }
     /// Its elastic elements; none of a rigid plant.
     fn elements(&self) -> &[ElasticElement];
     /// Effects that the case declares.

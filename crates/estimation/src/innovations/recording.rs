@@ -13,6 +13,8 @@ use super::signs::DrySigns;
 
 /// First readings of a channel make its first state, s, and so many of them at least.
 const FIRST: (f64, usize) = (0.04, 6);
+/// Standard deviations of an unknown gain and offset that the first state has: the readings decide then.
+const UNSURE: f64 = 10.0;
 /// Standard deviation of the smoothing of a speed from readings, s.
 const SPEED: f64 = 0.016;
 
@@ -97,7 +99,9 @@ impl NodeRecording {
         let driven = plant.input_forces().first().map_or(0, |i| i.coordinate);
         let mut speed = vec![0.0; raw.nodes];
         let mut driven_is_read = false;
-        for (c, channel) in intake.channels.iter().enumerate().filter(|(_, c)| c.angle) {
+        // Without any angle the rates begin; where it is then does not matter, but for the twist.
+        let rates = !intake.channels.iter().any(|c| c.angle);
+        for (c, channel) in intake.channels.iter().enumerate().filter(|(_, c)| c.angle || rates) {
             let at: Vec<usize> = (0..raw.nodes).filter(|t| count[channels * t + c] > 0.0).collect();
             let time: Vec<f64> =
                 at.iter().map(|t| *t as f64 * raw.dt + moments[channels * t + c][0]).collect();
@@ -105,16 +109,24 @@ impl NodeRecording {
             let coordinate = plant.readings()[channel.reading].coordinate;
             let nodes: Vec<f64> = (0..raw.nodes).map(|t| t as f64 * raw.dt).collect();
             let even = interpolated(&nodes, &time, &values);
+            let smooth = gaussian(&even, SPEED / raw.dt);
             let own: Vec<f64> =
-                gradient(&gaussian(&even, SPEED / raw.dt)).iter().map(|v| v / raw.dt).collect();
+                if rates { smooth } else { gradient(&smooth).iter().map(|v| v / raw.dt).collect() };
             let usual = quantile(own.iter().map(|v| v.abs()).collect(), 0.97);
             let m = ((FIRST.0 / raw.dt) as usize).max(FIRST.1).min(time.len());
             let (value, slope) = cubic(&time[..m], &values[..m]);
             let r = channel.variance;
-            let variance = [
-                100.0 * r + 100.0 * channel.resolution.powi(2),
-                (10.0 * (slope * r).sqrt() + 0.02 * usual).powi(2),
-            ];
+            let noise = 100.0 * r + 100.0 * channel.resolution.powi(2);
+            // What is not known of gain and offset leaves the first readings next to no say.
+            let [gain, offset] = intake.rig.unsure(c).map(|x| UNSURE * x);
+            let unsure = (gain * value[0]).powi(2) + offset.powi(2);
+            let (value, variance) = if rates {
+                let twist = (3.0 * plant.usual_deflection()).powi(2);
+                ([0.0, value[0]], [twist, noise + unsure + (0.02 * usual).powi(2)])
+            } else {
+                let speed = (10.0 * (slope * r).sqrt() + 0.02 * usual).powi(2);
+                (value, [noise + unsure, speed + (gain * usual).powi(2)])
+            };
             seen[coordinate] = Some(FirstState { value, variance, usual_speed: usual });
             if coordinate == driven || !driven_is_read {
                 speed = own;

@@ -1,18 +1,27 @@
-//! What is known of a rig up to a number: gain and offset of an input, known effects. The numbers are refitted with the plant's parameters and
-//! follow these in `theta`; each is 1 where the rig is as was assumed.
+//! What is known of a rig up to a number: gains and offsets of inputs and readings, a gear ratio, delays, known effects. Numbers that
+//! multiply are refitted with the plant's parameters and follow these in `theta`; each is 1 where the rig is as was assumed. What adds
+//! to a reading has a column of its own, at 0 as was assumed.
 //!
 //! ```text
 //! u = n_g u' - (n_o - 1) U                    u' = (reading - offset) / gain, as assumed
 //! gain / n_g,  offset + (n_o - 1) U gain / n_g    are reported
+//! y' = n_y h(x, t - d) + o                    y' likewise; gain n_y, offset + gain o and delay + d are reported
 //! ```
 
-use trueup_signals::{Channel, Loaded, PriorGuess};
+use std::borrow::Cow;
 
+use trueup_signals::{Channel, Loaded, PriorGuess, SensorData};
+
+use super::intake::IntakeChannel;
 use super::known_effects::{KNOWN, UNIT};
-use super::plant::ForcedPlant;
+use super::plant::{ForcedPlant, GearTrain};
 
 /// Relative standard deviation of a gain where the case gives none, as balances have it.
 const GAIN: f64 = 0.5;
+/// Standard deviation of the offset of a reading of which nothing is known, in the range of its readings, as balances have it.
+const OFFSET: f64 = 0.1;
+/// Standard deviation of a delay of which nothing is known, s, as balances have it.
+const DELAY: f64 = 0.01;
 
 /// What a number of a rig is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +30,10 @@ pub enum RigNumber {
     InputGain(usize),
     /// Offset of an input.
     InputOffset(usize),
+    /// Gain of the readings of a channel, by index among those of the intake.
+    ReadingGain(usize),
+    /// The plant's gear ratio.
+    GearRatio,
     /// A number of the known effects.
     Effect(usize),
 }
@@ -40,11 +53,58 @@ pub struct RigTerm {
     pub deviation: f64,
 }
 
+/// What a number that adds is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AddedNumber {
+    /// Offset of the readings of a channel in one recording, by their indices in the intake.
+    ReadingOffset {
+        /// Which channel.
+        channel: usize,
+        /// Which recording.
+        recording: usize,
+    },
+    /// Delay of the readings of a channel.
+    ReadingDelay(usize),
+    /// Delay of an input, by index among the plant's input forces.
+    InputDelay(usize),
+}
+
+/// A number of a rig that adds to what is read, in its prior standard deviations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AddedTerm {
+    /// A channel with `.offset` or `.delay`.
+    pub name: String,
+    /// Offset or delay, and of what.
+    pub of: AddedNumber,
+    /// Value in its unit where the number is 0: that by which the readings were corrected.
+    pub assumed: f64,
+    /// By how much the value is larger where the number is 1: the standard deviation.
+    pub unit: f64,
+    /// The same as an error of the readings in the state's unit, of a delay in s.
+    pub size: f64,
+    /// Prior mean of the number.
+    pub mean: f64,
+}
+
 /// All numbers of a rig.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RigTerms {
     /// In the order in which they follow the plant's parameters.
     pub terms: Vec<RigTerm>,
+    /// Those that add, in the order of their columns behind those of `theta`.
+    pub added: Vec<AddedTerm>,
+    /// Parameters of the plant that are others in a recording, known there: index and value.
+    pub own: Vec<Vec<(usize, f64)>>,
+    /// What is on the other side of the plant's gear.
+    gear: Option<GearSide>,
+}
+
+/// What is on the other side of a gear.
+#[derive(Clone, Debug, PartialEq)]
+struct GearSide {
+    train: GearTrain,
+    channels: Vec<bool>,
+    inputs: Vec<bool>,
 }
 
 /// Root mean square of all samples of a channel of the recordings for fitting.
@@ -54,34 +114,79 @@ pub fn root_mean_square(loaded: &Loaded, channel: &str) -> f64 {
 }
 
 impl RigTerms {
-    /// Of a case.
-    pub fn new(loaded: &Loaded, plant: &dyn ForcedPlant) -> Self {
-        let mut rig = Self::default();
+    /// Of a case, whose readings are these channels.
+    pub fn new(loaded: &Loaded, plant: &dyn ForcedPlant, channels: &[IntakeChannel]) -> Self {
         let train = loaded.train();
+        let sensor = |name: &str, of: fn(&SensorData) -> Option<PriorGuess>| {
+            train
+                .iter()
+                .filter_map(|r| r.channel(name))
+                .find_map(|c| of(&c.sensor).map(|g| (g, c.sensor.clone())))
+        };
+        let own = train.iter().map(|r| {
+            let given = plant.parameters().iter().enumerate();
+            given.filter_map(|(k, p)| Some((k, r.parameters.get(p.name)?.number()?))).collect()
+        });
+        let mut rig = Self { own: own.collect(), ..Self::default() };
         for (k, force) in plant.input_forces().iter().enumerate() {
-            let recorded = || train.iter().filter_map(|r| r.channel(force.name));
-            let guess = |of: fn(&Channel) -> Option<PriorGuess>| recorded().find_map(of);
-            if let Some(g) = guess(|c| c.sensor.gain) {
-                rig.terms.push(RigTerm {
-                    name: format!("{}.gain", force.name),
-                    of: RigNumber::InputGain(k),
-                    assumed: g.value,
-                    unit: 0.0,
-                    deviation: g.doubt.unwrap_or(GAIN).max(KNOWN),
-                });
+            if let Some((g, _)) = sensor(force.name, |s| s.gain) {
+                rig.gain(force.name, RigNumber::InputGain(k), g);
             }
-            if let Some(o) = guess(|c| c.sensor.offset) {
+            if let Some((o, s)) = sensor(force.name, |s| s.offset) {
                 // Of an offset of which nothing is known the size of the input itself.
-                let gain = recorded().next().map_or(1.0, |c| c.sensor.believed_gain());
                 let usual = || root_mean_square(loaded, force.name);
                 rig.terms.push(RigTerm {
                     name: format!("{}.offset", force.name),
                     of: RigNumber::InputOffset(k),
                     assumed: o.value,
-                    unit: UNIT * o.doubt.map_or_else(usual, |d| d / gain.abs()),
+                    unit: UNIT * o.doubt.map_or_else(usual, |d| d / s.believed_gain().abs()),
                     deviation: 1.0 / UNIT,
                 });
             }
+            if let Some((d, s)) = sensor(force.name, |s| s.late) {
+                rig.delay(force.name, AddedNumber::InputDelay(k), d, s.delay);
+            }
+        }
+        for (c, channel) in channels.iter().enumerate() {
+            if let Some((g, _)) = sensor(&channel.name, |s| s.gain) {
+                rig.gain(&channel.name, RigNumber::ReadingGain(c), g);
+            }
+            if let Some((d, s)) = sensor(&channel.name, |s| s.late) {
+                rig.delay(&channel.name, AddedNumber::ReadingDelay(c), d, s.delay);
+            }
+            let factor = plant.readings()[channel.reading].factor;
+            for (recording, read) in train.iter().enumerate() {
+                let Some(read) = read.channel(&channel.name) else { continue };
+                let Some(o) = read.sensor.offset else { continue };
+                let range = read.range().map_or(0.0, |(low, high)| high - low);
+                let unit = o.doubt.unwrap_or(OFFSET * range).max(1e-12);
+                rig.added.push(AddedTerm {
+                    name: format!("{}.offset", channel.name),
+                    of: AddedNumber::ReadingOffset { channel: c, recording },
+                    assumed: o.value,
+                    unit,
+                    size: unit / read.sensor.believed_gain() * factor,
+                    mean: 0.0,
+                });
+            }
+        }
+        if let Some(train) = plant.gear() {
+            if let Some(deviation) = train.deviation {
+                rig.terms.push(RigTerm {
+                    name: train.name.to_owned(),
+                    of: RigNumber::GearRatio,
+                    assumed: train.ratio,
+                    unit: 0.0,
+                    deviation: deviation.max(KNOWN),
+                });
+            }
+            let beyond = |c: usize| c == train.coordinate;
+            let read = |c: &IntakeChannel| beyond(plant.readings()[c.reading].coordinate);
+            rig.gear = Some(GearSide {
+                channels: channels.iter().map(read).collect(),
+                inputs: plant.input_forces().iter().map(|f| beyond(f.coordinate)).collect(),
+                train,
+            });
         }
         let effects = plant.known_effects().map_or(&[][..], |e| &e.numbers);
         rig.terms.extend(effects.iter().enumerate().map(|(k, n)| RigTerm {
@@ -94,19 +199,98 @@ impl RigTerms {
         rig
     }
 
+    fn gain(&mut self, channel: &str, of: RigNumber, guess: PriorGuess) {
+        let deviation = guess.doubt.unwrap_or(GAIN).max(KNOWN);
+        self.terms.push(RigTerm {
+            name: format!("{channel}.gain"),
+            of,
+            assumed: guess.value,
+            unit: 0.0,
+            deviation,
+        });
+    }
+    fn delay(&mut self, channel: &str, of: AddedNumber, guess: PriorGuess, taken: f64) {
+        let unit = guess.doubt.unwrap_or(DELAY).max(1e-6);
+        let mean = (guess.value - taken) / unit;
+        self.added.push(AddedTerm {
+            name: format!("{channel}.delay"),
+            of,
+            assumed: taken,
+            unit,
+            size: unit,
+            mean,
+        });
+    }
+
     fn number(&self, numbers: &[f64], of: RigNumber) -> (f64, f64) {
         let at = self.terms.iter().position(|t| t.of == of);
         at.map_or((1.0, 0.0), |k| (numbers[k], self.terms[k].unit))
+    }
+    /// Number of the gear ratio where it is estimated and this is on its other side.
+    fn geared(&self, numbers: &[f64], beyond: impl Fn(&GearSide) -> bool) -> f64 {
+        if self.gear.as_ref().is_some_and(beyond) {
+            self.number(numbers, RigNumber::GearRatio).0
+        } else {
+            1.0
+        }
+    }
+    /// Whether an input is on the other side of the gear.
+    pub fn is_geared(&self, input: usize) -> bool {
+        self.gear.as_ref().is_some_and(|g| g.inputs[input])
+    }
+    /// Whether the readings of a channel are on the other side of the gear.
+    pub fn is_read_geared(&self, channel: usize) -> bool {
+        self.gear.as_ref().is_some_and(|g| g.channels[channel])
+    }
+    /// Parameter that counts by the inverse square of the gear ratio.
+    pub fn geared_inertia(&self) -> Option<usize> {
+        self.gear.as_ref().map(|g| g.train.inertia)
     }
     /// Factor of an input as assumed, and what is taken from it.
     pub fn of_input(&self, numbers: &[f64], input: usize) -> [f64; 2] {
         let (gain, _) = self.number(numbers, RigNumber::InputGain(input));
         let (offset, unit) = self.number(numbers, RigNumber::InputOffset(input));
-        [gain, (offset - 1.0) * unit]
+        let gear = self.geared(numbers, |g| g.inputs[input]);
+        [gain / gear, (offset - 1.0) * unit / gear]
+    }
+    /// Factor of the readings of a channel: what is read over the state that it shows.
+    pub fn of_reading(&self, numbers: &[f64], channel: usize) -> f64 {
+        let (gain, _) = self.number(numbers, RigNumber::ReadingGain(channel));
+        gain / self.geared(numbers, |g| g.channels[channel])
+    }
+    /// Parameters of the plant (the first of `theta`, which has the numbers behind) as they are in a recording.
+    pub fn parameters_in<'a>(&self, theta: &'a [f64], recording: usize) -> Cow<'a, [f64]> {
+        let own = self.own.get(recording).filter(|own| !own.is_empty());
+        let gear = self.terms.iter().rposition(|t| t.of == RigNumber::GearRatio);
+        if own.is_none() && gear.is_none() {
+            return Cow::Borrowed(theta);
+        }
+        let mut theta = theta.to_vec();
+        own.into_iter().flatten().for_each(|(k, value)| theta[*k] = *value);
+        if let (Some(k), Some(inertia)) = (gear, self.geared_inertia()) {
+            let number = theta[theta.len() - self.terms.len() + k];
+            theta[inertia] /= number * number;
+        }
+        Cow::Owned(theta)
+    }
+    /// Whether a parameter is known by itself in a recording.
+    pub fn is_own(&self, parameter: usize, recording: usize) -> bool {
+        self.own.get(recording).is_some_and(|own| own.iter().any(|(k, _)| *k == parameter))
+    }
+    /// How far the readings of a channel may be from what was assumed: as a share of them, and in the unit of the state.
+    pub fn unsure(&self, channel: usize) -> [f64; 2] {
+        let gain = self.terms.iter().filter(|t| {
+            t.of == RigNumber::ReadingGain(channel)
+                || t.of == RigNumber::GearRatio && self.is_read_geared(channel)
+        });
+        let of_channel =
+            |t: &&AddedTerm| matches!(t.of, AddedNumber::ReadingOffset { channel: c, .. } if c == channel);
+        let offset = self.added.iter().filter(of_channel).map(|t| t.size.abs());
+        [gain.map(|t| t.deviation).fold(0.0, f64::hypot), offset.fold(0.0, f64::max)]
     }
 
-    /// Names and values as they are reported.
-    pub fn reported(&self, numbers: &[f64]) -> Vec<(String, f64)> {
+    /// Names and values as they are reported, of all recordings together; `numbers` of `theta`, `added` those that add.
+    pub fn reported(&self, numbers: &[f64], added: &[f64]) -> Vec<(String, f64)> {
         let value = |(t, n): (&RigTerm, &f64)| {
             let value = match t.of {
                 RigNumber::InputGain(_) => t.assumed / n,
@@ -115,11 +299,36 @@ impl RigTerms {
                     let assumed = self.terms.iter().find(|t| t.of == gain).map_or(1.0, |t| t.assumed);
                     t.assumed + (n - 1.0) * t.unit * assumed / self.number(numbers, gain).0
                 }
+                RigNumber::ReadingGain(_) | RigNumber::GearRatio => t.assumed * n,
                 RigNumber::Effect(_) if t.unit == 0.0 => t.assumed * n,
                 RigNumber::Effect(_) => t.assumed + (n - 1.0) * t.unit,
             };
             (t.name.clone(), value)
         };
-        self.terms.iter().zip(numbers).map(value).collect()
+        let delay = |(t, a): (&AddedTerm, &f64)| {
+            let of_one = matches!(t.of, AddedNumber::ReadingOffset { .. });
+            (!of_one).then(|| (t.name.clone(), t.assumed + t.unit * a))
+        };
+        let delays = self.added.iter().zip(added).filter_map(delay);
+        self.terms.iter().zip(numbers).map(value).chain(delays).collect()
+    }
+    /// Offsets of readings as they are reported: name, recording, value.
+    pub fn reported_offsets(&self, added: &[f64]) -> Vec<(String, usize, f64)> {
+        let offset = |(t, a): (&AddedTerm, &f64)| match t.of {
+            AddedNumber::ReadingOffset { recording, .. } => {
+                Some((t.name.clone(), recording, t.assumed + t.unit * a))
+            }
+            AddedNumber::ReadingDelay(_) | AddedNumber::InputDelay(_) => None,
+        };
+        self.added.iter().zip(added).filter_map(offset).collect()
+    }
+    /// Delays at these numbers: the channel, and how much later it is than was assumed, s.
+    pub fn later(&self, added: &[f64]) -> Vec<(&str, f64)> {
+        let all = self.added.iter().zip(added);
+        all.filter_map(|(t, a)| Some((t.name.strip_suffix(".delay")?, t.unit * a))).collect()
+    }
+    /// Whether the delay of a channel is estimated.
+    pub fn is_late(&self, channel: usize) -> bool {
+        self.added.iter().any(|t| t.of == AddedNumber::ReadingDelay(channel))
     }
 }

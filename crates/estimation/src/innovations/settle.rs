@@ -118,14 +118,14 @@ impl InnovationsFrame {
         self.settle_release()
     }
 
-    /// Where the encoder bounds the speed of rest from below, how fast it really creeps; white force, then the scale of the readings'
+    /// Where the encoder leaves no choice of the speed of rest, how fast what rests creeps; white force, then the scale of the readings'
     /// variance.
     fn settle_noise(&mut self) {
         let base = self.packed(&[]);
         type Field = fn(&mut InnovationsFrame) -> &mut f64;
         let fields: [(Field, [f64; 4]); 3] =
             [(|f| &mut f.creep, CREEP), (|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
-        let bounded = self.dry_level() > 0.0 && self.rest <= self.least_rest;
+        let bounded = self.dry_level() > 0.0 && self.least_rest >= REST[REST.len() - 1] * self.usual_speed;
         for (value, grid) in fields.into_iter().skip(usize::from(!bounded)) {
             let quieter: Vec<f64> = self.q.iter().map(|q| (0.3 * q).max(INTENSITY[0])).collect();
             let tried = [self.q.clone(), quieter];
@@ -183,7 +183,7 @@ impl InnovationsFrame {
     /// The largest torque held at rest; where evidence likes it, it is also the impulse of a release.
     fn settle_release(&mut self) {
         self.release = 1.0;
-        let level = self.dry_level();
+        let level = self.dry_level() * self.plant.coordinates()[self.driven()].breakaway;
         if level <= 0.0 || self.plant.elements().is_empty() {
             return;
         }
@@ -230,12 +230,13 @@ impl InnovationsFrame {
         let size = self.plant.states() + self.coordinates();
         let means = self.input_means(recording, 0);
         let Some(force) = self.plant.input_forces().first() else { return vec![0.0; r.nodes] };
-        let gain = force.per_unit(&self.theta);
+        let theta = self.parameters_in(recording);
+        let gain = force.per_unit(&theta);
         let torque = |t: usize| {
             let x = &r.states[size * t..size * (t + 1)];
             let along = |row: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
             let elastic = self.plant.elements().iter().map(|e| {
-                let (k, d) = (self.theta[e.stiffness], self.theta[e.damping]);
+                let (k, d) = (theta[e.stiffness], theta[e.damping]);
                 e.weights[force.coordinate] * (k * along(&e.deflection) + d * along(&e.rate))
             });
             (gain * means[t] + elastic.sum::<f64>()).abs()

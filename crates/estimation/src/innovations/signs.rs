@@ -12,6 +12,8 @@ pub struct SignRule {
     pub rest: f64,
     /// Level of its dry friction, N.m; 0: it never rests.
     pub level: f64,
+    /// Torque at which it breaks away, N.m.
+    pub breakaway: f64,
     /// Largest force of the drive, N.m.
     pub drive: f64,
     /// Step, s.
@@ -60,7 +62,7 @@ impl DrySigns {
                 } else {
                     0.0
                 };
-                unknown[t] = share * rule.level * rule.level;
+                unknown[t] = share * rule.breakaway * rule.breakaway;
             }
             if misplaced[t] {
                 unknown[t] = unknown[t].max((2.0 * rule.level).powi(2));
@@ -79,7 +81,7 @@ mod tests {
     #[test]
     fn a_crossing_has_the_mean_of_a_line_and_rest_is_a_mode() {
         let speed = [2.0, 1.0, -3.0, -0.01, 0.0, 0.01, 5.0];
-        let rule = SignRule { rest: 0.1, level: 2.0, drive: 9.0, dt: 1.0 };
+        let rule = SignRule { rest: 0.1, level: 2.0, breakaway: 2.0, drive: 9.0, dt: 1.0 };
         let s = DrySigns::new(&speed, &[false; 7], &rule);
         // From 1 to -3 a quarter of the step is forward.
         assert!((s.mean[1] - (0.25 - 0.75)).abs() < 1e-12);

@@ -17,7 +17,7 @@ use trueup_signals::Case;
 use super::known_effects::KnownEffects;
 use super::plant::{
     BelievedParameter, ElasticElement, FilterCoordinateKind, FirstState, ForcedCoordinate, ForcedPlant,
-    InputForce, StateReading, StepMeans,
+    GearTrain, InputForce, StateReading, StepMeans,
 };
 
 /// Indices of the parameters.
@@ -67,6 +67,10 @@ pub struct TwoMassPlant {
     pub gear_ratio: f64,
     /// States of its own for a tip on the load.
     pub tip: Option<LoadTip>,
+    /// Relative standard deviation of the gear ratio; `None`: it is known.
+    ratio_deviation: Option<f64>,
+    /// Static friction over Coulomb friction, 1 at least.
+    breakaway: f64,
     known: Option<KnownEffects>,
     parameters: Vec<BelievedParameter>,
     coordinates: Vec<ForcedCoordinate>,
@@ -112,10 +116,13 @@ impl TwoMassPlant {
         let usual =
             if friction > 0.0 { friction } else { USUAL * parameters[p::TORQUE_CONSTANT].value * rms };
         let n = value(joint::GEAR_RATIO);
+        let sticks = case.number("staticFriction").filter(|_| friction > 0.0).unwrap_or(friction);
         let mut plant = Self {
             rigid,
             gear_ratio: n,
             tip: None,
+            ratio_deviation: case.doubt("gearRatio"),
+            breakaway: if sticks > friction { sticks / friction } else { 1.0 },
             known: None,
             parameters,
             coordinates: Vec::new(),
@@ -204,6 +211,7 @@ impl TwoMassPlant {
             position: 0,
             velocity: 1,
             dry,
+            breakaway: self.breakaway,
         };
         let load = ForcedCoordinate {
             name: "load",
@@ -211,6 +219,7 @@ impl TwoMassPlant {
             position: 2,
             velocity: 3,
             dry: None,
+            breakaway: 1.0,
         };
         self.coordinates = vec![motor, load];
     }
@@ -276,6 +285,15 @@ impl ForcedPlant for TwoMassPlant {
     }
     fn input_forces(&self) -> &[InputForce] {
         &self.inputs
+    }
+    fn gear(&self) -> Option<GearTrain> {
+        Some(GearTrain {
+            name: "gearRatio",
+            ratio: self.gear_ratio,
+            deviation: self.ratio_deviation,
+            coordinate: LOAD,
+            inertia: p::LOAD_INERTIA,
+        })
     }
     fn elements(&self) -> &[ElasticElement] {
         &self.elements

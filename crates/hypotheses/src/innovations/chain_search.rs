@@ -18,7 +18,7 @@ use super::chain_screen::{LOOKS, best_of_chain, chain_bank, chain_screening, cha
 use super::law::DryFriction;
 use super::laws::{LawRef, arm_law_of};
 use super::levels::CHAIN_SEARCH;
-use super::search::has_own_parameters;
+use super::search::has_rigs_apart;
 use super::shape::LawShape;
 
 /// Rounds of the nominal model, of the refitted one, of plain friction in place of Stribeck's.
@@ -83,19 +83,28 @@ pub struct ChainFindings {
 /// What of a case the engine does not know.
 fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static str> {
     let recordings = || loaded.recordings.values();
-    let sensors = || recordings().flat_map(|r| &r.channels).map(|c| &c.sensor);
     let table = structures.plant.plant().table();
     let other = |r: &Recording| {
         let mut others = (0..table.inputs.len()).filter(|k| !table.driving.contains(k));
         others.any(|k| r.channel(&table.inputs[k].name).is_some())
     };
+    // What is 0 in the others is no part of their structure.
+    let strange = |r: &Recording| {
+        r.parameters.iter().filter(|(name, _)| !name.starts_with("initial")).any(|(name, value)| {
+            let nominal = table.parameter(name).map_or(0.0, |k| structures.nominal[k]);
+            nominal == 0.0 || value.number().is_none_or(|v| v == 0.0)
+        })
+    };
     let known = [
         (!loaded.case.effects.is_empty(), "known effects"),
         // Its refit from a mass of 0 does not end where the trajectory is that of the payload.
         (loaded.case.payload.is_some(), "a payload"),
-        (sensors().any(|s| s.late.is_some()), "unknown delays"),
-        (sensors().any(|s| s.delay != 0.0), "declared delays"),
-        (recordings().any(has_own_parameters), "parameters of single recordings"),
+        (
+            recordings().flat_map(|r| &r.channels).any(|c| c.sensor.late.is_some()),
+            "delays that are estimated",
+        ),
+        (has_rigs_apart(loaded, &|_| true), "gains and offsets that differ between recordings"),
+        (recordings().any(strange), "parameters of single recordings that are 0 in others"),
         (recordings().any(other), "recorded forces on base or tip"),
     ];
     known.into_iter().find(|k| k.0).map(|k| k.1)

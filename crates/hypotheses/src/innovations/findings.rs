@@ -3,6 +3,8 @@
 //! A joint and a chain are searched in frames of their own; from here on they are alike.
 
 use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
+use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::structures::{CasePlantError, PlantStructures};
 use trueup_signals::Loaded;
 
@@ -74,8 +76,10 @@ pub struct FoundEffect {
     pub evidence: f64,
     /// Power of the latents that are left.
     pub power: f64,
-    /// The plant's parameters, of a joint behind them gains and offsets of inputs.
+    /// The plant's parameters, behind them gains, offsets that are common and delays.
     pub theta: Vec<f64>,
+    /// Offsets of readings: names, recordings, values.
+    pub offsets: Vec<(String, usize, f64)>,
     /// Places at which it acts.
     pub causes: Vec<FoundCause>,
 }
@@ -118,15 +122,18 @@ pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
 fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
     let (null, sizes) = (&found.null, &found.null.sizes);
     let own = null.names.len();
-    let of_rig =
-        |theta: &[f64]| -> (Vec<String>, Vec<f64>) { null.rig.reported(&theta[own..]).into_iter().unzip() };
-    let values = |theta: &[f64]| [&theta[..own], &of_rig(theta).1].concat();
+    let of_rig = |theta: &[f64], zeros: &[f64]| -> (Vec<String>, Vec<f64>) {
+        null.rig.reported(&theta[own..], zeros).into_iter().unzip()
+    };
+    let values = |theta: &[f64], zeros: &[f64]| [&theta[..own], &of_rig(theta, zeros).1].concat();
+    let offsets = |zeros: &[f64]| null.rig.reported_offsets(zeros);
     let key = |(id, place): (&'static str, &'static str)| -> ReportedEffect { (id, place.to_owned()) };
     let effect = |h: &FittedEffect| FoundEffect {
         key: key(h.key()),
         evidence: h.evidence,
         power: h.power(),
-        theta: values(&h.fit.theta),
+        theta: values(&h.fit.theta, &h.fit.zeros),
+        offsets: offsets(&h.fit.zeros),
         causes: vec![joint_cause(h, (h.id, &h.shape), &h.fit.amplitudes, &h.fit.theta, sizes)],
     };
     let together = |p: &&FittedPair| judged.set == [p.first, p.second].map(key);
@@ -138,17 +145,19 @@ fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
             key: key(p.first),
             evidence: p.evidence,
             power: power(&p.fit.q),
-            theta: values(&p.fit.theta),
+            theta: values(&p.fit.theta, &p.fit.zeros),
+            offsets: offsets(&p.fit.zeros),
             causes: vec![cause(h.id, &h.shape, a), cause(p.second.0, &p.shape, b)],
         })
     });
     CaseFindings {
-        names: null.names.iter().map(|n| (*n).to_owned()).chain(of_rig(&null.theta).0).collect(),
+        names: null.names.iter().map(|n| (*n).to_owned()).chain(of_rig(&null.theta, &null.zeros).0).collect(),
         alone: FoundEffect {
             key: ("", String::new()),
             evidence: null.evidence,
             power: power(&null.q),
-            theta: values(&null.theta),
+            theta: values(&null.theta, &null.zeros),
+            offsets: offsets(&null.zeros),
             causes: Vec::new(),
         },
         effects: found.effects.iter().map(effect).collect(),
@@ -187,15 +196,19 @@ pub fn of_chain(found: &ChainFindings) -> CaseFindings {
         let causes = lead.causes.iter().map(of_load).collect();
         effects.insert(1, FoundEffect { key: key.clone(), causes, ..lead.clone() });
     }
-    let table = found.effects.first().map(|h| h.frame.plant.plant().table().parameters.clone());
+    let frame = found.effects.first().map(|h| &h.frame);
+    let table = frame.map(|f| f.plant.plant().table().parameters.clone());
+    let rig = frame.map_or_else(Vec::new, |f| f.reported(&null.fit.doubted));
     let pair = found.pairs.iter().find(|p| judged.set == p.named());
-    let names: Vec<String> = table.into_iter().flatten().map(|q| q.name).collect();
+    let names = table.into_iter().flatten().map(|q| q.name).chain(rig.iter().map(|r| r.0.clone()));
+    let names: Vec<String> = names.collect();
     CaseFindings {
         alone: FoundEffect {
             key: ("", String::new()),
             evidence: null.fit.evidence,
             power: null.left.power(),
             theta: refitted(found, &names),
+            offsets: Vec::new(),
             causes: Vec::new(),
         },
         names,
@@ -208,8 +221,11 @@ pub fn of_chain(found: &ChainFindings) -> CaseFindings {
 
 /// Parameters of the refit: where other stiffnesses alone gain more, those with them.
 fn refitted(found: &ChainFindings, names: &[String]) -> Vec<f64> {
-    let Some(h) = refit(found) else { return found.null.fit.theta.clone() };
-    let mut theta = h.fit.theta.clone();
+    let Some(h) = refit(found) else {
+        let frame = found.effects.first().map(|h| &h.frame);
+        return frame.map_or_else(Vec::new, |f| chain_theta(f, &found.null.fit));
+    };
+    let mut theta = chain_theta(&h.frame, &h.fit);
     for (joint, stiffer) in other_stiffnesses(h).unwrap_or_default() {
         let name = format!("jointStiffness[{}]", joint + 1);
         names.iter().zip(&mut theta).filter(|(n, _)| **n == name).for_each(|(_, k)| *k *= stiffer);
@@ -229,6 +245,12 @@ fn of_load(cause: &FoundCause) -> FoundCause {
     FoundCause { id: "load-friction", place: "load".to_owned(), values, ..cause.clone() }
 }
 
+/// Parameters, behind them gains and offsets.
+fn chain_theta(frame: &TrajectoryFrame, fit: &TrajectoryFit) -> Vec<f64> {
+    let rig = frame.reported(&fit.doubted).into_iter().map(|r| r.1);
+    fit.theta.iter().copied().chain(rig).collect()
+}
+
 fn chain_effect(h: &ChainEffect, sizes: &ChainSizes) -> FoundEffect {
     let causes = match &h.form {
         Some(form) => {
@@ -244,7 +266,8 @@ fn chain_effect(h: &ChainEffect, sizes: &ChainSizes) -> FoundEffect {
         }],
     };
     let (evidence, power) = (h.evidence, h.left.power());
-    FoundEffect { key: (h.id, h.place()), evidence, power, theta: h.fit.theta.clone(), causes }
+    let theta = chain_theta(&h.frame, &h.fit);
+    FoundEffect { key: (h.id, h.place()), evidence, power, theta, offsets: Vec::new(), causes }
 }
 
 /// Families of the screen that gain there and were not fitted.
@@ -271,6 +294,7 @@ fn screened(found: &ChainFindings) -> Vec<FoundEffect> {
             evidence: null.fit.evidence + gain(c),
             power: null.left.power(),
             theta: null.fit.theta.clone(),
+            offsets: Vec::new(),
             causes: each_place(shape, cause),
         }
     };
@@ -291,7 +315,8 @@ fn chain_pair(p: &ChainPair, sizes: &ChainSizes) -> FoundEffect {
         key: first.key,
         evidence: p.evidence,
         power: p.left.power(),
-        theta: p.fit.theta.clone(),
+        theta: chain_theta(&p.first.frame, &p.fit),
+        offsets: Vec::new(),
         causes,
     }
 }

@@ -54,6 +54,10 @@ impl FittedEffect {
     pub fn power(&self) -> f64 {
         power(&self.fit.q)
     }
+    /// Log likelihood with the squares of the priors, nats: how well it fits, whatever the width of its priors.
+    pub fn penalised(&self) -> f64 {
+        self.fit.penalised + self.evidence - self.of_fit
+    }
     /// Laws along the present trajectory of the frame.
     pub fn laws(&self, sizes: &UsualSizes) -> Vec<AppliedLaw> {
         applied(&self.parts, &self.frame.borrow(), sizes)

@@ -96,7 +96,7 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
     let gear_error = sizes.angle_unit(frame);
     let (stiffness, damping) = (frame.theta[parameter::STIFFNESS], frame.theta[parameter::DAMPING]);
     let nominal_damping = frame.plant.parameters()[parameter::DAMPING].value;
-    let encoder = frame.intake.channels.first();
+    let encoder = frame.intake.channels.first().filter(|c| c.angle);
     let joint = JointPlace {
         motor: coordinate::MOTOR,
         link: coordinate::LOAD,
@@ -151,5 +151,8 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
             ..RunAlong::new(times, vec![r.dt; r.nodes], PARTS, states(0), states(1))
         }
     });
-    PlantAlong::new(MotionInStep::Straight, vec![joint], channels.collect(), runs.collect())
+    let mut along = PlantAlong::new(MotionInStep::Straight, vec![joint], channels.collect(), runs.collect());
+    // A delay that is estimated takes the place of the effect.
+    along.late_together.retain(|group| !group.iter().any(|c| frame.intake.rig.is_late(*c)));
+    along
 }

@@ -24,6 +24,8 @@ const PRIOR: f64 = 3.0;
 struct DelaySearch<'a> {
     of: &'a InnovationsFrame,
     channel: usize,
+    /// Parameters and intensities with which frames begin.
+    start: &'a [f64],
     q: &'a [f64],
     tried: Vec<(f64, f64)>,
     best: Option<(f64, InnovationsFrame)>,
@@ -33,8 +35,8 @@ impl DelaySearch<'_> {
     fn frame(&self, delay: f64) -> InnovationsFrame {
         let f = self.of;
         let mut z = InnovationsFrame::new(&f.intake, f.plant.clone(), Some((self.channel, delay)));
-        z.start.clone_from(&f.start);
-        z.theta.clone_from(&f.start);
+        z.start.copy_from_slice(self.start);
+        z.theta.copy_from_slice(self.start);
         (z.rest, z.creep, z.white, z.scale) = (f.rest, f.creep, f.white, f.scale);
         z.q = self.q.to_vec();
         z.q = z.settle_signs(self.q, 2);
@@ -53,21 +55,32 @@ impl DelaySearch<'_> {
     }
 }
 
-/// The hypothesis that a channel is late; `screened`: by how much a screen has it, s.
+/// Where the search for a delay begins.
+#[derive(Clone, Copy)]
+pub struct DelayStart<'a> {
+    /// By how much a screen has the channel late, or its drive, s.
+    pub delay: f64,
+    /// Parameters; `None`: those with which hypotheses begin.
+    pub theta: Option<&'a [f64]>,
+}
+
+/// The hypothesis that a channel is late.
 pub fn late_channel(
     frame: &SharedFrame,
     place: &'static str,
     sizes: &UsualSizes,
     q: &[f64],
-    screened: f64,
+    begin: DelayStart<'_>,
 ) -> Option<FittedEffect> {
+    let screened = begin.delay;
     let f = frame.borrow().clone();
     let channel = place.strip_prefix("sensor:").and_then(|name| f.intake.channel(name));
     let (Some(channel), Some(law)) = (channel, law_of("sensor-delay")) else { return None };
-    let mut search = DelaySearch { of: &f, channel, q, tried: Vec::new(), best: None };
+    let mut search = DelaySearch { of: &f, channel, start: &f.start, q, tried: Vec::new(), best: None };
     // What a frame gains without a delay is none.
     let mut undelayed = search.frame(0.0);
     undelayed.settle(true);
+    search.start = begin.theta.unwrap_or(&f.start);
     let mut first: Vec<f64> = DELAYS.iter().copied().chain([screened]).collect();
     first.sort_unstable_by(f64::total_cmp);
     for delay in first {

@@ -29,6 +29,12 @@ pub const SECOND: LogisticWeights = &[
 pub const QUIET: f64 = 20.0;
 /// Nats within which two effects are alike, and the share of the gain.
 pub const ALIKE: [f64; 2] = [12.0, 0.02];
+/// Nats of the fits alone within which two effects are alike, whatever the width of their priors; see decision 89.
+pub const ALIKE_FIT: f64 = 3.0;
+/// Share of the gain of a late drive that a late reading has, or the other way round, from which on both are one where one angle is read.
+pub const ONE_SHIFT: f64 = 0.75;
+/// Effects of an ambiguous set at most.
+pub const ALIKE_MOST: usize = 4;
 /// Nats that the latents are worth, above which something is left.
 pub const WORTH: f64 = 200.0;
 /// Standard deviations of a parameter, above which a refit explains nothing.

@@ -32,6 +32,7 @@ pub mod operator;
 pub mod pairs;
 pub mod place;
 pub mod pushes;
+mod retimed;
 pub mod run_along;
 pub mod screen;
 pub mod search;

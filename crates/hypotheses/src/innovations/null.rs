@@ -29,6 +29,8 @@ pub struct FittedNull {
     pub q: Vec<f64>,
     /// Parameters there.
     pub theta: Vec<f64>,
+    /// What the rig adds to readings there, and the zeros.
+    pub zeros: Vec<f64>,
     /// Names of those of the plant: FMU variables.
     pub names: Vec<&'static str>,
     /// What the others are.
@@ -51,7 +53,7 @@ pub struct FittedNull {
 pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
     f.settle(false);
     let (packed, mut priors) = f.packed(&[]);
-    priors.deviation[..f.unknown.len()].fill(HELD);
+    priors.deviation[..f.unknown.len() + f.intake.rig.added.len()].fill(HELD);
     let held = (packed, priors);
     let q = f.q.clone();
     let from = f.best_of(&held, &[q]);
@@ -105,6 +107,7 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
         evidence: best.evidence,
         q: best.q,
         theta: best.theta,
+        zeros: best.zeros,
         names: parameters.iter().map(|p| p.name).collect(),
         rig: f.intake.rig.clone(),
         squares: best.squares,

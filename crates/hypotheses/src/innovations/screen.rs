@@ -250,7 +250,9 @@ pub fn refine(
             let along = along_joint(frame, sizes);
             let value = best.shape.value(name);
             let near: Vec<f64> = if order {
-                AROUND_ORDER.iter().map(|d| value + d * step).collect()
+                // Of less than a period in all recordings nothing shows that it is one.
+                let least = sizes.order().min(value);
+                AROUND_ORDER.iter().map(|d| value + d * step).filter(|h| *h >= least).collect()
             } else {
                 AROUND.iter().map(|d| value * (1.0 + d * step)).collect()
             };

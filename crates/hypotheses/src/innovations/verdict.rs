@@ -4,8 +4,8 @@ use trueup_estimation::innovations::intensity::power;
 
 use super::hypothesis::FittedEffect;
 use super::levels::{
-    ALIKE, AUDIBLE, EQUAL_SLOPES, FALL, FLOOR, LOST, LogisticWeights, ODD, PARAMETERS, QUIET, RIGHT, SECOND,
-    SMALL, WORTH,
+    ALIKE, ALIKE_FIT, ALIKE_MOST, AUDIBLE, EQUAL_SLOPES, FALL, FLOOR, LOST, LogisticWeights, ODD, ONE_SHIFT,
+    PARAMETERS, QUIET, RIGHT, SECOND, SMALL, WORTH,
 };
 use super::pairs::FittedPair;
 use super::search::JointFindings;
@@ -95,6 +95,31 @@ fn is_void(h: &FittedEffect) -> bool {
     other_stiffness(h.id, h.shape.form, &h.fit.amplitudes).is_some()
 }
 
+/// Whether two effects are friction of motor and load that are one body.
+fn is_one_body(a: &FittedEffect, b: &FittedEffect) -> bool {
+    let friction = |h: &FittedEffect| matches!(h.id, "motor-friction" | "load-friction");
+    friction(a) && friction(b) && a.frame.borrow().plant.elements().is_empty()
+}
+
+/// Whether two effects are a late drive and a late reading of the only angle: one shift of time between command and reading.
+fn is_one_shift(a: &FittedEffect, b: &FittedEffect, [gain, other]: [f64; 2]) -> bool {
+    let late = |h: &FittedEffect| matches!(h.id, "actuator-lag" | "sensor-delay");
+    late(a) && late(b) && other > ONE_SHIFT * gain && !a.frame.borrow().two_angles()
+}
+
+/// Effects that the recordings do not distinguish from a leader: the evidence is nearly the same, or the fit is whatever the width of the
+/// priors, or both are one body or one shift of time.
+fn rivals<'a>(leader: &FittedEffect, effects: &[&'a FittedEffect], gain: f64) -> Vec<&'a FittedEffect> {
+    let share = if largest(&leader.fit.q) > AUDIBLE { ALIKE[1] * gain } else { 0.0 };
+    let alike = |h: &&FittedEffect| {
+        leader.evidence - h.evidence < ALIKE[0].max(share)
+            || leader.penalised() - h.penalised() < ALIKE_FIT
+            || is_one_body(leader, h)
+            || is_one_shift(leader, h, [gain, gain - (leader.evidence - h.evidence)])
+    };
+    effects.iter().copied().filter(|h| h.id != leader.id).filter(alike).take(ALIKE_MOST - 1).collect()
+}
+
 /// Judges a search; `None` where it has no effect at all.
 pub fn judge(findings: &JointFindings) -> Option<EvidenceJudgement> {
     judge_by(findings, RIGHT, SECOND)
@@ -114,9 +139,9 @@ pub fn judge_by(
     let leader = *effects.first()?;
     let start = power(&null.q);
     let gain = leader.evidence - null.evidence;
-    let rival = effects.iter().find(|h| h.id != leader.id);
-    let rival = rival.map_or(null.evidence - 10.0, |h| h.evidence);
-    let margin = leader.evidence - rival.max(null.evidence);
+    let next = effects.iter().find(|h| h.id != leader.id);
+    let next = next.map_or(null.evidence - 10.0, |h| h.evidence);
+    let margin = leader.evidence - next.max(null.evidence);
     let fallen = if start > FLOOR { (start / leader.power()).log10() } else { 0.5 };
     let count = null.count.max(1) as f64;
     let numbers = vec![
@@ -130,7 +155,10 @@ pub fn judge_by(
     let fall = |q: &[f64]| (start / power(q)).log10();
     let mut probability = logistic(right, &numbers);
     let small = if start > FLOOR { SMALL[0] } else { SMALL[1] };
-    if gain < small && fall(&leader.fit.q) < FALL[0] {
+    let rivals = rivals(leader, &effects, gain);
+    // What an approximation leaves where nothing else is left has the form of one law; a slow force has that of several.
+    let several = start <= FLOOR && !rivals.is_empty();
+    if gain < small && fall(&leader.fit.q) < FALL[0] && !several {
         // Little is gained, and what is left stays as it was.
         probability = probability.min(0.3);
     }
@@ -163,16 +191,9 @@ pub fn judge_by(
     } else {
         EvidenceVerdict::Parameters
     };
-    if verdict == EvidenceVerdict::Effects && set.len() == 1 {
-        let share = if largest(&leader.fit.q) > AUDIBLE { ALIKE[1] * gain } else { 0.0 };
-        let alike =
-            |h: &&&FittedEffect| leader.evidence - h.evidence < ALIKE[0].max(share) && h.id != leader.id;
-        let rivals: Vec<_> =
-            effects.iter().skip(1).filter(alike).take(2).map(|h| reported(h.key())).collect();
-        if !rivals.is_empty() {
-            verdict = EvidenceVerdict::Ambiguous;
-            set.extend(rivals);
-        }
+    if verdict == EvidenceVerdict::Effects && set.len() == 1 && !rivals.is_empty() {
+        verdict = EvidenceVerdict::Ambiguous;
+        set.extend(rivals.iter().map(|h| reported(h.key())));
     }
     if !matches!(verdict, EvidenceVerdict::Effects | EvidenceVerdict::Ambiguous) {
         set.clear();

@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::case::Loaded;
 use crate::finding::{Finding, FindingKind, Severity};
 use crate::names::short;
+use crate::outlier::median;
 use crate::quantum::Quantum;
 use crate::recording::{Channel, Recording};
 
@@ -47,7 +48,7 @@ const OFF: f64 = 0.2;
 const SLACK: f64 = 1.5;
 /// Share of a recording for which a reading may be constant while the other one moves,
 const STILL: f64 = 0.1;
-/// by this share of its range, and by so many counts of the constant one. A play keeps the load still for as large a share of its swing.
+/// by this share of its range, and by so many counts of either. A play keeps the load still for as large a share of its swing.
 const MOVES: f64 = 0.3;
 const COUNTS: f64 = 10.0;
 
@@ -67,13 +68,25 @@ impl Relation {
             Self::Rate { .. } => integral(&a.time, &b.sample(&a.time)),
         };
         let scaled: Vec<f64> = x.iter().map(|x| factor * x).collect();
-        let stands =
-            still(a).filter(|within| moves(&scaled, y, within, count(a))).map(|within| (a, b, within));
+        // What noise and counts of the right one come to in the left one's unit.
+        let beside = |within: &Range<usize>| match self {
+            Self::Proportional { .. } => factor.abs() * least(b),
+            // An integral of noise is a random walk.
+            Self::Rate { .. } => {
+                let span = a.time[within.end - 1] - a.time[within.start];
+                least(b) * span / (within.len() as f64).sqrt()
+            }
+        };
+        let stands = still(a)
+            .filter(|within| moves(&scaled, y, within, count(a).max(beside(within))))
+            .map(|within| (a, b, within));
         let other = || match self {
-            Self::Proportional { .. } => still(b).map(|w| (&b.time, w, count(b) * factor.abs())),
+            Self::Proportional { .. } => {
+                still(b).map(|w| (&b.time, w, (count(b) * factor.abs()).max(least(a))))
+            }
             // A rate that is always 0 means that nothing turns.
             Self::Rate { .. } => {
-                still(b).filter(|w| b.values[w.start] == 0.0).map(|w| (&b.time, w, count(a)))
+                still(b).filter(|w| b.values[w.start] == 0.0).map(|w| (&b.time, w, least(a)))
             }
         };
         let stands = stands.or_else(|| {
@@ -224,6 +237,13 @@ fn count(c: &Channel) -> f64 {
     let sensor = c.sensor.resolution.unwrap_or(0.0).max(c.sensor.deviation().unwrap_or(0.0));
     let quantum = Quantum::of(&c.values);
     if quantum.regular { sensor.max(quantum.least) } else { sensor }
+}
+
+/// The same of a reading that is not constant: at least its noise as second differences show it, also where none is declared.
+fn least(c: &Channel) -> f64 {
+    let mut seconds: Vec<f64> = c.values.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).abs()).collect();
+    // Of normal noise: median of the magnitude 0.6745, and 6 times the variance in second differences.
+    count(c).max(median(&mut seconds) / (0.6745 * 6f64.sqrt()))
 }
 
 /// Whether `live` moves meanwhile by far more than a count, and than `dead` does.

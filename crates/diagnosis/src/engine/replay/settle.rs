@@ -112,6 +112,10 @@ impl CaseSearch<'_> {
     /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not determine by their
     /// noise where the motion began, and a replay is judged by the gap.
     fn settle(&self, complete: &CompleteModel, run: &Compared) -> Result<FittedReplay, PredictError> {
+        self.memory.replay(self.case, (complete, run), || self.settle_anew(complete, run))
+    }
+
+    fn settle_anew(&self, complete: &CompleteModel, run: &Compared) -> Result<FittedReplay, PredictError> {
         let mut problem = self.alone(complete, run);
         // The smallest gap, whatever the prior; what nothing shows still stays near.
         for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {

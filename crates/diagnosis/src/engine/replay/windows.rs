@@ -77,6 +77,21 @@ impl CaseSearch<'_> {
         seconds: f64,
         fitted_replay: Option<&[FittedReplay]>,
     ) -> Result<Vec<Window>, PredictError> {
+        let make = || self.windows_of(complete, runs, seconds, fitted_replay);
+        // Where no cause goes on from one window to the next it does not matter how the whole ran.
+        if fitted_replay.is_some() && complete.stated.posed.iter().any(|p| !p.initial.is_empty()) {
+            return make();
+        }
+        self.memory.windows(self.case, (complete, runs, seconds), make)
+    }
+
+    fn windows_of(
+        &self,
+        complete: &CompleteModel,
+        runs: &[Compared],
+        seconds: f64,
+        fitted_replay: Option<&[FittedReplay]>,
+    ) -> Result<Vec<Window>, PredictError> {
         let cut = |(of, run): (usize, &Compared)| {
             self.cut_into(complete, run, seconds).into_iter().map(move |window| (of, window))
         };

@@ -35,6 +35,8 @@ pub struct TrajectoryFit {
     pub intensities: Vec<f64>,
     /// All parameters.
     pub theta: Vec<f64>,
+    /// Amplitudes of gains, offsets and delays.
+    pub doubted: Vec<f64>,
     /// Squares that are left, per reading.
     pub squares: f64,
     /// Readings that count.
@@ -113,6 +115,7 @@ impl TrajectoryFrame {
                         amplitudes: amplitudes[nuisances..].to_vec(),
                         intensities: q.clone(),
                         theta: self.moved(&amplitudes, false),
+                        doubted: amplitudes[self.unknown.len()..nuisances].to_vec(),
                         squares: found.squares / found.count.max(1) as f64,
                         count: found.count,
                     });

@@ -3,8 +3,9 @@
 use std::rc::Rc;
 
 use trueup_plant::{Coordinate, CoordinateKind};
-use trueup_signals::{Loaded, PriorGuess};
+use trueup_signals::Loaded;
 
+use super::doubted::{DoubtedNumber, DoubtedScale, doubted, own_parameters};
 use super::nodes::TrajectoryIntake;
 use super::plant::{TrajectoryError, TrajectoryPlant};
 use super::readings::ReadOutputs;
@@ -28,11 +29,6 @@ const BEGIN: f64 = 0.3;
 /// Standard deviations of the first coordinates and rates, of a driven body and of one that floats: angles, rad and rad/s; places, m
 /// and m/s.
 const FIRST: [[f64; 2]; 3] = [[0.02, 0.05], [0.03, 0.05], [0.02, 0.03]];
-/// Standard deviation of an unknown gain of an input and of a reading, where the case gives none.
-const GAIN: [f64; 2] = [0.1, 0.05];
-/// The same of an offset, of an input in usual torques, of a reading in its unit.
-const OFFSET: [f64; 2] = [0.1, 0.05];
-
 /// A plant and its recordings about their trajectories, and all that belongs to them.
 #[derive(Clone)]
 pub struct TrajectoryFrame {
@@ -55,18 +51,9 @@ pub struct TrajectoryFrame {
     /// Standard deviations of the first coordinates and rates.
     pub first_deviation: Vec<f64>,
     outputs: Rc<ReadOutputs>,
-    /// Gains and offsets of inputs and of readings: which, its prior.
-    doubted: Rc<Vec<(DoubtedScale, f64)>>,
+    /// Gains and offsets of inputs and of readings.
+    doubted: Rc<Vec<DoubtedNumber>>,
     parameter_columns: Option<Rc<Vec<FilterColumn>>>,
-}
-
-/// A gain or an offset with a prior standard deviation.
-#[derive(Clone, Copy, Debug)]
-enum DoubtedScale {
-    InputGain(usize),
-    InputOffset(usize),
-    ReadingGain(usize),
-    ReadingOffset(usize),
 }
 
 impl TrajectoryFrame {
@@ -107,7 +94,8 @@ impl TrajectoryFrame {
         for nodes in &frame.intake.recordings {
             let readings = nodes.readings(&frame.intake.channels, &delays);
             let nodes = Rc::new(nodes.clone());
-            let run = TrajectoryRun::new(nodes, readings, &frame.intake.channels, &frame.plant);
+            let mut run = TrajectoryRun::new(nodes, readings, &frame.intake.channels, &frame.plant);
+            run.own_parameters = own_parameters(loaded, &frame.plant, &run.nodes.name);
             frame.runs.push(run);
         }
         frame.linearise(&[])?;
@@ -246,9 +234,9 @@ impl TrajectoryFrame {
             deviation: self.unknown.iter().map(|u| u.deviation).collect(),
             parameters: 0,
         };
-        for (scale, deviation) in self.doubted.iter() {
-            columns.push(self.scale_column(*scale));
-            priors = priors.with(&[0.0], &[*deviation]);
+        for d in self.doubted.iter() {
+            columns.push(self.scale_column(d.of));
+            priors = priors.with(&[0.0], &[d.deviation]);
         }
         (columns, priors)
     }
@@ -274,6 +262,11 @@ impl TrajectoryFrame {
         self.runs.iter().map(of_run).collect()
     }
 
+    /// Gains and offsets as they are reported, at these amplitudes: names and values.
+    pub fn reported(&self, amplitudes: &[f64]) -> Vec<(String, f64)> {
+        let value = |(d, a): (&DoubtedNumber, &f64)| (d.name.clone(), d.value(*a));
+        self.doubted.iter().zip(amplitudes).map(value).collect()
+    }
     /// Columns as the filter takes them, data first.
     pub fn packed(&self, columns: &[FilterColumn]) -> PackedColumns {
         let data = (0..self.runs.len()).map(|k| self.residual(k, None)).collect();
@@ -406,26 +399,4 @@ fn first_deviations(plant: &TrajectoryPlant) -> Vec<f64> {
     };
     let all: Vec<[f64; 2]> = plant.plant().coordinates().iter().map(of).collect();
     (0..2).flat_map(|k| all.iter().map(move |s| s[k])).collect()
-}
-
-/// Gains and offsets that the case has estimated, with their standard deviations.
-fn doubted(loaded: &Loaded, plant: &TrajectoryPlant, intake: &TrajectoryIntake) -> Vec<(DoubtedScale, f64)> {
-    let train = loaded.train();
-    let of =
-        |name: &str| train.first().and_then(|r| r.channel(name)).map(|c| (c.sensor.gain, c.sensor.offset));
-    let deviation = |guess: Option<PriorGuess>, usual: f64| guess.map(|g| g.doubt.unwrap_or(usual));
-    let mut all = Vec::new();
-    let table = plant.plant().table();
-    for (j, k) in table.driving.iter().enumerate() {
-        let Some((gain, offset)) = of(&table.inputs[*k].name) else { continue };
-        all.extend(deviation(gain, GAIN[0]).map(|d| (DoubtedScale::InputGain(j), d)));
-        let usual = OFFSET[0] * intake.usual_torque[j];
-        all.extend(deviation(offset, usual).map(|d| (DoubtedScale::InputOffset(j), d)));
-    }
-    for (c, channel) in intake.channels.iter().enumerate() {
-        let Some((gain, offset)) = of(&channel.name) else { continue };
-        all.extend(deviation(gain, GAIN[1]).map(|d| (DoubtedScale::ReadingGain(c), d)));
-        all.extend(deviation(offset, OFFSET[1]).map(|d| (DoubtedScale::ReadingOffset(c), d)));
-    }
-    all
 }

@@ -11,6 +11,7 @@
 //! a motion takes, and outputs with their gradients; [`steps`] A, B and c; [`unknowns`] the forces that a change of a parameter is
 //! worth. [`structures`] makes the plant of a case. [`nodes`] takes recordings to nodes; [`frame`] holds the trajectory, and [`fit`] moves it.
 
+mod doubted;
 pub mod fit;
 pub mod frame;
 pub mod nodes;

@@ -8,7 +8,7 @@ use trueup_plant::CoordinateKind;
 use trueup_signals::{Interpolation, Loaded, Recording};
 
 use super::plant::{TrajectoryError, TrajectoryPlant, TrajectoryPoint};
-use crate::innovations::intake::{UnfitRecording, integral, rows};
+use crate::innovations::intake::{UnfitRecording, begun, integral, rows, shown_at};
 use crate::innovations::numeric::median;
 
 /// Shortest step of the nodes, s.
@@ -131,7 +131,16 @@ impl TrajectoryNodes {
     }
 
     fn new(r: &Recording, inputs: &[String], channels: &[TrajectoryChannel]) -> Result<Self, UnfitRecording> {
-        let all = rows(r);
+        // Where delays are declared, channels have rows of their own: nodes are those of the channel with the most samples.
+        let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
+        let densest = r.channels.iter().max_by_key(|c| c.len()).filter(|_| delayed);
+        let all: Vec<f64> = densest.map_or_else(
+            || rows(r),
+            |c| {
+                let first = begun(r);
+                shown_at(c).filter(|t| *t >= first).collect()
+            },
+        );
         if all.len() <= FEW {
             return Err(UnfitRecording::Short { recording: r.name.clone(), samples: all.len() });
         }
@@ -157,8 +166,8 @@ impl TrajectoryNodes {
         let parts = ((usual / PART.0).ceil() as usize).clamp(PART.1[0], PART.1[1]);
         let samples = |name: &str| {
             r.channel(name).map_or_else(NodeSamples::default, |c| NodeSamples {
-                time: c.time.clone(),
-                values: c.values.clone(),
+                time: shown_at(c).collect(),
+                values: c.believed(),
                 hold: c.interpolation == Interpolation::Hold,
             })
         };
@@ -234,7 +243,8 @@ impl TrajectoryIntake {
         for c in train.first().into_iter().flat_map(|r| &r.channels).filter(|c| enough(&c.name)) {
             let Some(output) = table.output(&c.name) else { continue };
             let Some(state) = shown(plant, theta, output) else { continue };
-            let (resolution, noise) = (c.sensor.resolution.unwrap_or(0.0), c.sensor.noise.unwrap_or(0.0));
+            let [resolution, noise] = [c.sensor.resolution, c.sensor.noise]
+                .map(|x| x.unwrap_or(0.0) / c.sensor.believed_gain().abs());
             let rounding = resolution * resolution / 12.0;
             let pure = resolution > 0.0 && (noise - rounding.sqrt()).abs() < 0.02 * resolution;
             let variance = if pure { ROUNDING * rounding } else { noise * noise + rounding + 1e-14 };

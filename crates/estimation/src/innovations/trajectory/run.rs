@@ -1,5 +1,6 @@
 //! A recording along its trajectory.
 
+use std::borrow::Cow;
 use std::rc::Rc;
 
 use trueup_plant::InverseMass;
@@ -40,6 +41,8 @@ pub struct TrajectoryRun {
     pub model_readings: Vec<f64>,
     /// Scores by node: forces by coordinate, then readings by channel.
     pub scores: Vec<f64>,
+    /// Parameters that are others in this recording, known there: index and value.
+    pub own_parameters: Vec<(usize, f64)>,
     /// Steps and rows about the trajectory.
     pub(super) linear: Rc<TrajectoryLinear>,
 }
@@ -101,10 +104,18 @@ impl TrajectoryRun {
             accelerations: Vec::new(),
             model_readings: Vec::new(),
             scores: Vec::new(),
+            own_parameters: Vec::new(),
             linear: Rc::default(),
         };
         run.put(states, vec![0.0; n * length], vec![0.0; n * length]);
         run
+    }
+
+    /// All parameters as they are in this recording.
+    pub fn parameters_of<'a>(&self, theta: &'a [f64]) -> Cow<'a, [f64]> {
+        let mut theta = Cow::Borrowed(theta);
+        self.own_parameters.iter().for_each(|(k, value)| theta.to_mut()[*k] = *value);
+        theta
     }
 
     /// Takes a trajectory, the forces that hold over its steps, and those of the hypothesis among them.
@@ -157,6 +168,7 @@ impl TrajectoryRun {
         white: &[f64],
         laws: &LawTangent,
     ) -> Result<(), TrajectoryError> {
+        let theta = &*self.parameters_of(theta);
         let (n, length) = (self.coordinates(), self.nodes.len());
         let channels = self.readings.mean.len() / length;
         self.accelerations.clear();
@@ -212,6 +224,7 @@ impl TrajectoryRun {
         theta: &[f64],
         unknown: &[UnknownParameter],
     ) -> Vec<ColumnPart> {
+        let theta = &*self.parameters_of(theta);
         let (n, length) = (self.coordinates(), self.nodes.len());
         let changes: Vec<(usize, f64)> = unknown.iter().map(|u| (u.index, u.unit_at(theta))).collect();
         let mut series = vec![vec![vec![0.0; length]; n]; unknown.len()];
@@ -232,7 +245,9 @@ impl TrajectoryRun {
             }
             part
         };
-        series.into_iter().map(column).collect()
+        let own = |u: &UnknownParameter| self.own_parameters.iter().any(|(k, _)| *k == u.index);
+        let all = series.into_iter().zip(unknown);
+        all.map(|(s, u)| if own(u) { ColumnPart::default() } else { column(s) }).collect()
     }
 }
 

@@ -30,9 +30,9 @@ pub(super) struct ControlSettings<'a, T> {
     pub(super) of_base: [T; 3],
     /// What turns the base, if it is no wheels.
     pub(super) thrusters: Option<&'a [ControlledThruster<T>]>,
-    /// Axis of a wheel beside them, base axes, or 0.
+    /// Axis of a wheel next to them, base axes, or 0.
     pub(super) wheel: [T; 3],
-    /// Direction in which each tip pushes, inertial axes, and the damping along it.
+    /// Direction of the force of each tip, inertial axes, and the damping along it.
     pub(super) normal: &'a [T],
     pub(super) contact_damping: &'a [T],
     /// Of the appendages, by the joints and by the base.
@@ -49,7 +49,7 @@ pub(super) struct ControlReferences<'a, T> {
     pub(super) torques: &'a [T],
     /// Base axes.
     pub(super) base: [T; 3],
-    /// That each tip pushes by, N.
+    /// Force of each tip on what it touches, N.
     pub(super) forces: &'a [T],
 }
 
@@ -206,7 +206,7 @@ impl<T: Scalar> ControlLaw<'_, T> {
         rates
     }
 
-    /// The direction in which a hand pushes, base axes, where it does.
+    /// The direction of a hand's force, base axes, where it has one.
     fn pushes(&self, a: usize) -> Option<[T; 3]> {
         let normal = unit(three(self.settings.normal, 3 * a));
         let pushes = self.reference.forces[a].value() != 0.0;
@@ -227,7 +227,7 @@ impl<T: Scalar> ControlLaw<'_, T> {
         let mut task = TaskJacobian::new();
         let mut wanted = [T::zero(); MAX_ROWS];
         let (mut push, mut reaction) = ([T::zero(); MAX_BODIES], [T::zero(); BASE]);
-        // Acceleration along the normal that the integrals ask for.
+        // Acceleration along the normal that the integrals require.
         let mut asked = [[T::zero(); 3]; MAX_TIPS];
         task.columns = directions.len();
         for (a, tip) in s.tips.iter().enumerate() {

@@ -91,7 +91,7 @@ layout! {
     base_actuator "baseActuator" [] if !s.held && s.thrusters > 0, "", Parameter::fixed(Item(&BASE_ACTUATOR)),
         "What turns the base with baseControl attitude";
     wheel_axis "wheelAxis" [3] if !s.held && s.thrusters > 0, "1", tunable(Any),
-        "Axis of a wheel beside the thrusters, base axes: it takes the torque about it, up to baseTorqueLimit; 0: no wheel (CTS-10)";
+        "Axis of a wheel next to the thrusters, base axes: it takes the torque about it, up to baseTorqueLimit; 0: no wheel (CTS-10)";
     thruster_level "thrusterForceLimit" [s.thrusters] if !s.held, "N", tunable(Positive),
         "Force of a thruster that is on; the largest one while samplePeriod is 0 (CTS-10)";
     least_impulse "minimumImpulse" [s.thrusters] if !s.held, "N.s", tunable(NotNegative),
@@ -99,7 +99,7 @@ layout! {
     specific_impulse "specificImpulse" [] if !s.held && s.thrusters > 0, "s", tunable(Positive),
         "Impulse per weight of propellant: its mass is the impulse over 9.80665 m/s2 times that";
     contact_normal "contactNormal" [s.tips.len(), 3], "1", tunable(Any),
-        "Direction in which a hand pushes while contactForceReference is not 0, inertial axes (CTS-14)";
+        "Direction of a hand's force while contactForceReference is not 0, inertial axes (CTS-14)";
     contact_damping "contactDamping" [s.tips.len()], "N.s/m", tunable(NotNegative),
         "Force per velocity of a pushing hand along contactNormal, against that of its reference (CTS-14)";
     vibration_gain "vibrationGain" [] if !s.held && s.modes() > s.linked(), "1/(kg.m2.s)", tunable(NotNegative),
@@ -154,7 +154,7 @@ layout! {
     held_torque "heldTorque" [s.bodies()], "N.m", LayoutState::new("N.m/s", 1.0, Shows::Flag), "jointTorque of the last sample, while samplePeriod > 0";
     held_base_torque "heldBaseTorque" [3] if !s.held, "N.m", LayoutState::new("N.m/s", 1.0, Shows::Flag), "baseTorque of the last sample";
     held_thruster "heldThrusterForce" [s.thrusters] if !s.held, "N", LayoutState::new("N/s", 1.0, Shows::Flag), "thrusterForce of the last sample";
-    owed "thrusterImpulse" [s.thrusters] if !s.held, "N.s", LayoutState::new("N", 0.1, Shows::Flag), "impulse that was wanted and not given yet";
+    owed "thrusterImpulse" [s.thrusters] if !s.held, "N.s", LayoutState::new("N", 0.1, Shows::Flag), "impulse that is due";
     left "thrusterSamples" [s.thrusters] if !s.held, "1", LayoutState::new("1/s", 1.0, Shows::Flag), "samples for which the thruster stays on";
     pulses "thrusterPulses" [s.thrusters] if !s.held, "1", LayoutState::new("1/s", 1.0, Shows::Flag), "how often the thruster was turned on";
     propellant "propellant" [] if !s.held && s.thrusters > 0, "kg", LayoutState::new("kg/s", 1e-3, Shows::All), "propellant used";

@@ -163,7 +163,7 @@ impl SpaceController {
             let at = own.contact_normal + 3 * a;
             if three(p, at) == [0.0; 3] {
                 let message = format!(
-                    "contactNormal[{},1] to [{0},3] are all 0, which is no direction: give the one in which the hand pushes",
+                    "contactNormal[{},1] to [{0},3] are all 0, which is no direction: give that of the hand's force",
                     a + 1
                 );
                 return Err((at, message));

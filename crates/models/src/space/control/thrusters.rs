@@ -15,7 +15,7 @@ const HALVINGS: usize = 30;
 /// Of free fall, m/s2: what a specific impulse in s is counted by.
 pub(super) const STANDARD_GRAVITY: f64 = 9.806_65;
 
-/// Thrusters as the controller knows them, base axes.
+/// Thrusters as the controller has them, base axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ControlledThruster<T> {
     /// From the base's centre of mass, m.
@@ -114,7 +114,7 @@ fn slope<T: Scalar>(
 /// What a thruster remembers from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ThrusterMemory {
-    /// Impulse that is wanted and not given yet, N.s.
+    /// Impulse that is due, N.s.
     pub(super) owed: f64,
     /// Samples for which it stays on.
     pub(super) left: f64,
@@ -156,7 +156,7 @@ mod tests {
         sum
     }
 
-    /// Checks CTS-10: forces stay within 0 and that of the thruster, what they give is what is said of them, and none could be
+    /// Checks CTS-10: forces stay within 0 and that of the thruster, what they give is what is reported of them, and none could be
     /// changed for the better.
     #[test]
     fn thrusters_give_the_torque_that_they_can() {
@@ -197,7 +197,7 @@ mod tests {
         assert!(worst < 1e-6, "{worst}");
     }
 
-    /// Checks CTS-11: what is wanted is given in the mean, no pulse is shorter than the smallest impulse.
+    /// Checks CTS-11: what is due is given in the mean, no pulse is shorter than the smallest impulse.
     #[test]
     fn pulses_give_what_is_wanted_in_the_mean() {
         for (wanted, least) in [(0.3, 0.5), (4.0, 0.5), (9.9, 0.1), (0.01, 2.0)] {

@@ -1,4 +1,4 @@
-//! A hand that pushes against a wall.
+//! A hand in contact with a wall.
 
 use super::loops::BENT;
 use super::{Controlled, RunSample, run_with};
@@ -28,7 +28,7 @@ fn scaled(design: &RobotDesign, lambda: f64) -> RobotDesign {
     small
 }
 
-/// Force on the wall over the time, at the size `lambda`: the hand goes to a wall 2 cm ahead and pushes by 5 N for 8 s of full size.
+/// Force on the wall over the time, at the size `lambda`: the hand goes to a wall 2 cm ahead and has a force of 5 N for 8 s of full size.
 fn pushed(lambda: f64, base: f64, holds: bool) -> (Vec<(f64, f64)>, Vec<RunSample>, Flyer) {
     let design = scaled(&presets::chaser(), lambda);
     let (mut plant, mut control) = (Flyer::of(&design), Controlled::of(&design));
@@ -84,7 +84,7 @@ fn started(plant: &Flyer) -> Vec<f64> {
 }
 
 /// Checks CTS-14: a constant force along the normal for the scaled time (S2 section 4), base free and controlled, at full size and at
-/// 0.3, and equal after scaling; a hand that follows velocities alone pushes harder and harder.
+/// 0.3, and equal after scaling; the force of a hand that follows velocities alone grows.
 #[test]
 fn a_hand_pushes_by_a_constant_force_at_either_size() {
     for base in [1.0, 2.0] {

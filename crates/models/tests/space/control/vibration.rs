@@ -31,13 +31,13 @@ fn settled(energy: &[(f64, f64)]) -> Option<f64> {
 fn the_arm_or_the_base_settles_the_panels() {
     let free = settled(&ringing(1.0, (0.0, 0.0), (2.0, 1.0), 60.0)).unwrap();
     println!("joints held: {free:.1} s");
-    println!("vibrationGain: settled after (s)");
+    println!("vibrationGain: at rest after (s)");
     let arm = [1.0, 3.0, 6.0, 12.0].map(|g| {
         let after = settled(&ringing(1.0, (g, 0.0), (2.0, 1.0), 30.0)).unwrap();
         println!("{g}: {after:.1}");
         after
     });
-    println!("baseVelocityGain, baseTrackingGain, baseVibrationGain: settled after (s)");
+    println!("baseVelocityGain, baseTrackingGain, baseVibrationGain: at rest after (s)");
     let base =
         [((2.0, 1.0), 0.0), ((2.0, 1.0), 0.02), ((5.0, 6.0), 0.0), ((5.0, 6.0), 0.02), ((5.0, 6.0), 0.06)]
             .map(|(of_base, g)| {

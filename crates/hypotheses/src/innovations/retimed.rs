@@ -1,0 +1,71 @@
+//! Delays that are estimated: readings and inputs are put to the times at which the model alone has them; what is left of each delay
+//! is a column of every hypothesis.
+
+use std::borrow::Cow;
+
+use trueup_signals::{Channel, Loaded};
+
+/// Delays that are tried first, s: a fit from 0 may end on its way.
+const TRIED: [f64; 12] =
+    [-0.016, -0.0065, -0.0025, 0.0015, 0.0025, 0.004, 0.0065, 0.01, 0.016, 0.025, 0.04, 0.06];
+/// Times that channels are put back then, the step below which they stay, in steps of the nodes, and the longest step, s.
+const RETIMED: (usize, f64, f64) = (6, 0.2, 0.02);
+
+/// What the model alone has of the delays of a case.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LaterChannels {
+    /// Log evidence a reading, nats.
+    pub(super) evidence: f64,
+    /// Step of the nodes, s.
+    pub(super) step: f64,
+    /// Channels whose delays are estimated, with what adds to the assumed delays, s; none without a fit.
+    pub(super) by: Vec<(String, f64)>,
+}
+
+fn all(loaded: &mut Loaded) -> impl Iterator<Item = &mut Channel> {
+    loaded.recordings.values_mut().flat_map(|r| &mut r.channels)
+}
+
+/// A case at the delays that the model alone has; `look`: what it has of a case, with a fit or without one.
+///
+/// # Errors
+/// Those of `look`.
+pub(super) fn retimed<'a, E>(
+    loaded: &'a Loaded,
+    look: impl Fn(&Loaded, bool) -> Result<LaterChannels, E>,
+) -> Result<Cow<'a, Loaded>, E> {
+    let mut late: Vec<String> = Vec::new();
+    for c in loaded.recordings.values().flat_map(|r| &r.channels).filter(|c| c.sensor.late.is_some()) {
+        if !late.contains(&c.name) {
+            late.push(c.name.clone());
+        }
+    }
+    if late.is_empty() {
+        return Ok(Cow::Borrowed(loaded));
+    }
+    let mut loaded = loaded.clone();
+    for name in &late {
+        let mut best = (look(&loaded, false)?.evidence, loaded.clone());
+        for by in TRIED {
+            let mut moved = loaded.clone();
+            all(&mut moved).filter(|c| c.name == *name).for_each(|c| c.sensor.delay += by);
+            let evidence = look(&moved, false)?.evidence;
+            if evidence > best.0 {
+                best = (evidence, moved);
+            }
+        }
+        loaded = best.1;
+    }
+    let (times, settled, longest) = RETIMED;
+    for _ in 0..times {
+        let LaterChannels { step, by, .. } = look(&loaded, true)?;
+        if by.iter().all(|(_, by)| by.abs() < settled * step) {
+            break;
+        }
+        for c in all(&mut loaded) {
+            let by = by.iter().find(|(name, _)| *name == c.name).map_or(0.0, |l| l.1);
+            c.sensor.delay += by.clamp(-longest, longest);
+        }
+    }
+    Ok(Cow::Owned(loaded))
+}
