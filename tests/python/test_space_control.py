@@ -103,17 +103,45 @@ def test_rates_are_those_of_pinocchios_generalized_jacobian(trueup, tmp_path, ar
     assert tried > 2 and worst < 1e-9, f"TRUEUP_SEED={seed}: {tried} {worst}"
 
 
-def straight(trueup, fmus, tmp_path, base="free"):
-    """Times, tip positions and momenta of examples/07-space-arm/space-arm.toml."""
+def simulated(trueup, fmus, tmp_path, *changes):
+    """Columns of examples/07-space-arm/space-arm.toml with those changes of its text."""
     text = (ROOT / "examples/07-space-arm/space-arm.toml").read_text().replace("../../out", str(fmus)).replace('"reference.csv"', f"'{ROOT}/examples/07-space-arm/reference.csv'")
     file = tmp_path / "system.toml"
-    file.write_text(text.replace('baseControl = "free"', f'baseControl = "{base}"'))
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    file.write_text(text)
     done = trueup("simulate", file, "-o", tmp_path / "r.parquet")
     assert done.returncode == 0, done.stderr
-    table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
+    return pyarrow.parquet.read_table(tmp_path / "r.parquet")
+
+
+def straight(trueup, fmus, tmp_path, base="free"):
+    """Tip positions and momenta of the example."""
+    table = simulated(trueup, fmus, tmp_path, ('baseControl = "free"', f'baseControl = "{base}"'))
     read = lambda name: np.column_stack([table[f"robot.{name}[{i}]"].to_numpy() for i in (1, 2, 3)])  # noqa: E731
     tip = np.column_stack([table[f"robot.tipPosition[1,{i}]"].to_numpy() for i in (1, 2, 3)])
     return tip, read("linearMomentum"), read("angularMomentum")
+
+
+def test_thrusters_hold_the_attitude_by_pulses(trueup, fmus, tmp_path):
+    table = simulated(
+        trueup, fmus, tmp_path,
+        ('baseControl = "free"', 'baseControl = "attitude", baseActuator = "thrusters"'),
+        ("connections = [", 'connections = [\n    "controller.thrusterForce -> robot.thrusterForce",'),
+    )  # fmt: skip
+    read = lambda name, k: table[f"{name}[{k}]"].to_numpy()  # noqa: E731
+    turned = 2 * np.max([np.abs(read("robot.baseQuaternion", k)) for k in (2, 3, 4)])
+    pulses = sum(read("controller.thrusterPulses", k)[-1] for k in range(1, 13))
+    forces = np.array([read("controller.thrusterForce", k) for k in range(1, 13)])
+    propellant = table["controller.propellant"].to_numpy()
+    print(f"turned by {turned:.1e} rad, {pulses:.0f} pulses, {1e3 * propellant[-1]:.1f} g")
+    assert set(np.unique(forces)) == {0.0, 10.0}
+    assert turned < 1e-3 and pulses > 100
+    # 10 N for 0.005 s a sample; the last row's sample is not over.
+    impulse = forces[:, :-1].sum() * 0.005
+    assert propellant[-1] == pytest.approx(impulse / (9.80665 * 220), abs=1e-4)
+    assert np.all(np.diff(propellant) >= 0)
 
 
 def test_the_example_goes_straight_where_the_arms_jacobian_misses(trueup, fmus, tmp_path):
@@ -136,6 +164,8 @@ def test_the_example_goes_straight_where_the_arms_jacobian_misses(trueup, fmus, 
         (("--preset", "table-9"), "table-9"),
         (("--effect", "backlash"), "does not act in SpaceController"),
         (("--set", "baseControl=7"), "baseControl"),
+        (("--set", "baseActuator=3"), "baseActuator"),
+        (("--set", "contactNormal[1,1]=0"), "which is no direction"),
         (("--set", "samplePeriod=0.1"), "samplePeriod 0.1 s is too long"),
     ),
 )
