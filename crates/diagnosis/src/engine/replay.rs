@@ -364,7 +364,7 @@ impl CaseSearch<'_> {
         }
     }
 
-    /// Whether recordings are those for fitting or those held out; `None`: neither, they may be gone when others are asked for.
+    /// Whether recordings are those for fitting or those held out; `None`: neither, they may be gone when others are computed.
     fn part_of(&self, runs: &[Compared]) -> Option<usize> {
         [&self.case.train, &self.case.holdout].iter().position(|own| std::ptr::eq(&own[..], runs))
     }
