@@ -9,6 +9,7 @@ use std::rc::Rc;
 use trueup_signals::noise::{by_differences, second_differences};
 use trueup_signals::{Channel, Interpolation, Loaded, Recording};
 
+use super::intake_channel::IntakeChannel;
 use super::numeric::median;
 use super::plant::{ForcedPlant, InputForce};
 use super::rig::RigTerms;
@@ -129,23 +130,6 @@ pub struct IntakeRecording {
     pub means: Vec<Vec<f64>>,
     /// Readings, one entry a channel.
     pub readings: Vec<NodeReadings>,
-}
-
-/// What is known of a channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct IntakeChannel {
-    /// Its name.
-    pub name: String,
-    /// Index among the readings of the plant.
-    pub reading: usize,
-    /// State that it shows.
-    pub state: usize,
-    /// An angle; else a rate.
-    pub angle: bool,
-    /// One count and the width of white noise together, in the state's unit.
-    pub resolution: f64,
-    /// Variance of one reading, in the square of the state's unit.
-    pub variance: f64,
 }
 
 /// The recordings of a case for fitting.

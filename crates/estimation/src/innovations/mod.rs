@@ -18,6 +18,7 @@ pub mod fixed_point;
 pub mod frame;
 pub mod gram;
 pub mod intake;
+pub mod intake_channel;
 pub mod intensity;
 pub mod kernel;
 pub mod known_effects;

@@ -12,7 +12,7 @@ use std::borrow::Cow;
 
 use trueup_signals::{Channel, Loaded, PriorGuess, SensorData};
 
-use super::intake::IntakeChannel;
+use super::intake_channel::IntakeChannel;
 use super::known_effects::{KNOWN, UNIT};
 use super::plant::{ForcedPlant, GearTrain};
 

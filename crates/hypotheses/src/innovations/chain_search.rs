@@ -90,9 +90,11 @@ fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static s
     };
     // What is 0 in the others is no part of their structure.
     let strange = |r: &Recording| {
-        r.parameters.iter().filter(|(name, _)| !name.starts_with("initial")).any(|(name, value)| {
-            let nominal = table.parameter(name).map_or(0.0, |k| structures.nominal[k]);
-            nominal == 0.0 || value.number().is_none_or(|v| v == 0.0)
+        r.parameters.iter().any(|(name, value)| {
+            let place = table.parameter(name);
+            let nominal = place.map_or(0.0, |k| structures.nominal[k]);
+            let begins = place.is_some_and(|k| table.parameters[k].is_initial());
+            !begins && (nominal == 0.0 || value.number().is_none_or(|v| v == 0.0))
         })
     };
     let known = [
