@@ -131,13 +131,13 @@ def full(request):
 
 @pytest.fixture(scope="session")
 def example():
-    """example(name, text) runs an example program, which cargo built next to the program, and returns what it prints."""
+    """example(name, text, arguments) runs an example program, which cargo built next to the program, and returns what it prints."""
     folder = from_environment("TRUEUP_BIN").parent / "examples"
 
-    def run(name, text=None):
+    def run(name, text=None, arguments=()):
         program = folder / name
         assert program.is_file(), f"{program} is missing: ./test builds it, or cargo build --release --workspace --example {name}"
-        done = subprocess.run([program], input=text, capture_output=True, text=True)
+        done = subprocess.run([program, *arguments], input=text, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         return done.stdout
 

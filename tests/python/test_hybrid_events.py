@@ -4,11 +4,9 @@ events, against FMPy's CVode at a tight tolerance: times of events and states at
 `EVENT_SEED` chooses other parameters; the seed is printed. A short run against our own driver is in crates/fmi-import/tests."""
 
 import os
-import subprocess
 
 import numpy as np
 import pytest
-from conftest import from_environment
 from fmpy import extract, read_model_description, simulate_fmu
 from test_event_integrators import arm, capture, joint
 
@@ -31,15 +29,12 @@ def held(inputs, stop):
     return sorted((t, u) for t, u in rows.items() if t < stop)
 
 
-def as_plant(file, start, inputs, stop):
+def as_plant(example, file, start, inputs, stop):
     """Events and last states of our run."""
     lines = [f"p {name} {value!r}" for name, value in start.items()]
     lines += [" ".join(["u", repr(t), *(f"{n} {v!r}" for n, v in u.items())]) for t, u in held(inputs, stop)]
-    program = from_environment("TRUEUP_BIN").parent / "examples" / "hybrid_run"
-    assert program.exists(), f"{program} is missing: cargo build --release --workspace --examples"
-    run = subprocess.run([program, file, str(stop), str(TOLERANCE)], input="\n".join(lines), capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    words = [line.split() for line in run.stdout.splitlines()]
+    shown = example("hybrid_run", "\n".join(lines), (file, str(stop), str(TOLERANCE)))
+    words = [line.split() for line in shown.splitlines()]
     return [float(w[1]) for w in words if w[0] == "event"], [float(w[2]) for w in words if w[0] == "state"]
 
 
@@ -59,7 +54,7 @@ def by_cvode(folder, description, start, inputs, stop):
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", CASES)
-def test_events_of_a_plant_are_those_of_cvode(trueup, fmu, tmp_path, name):
+def test_events_of_a_plant_are_those_of_cvode(trueup, example, fmu, tmp_path, name):
     model, effect, make, stop, late_limit, off_limit = CASES[name]
     files = [fmu(model, version) for version in (2, 3)]
     if effect:
@@ -75,7 +70,7 @@ def test_events_of_a_plant_are_those_of_cvode(trueup, fmu, tmp_path, name):
         events, there, ranges = by_cvode(folder, description, start, inputs, stop)
         counts.append(len(events))
         for file, (late, off) in zip(files, found, strict=True):
-            ours, last = as_plant(file, start, inputs, stop)
+            ours, last = as_plant(example, file, start, inputs, stop)
             assert len(ours) == len(events), f"seed {SEED}, set {k}, {file.name}: {ours}, {events}"
             late += [abs(a - b) for a, b in zip(ours, events, strict=True)]
             off += [abs(a - b) / max(size, 1e-3) for a, b, size in zip(last, there, ranges, strict=True)]

@@ -5,7 +5,6 @@
 mod hybrid_derivatives;
 mod hybrid_events;
 mod hybrid_fmu;
-#[path = "../examples/hybrid_run/run.rs"]
 mod hybrid_run;
 mod isolated;
 mod misbehaving;

@@ -9,6 +9,7 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+#[path = "../tests/hybrid_run.rs"]
 mod run;
 
 use std::error::Error;
