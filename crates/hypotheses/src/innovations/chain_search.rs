@@ -3,6 +3,7 @@
 
 use std::borrow::Cow;
 
+use trueup_estimation::innovations::rig::LateGroup;
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
@@ -31,8 +32,8 @@ const LEADERS: [usize; 2] = [6, 2];
 const SPEEDS: [f64; 4] = [0.06, 0.15, 0.35, 0.7];
 /// Late channels that have a frame, at most.
 const LATE: usize = 3;
-/// Delays are settled to a fifth of this, s: what is left of one the latent errors of its readings take.
-const DELAY_STEP: f64 = 1e-3;
+/// Least step by which delays are tried, s: latent errors of readings take what is left of one.
+const DELAY: f64 = 2.5e-4;
 /// Effects in addition to which a second is looked for.
 const FIRST: usize = 2;
 
@@ -87,14 +88,21 @@ pub fn prepared<'a>(
     structures: &PlantStructures,
 ) -> Result<Cow<'a, Loaded>, TrajectoryError> {
     let look = |loaded: &Loaded, fits: bool| -> Result<LaterChannels, TrajectoryError> {
-        let mut frame = frame_of_case(loaded, structures)?.for_delays(fits);
+        if fits {
+            // No delay is left to be fitted.
+            return Ok(LaterChannels::default());
+        }
+        let mut frame = frame_of_case(loaded, structures)?.for_delays();
         frame.start()?;
         let q = frame.intensities.clone();
-        let fit = frame.fit(&|_| Vec::new(), None, &q, if fits { ROUNDS[1] } else { 1 }, !fits)?;
+        let fit = frame.fit(&|_| Vec::new(), None, &q, 1, true)?;
         let evidence = fit.evidence / fit.count.max(1) as f64;
-        Ok(LaterChannels { evidence, step: DELAY_STEP, by: frame.later(&fit.doubted) })
+        Ok(LaterChannels { evidence, ..LaterChannels::default() })
     };
-    retimed(loaded, look)
+    let table = structures.plant.plant().table();
+    let mut late = LateGroup::all(loaded);
+    late.retain(|g| table.output(&g.channel).is_some() || table.inputs.iter().any(|q| q.name == g.channel));
+    retimed(loaded, late, DELAY, look)
 }
 
 /// Fits the model alone; leaves a frame where hypotheses begin.

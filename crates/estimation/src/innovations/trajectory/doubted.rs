@@ -1,10 +1,11 @@
 //! What a case has estimated of its sensors, and the parameters of single recordings.
 
-use trueup_signals::{Loaded, PriorGuess, Recording, SensorData};
+use trueup_signals::{Loaded, PriorGuess, SensorData};
 
 use super::nodes::{TrajectoryChannel, TrajectoryIntake};
 use super::plant::TrajectoryPlant;
 use super::structures::number_of;
+use crate::innovations::rig::{Guess, guesses};
 
 /// Standard deviation of an unknown gain of an input and of a reading, where the case gives none.
 const GAIN: [f64; 2] = [0.1, 0.05];
@@ -56,10 +57,9 @@ impl DoubtedNumber {
     pub(super) fn is_in(&self, recording: usize) -> bool {
         self.only.as_ref().is_none_or(|only| only.contains(&recording))
     }
-    /// The channel that is late, of a delay.
-    pub(super) fn late(&self) -> Option<&str> {
-        let delay = matches!(self.of, DoubtedScale::InputDelay(_) | DoubtedScale::ReadingDelay(_));
-        self.name.strip_suffix(".delay").filter(|_| delay)
+    /// Whether it is a delay.
+    pub(super) fn is_delay(&self) -> bool {
+        matches!(self.of, DoubtedScale::InputDelay(_) | DoubtedScale::ReadingDelay(_))
     }
 }
 
@@ -78,7 +78,16 @@ pub(super) fn doubted(
             DoubtedScale::InputOffset(_) | DoubtedScale::ReadingOffset(_) => ("offset", |s| s.offset),
             DoubtedScale::InputDelay(_) | DoubtedScale::ReadingDelay(_) => ("delay", |s| s.late),
         };
-        for (g, s, only) in guesses(&train, name, guess, matches!(of, DoubtedScale::ReadingOffset(_))) {
+        // Offsets of readings are each recording's own, however they are guessed.
+        let each: Vec<Guess> = match of {
+            DoubtedScale::ReadingOffset(_) => {
+                let sensors =
+                    train.iter().enumerate().filter_map(|(k, r)| Some((k, &r.channel(name)?.sensor)));
+                sensors.filter_map(|(k, s)| Some((s.offset?, s.clone(), Some(vec![k])))).collect()
+            }
+            _ => guesses(&train, name, guess),
+        };
+        for (g, s, only) in each {
             let gain = s.gain.map_or(1.0, |g| g.value);
             // The standard deviation of an offset is in the unit of the reading, of what acts it is that over the gain.
             let unit = if figure == "offset" { gain.abs() } else { 1.0 };
@@ -104,28 +113,6 @@ pub(super) fn doubted(
         add(name, DoubtedScale::ReadingDelay(c), DELAY);
     }
     all
-}
-
-/// What is estimated of a channel, each guess once, or with `each` that of every recording: with the sensor of the first recording that has
-/// it, and the recordings that have it (`None`: all that have the channel).
-fn guesses(
-    train: &[&Recording],
-    name: &str,
-    of: fn(&SensorData) -> Option<PriorGuess>,
-    each: bool,
-) -> Vec<(PriorGuess, SensorData, Option<Vec<usize>>)> {
-    let all = train.iter().enumerate().filter_map(|(k, r)| Some((k, &r.channel(name)?.sensor)));
-    let all: Vec<(usize, &SensorData)> = all.collect();
-    let mut found: Vec<(PriorGuess, SensorData, Vec<usize>)> = Vec::new();
-    for (k, sensor) in &all {
-        let Some(guess) = of(sensor) else { continue };
-        match found.iter_mut().find(|f| f.0 == guess && !each) {
-            Some(same) => same.2.push(*k),
-            None => found.push((guess, (*sensor).clone(), vec![*k])),
-        }
-    }
-    let only = |k: Vec<usize>| (each || k.len() < all.len()).then_some(k);
-    found.into_iter().map(|(guess, sensor, k)| (guess, sensor, only(k))).collect()
 }
 
 /// Parameters of a model that a recording has by itself.

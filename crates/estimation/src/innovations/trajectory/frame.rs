@@ -112,14 +112,10 @@ impl TrajectoryFrame {
         Ok(frame)
     }
 
-    /// As long as delays are looked for: readings have no latent errors but the least, which would follow a late channel; `fits`: delays are
-    /// estimated, else they are those in hand.
-    pub fn for_delays(mut self, fits: bool) -> Self {
+    /// As long as delays are looked for: those in hand, and readings without latent errors but the least, which would follow a late channel.
+    pub fn for_delays(mut self) -> Self {
         self.errors_held = true;
-        if !fits {
-            let rest = self.doubted.iter().filter(|d| d.late().is_none()).cloned();
-            self.doubted = Rc::new(rest.collect());
-        }
+        self.doubted = Rc::new(self.doubted.iter().filter(|d| !d.is_delay()).cloned().collect());
         self
     }
 
@@ -310,11 +306,6 @@ impl TrajectoryFrame {
             d.only.iter().flatten().map(|k| (d.name.clone(), *k, value)).collect::<Vec<_>>()
         };
         self.doubted.iter().zip(amplitudes).flat_map(of).collect()
-    }
-    /// Channels whose delays are estimated, with what adds to those in hand at these amplitudes, s.
-    pub fn later(&self, amplitudes: &[f64]) -> Vec<(String, f64)> {
-        let all = self.doubted.iter().zip(amplitudes);
-        all.filter_map(|(d, a)| Some((d.late()?.to_owned(), *a))).collect()
     }
     /// Whether the delay of a channel is estimated.
     pub fn is_late(&self, channel: usize) -> bool {
