@@ -13,7 +13,7 @@ use trueup_estimation::innovations::plant::{ForcedPlant, StateReading};
 use trueup_estimation::innovations::rig::{LateGroup, root_mean_square};
 use trueup_estimation::innovations::two_mass::{TwoMassPlant, coordinate};
 use trueup_estimation::innovations::unread::{UnreadFigures, is_estimated, unread};
-use trueup_signals::{Channel, Loaded, ParameterValue, Recording};
+use trueup_signals::{Loaded, ParameterValue, Recording};
 
 use super::candidate::{ScreenedShape, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
