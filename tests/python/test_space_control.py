@@ -2,6 +2,7 @@
 
 import os
 import random
+import resource
 
 import numpy as np
 import pyarrow.parquet
@@ -122,6 +123,16 @@ def straight(trueup, fmus, tmp_path, base="free"):
     read = lambda name: np.column_stack([table[f"robot.{name}[{i}]"].to_numpy() for i in (1, 2, 3)])  # noqa: E731
     tip = np.column_stack([table[f"robot.tipPosition[1,{i}]"].to_numpy() for i in (1, 2, 3)])
     return tip, read("linearMomentum"), read("angularMomentum")
+
+
+def test_the_example_runs_faster_than_real_time(trueup, fmus, tmp_path):
+    """Robot and controller at 200 Hz, by processor time, the start of the program and the table of results included."""
+    used = lambda: sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])  # noqa: E731
+    before = used()
+    seconds = simulated(trueup, fmus, tmp_path)["time"].to_numpy()[-1]
+    factor = seconds / (used() - before)
+    print(f"{factor:.0f} times real time")
+    assert factor > 5
 
 
 def test_thrusters_hold_the_attitude_by_pulses(trueup, fmus, tmp_path):
