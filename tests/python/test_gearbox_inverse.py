@@ -168,18 +168,17 @@ def test_motions_without_torques_are_refused(trueup, tmp_path):
 
 
 def test_weights_of_times(trueup, tmp_path):
-    """`identify` uses them and states it, `diagnose` refuses them with their line."""
-    case = tmp_path / "case"
-    case.mkdir()
-    for name in ("case.toml", "train-1.csv", "train-2.csv", "train-3.csv", "holdout-1.csv"):
-        (case / name).write_text((ROOT / "examples/06-backlash" / name).read_text())
-    text = (case / "case.toml").read_text()
-    assert "[fit]" not in text
-    (case / "case.toml").write_text(text + "\n[[fit.weight]]\nstart = 4.0\nweight = 0.25\n")
-    line = len(text.splitlines()) + 2
-    done = trueup("diagnose", case, "-o", tmp_path / "found")
-    refused(done, 1, f"case.toml:{line}", "`weight` of [fit] would be ignored", "trueup identify")
+    """`identify` uses them and states it, `diagnose` and regressions refuse them."""
+    folder = ROOT / "examples/09-flexible-joint"
+    for name in ("test-2.csv", "test-2.csv.toml", "weighted.toml"):
+        (tmp_path / name).write_text((folder / name).read_text())
+    line = next(k for k, text in enumerate((folder / "weighted.toml").read_text().splitlines(), 1) if text.startswith("weight"))
+    done = trueup("diagnose", tmp_path / "weighted.toml", "-o", tmp_path / "found")
+    refused(done, 1, f"weighted.toml:{line}", "`weight` of [fit] would be ignored", "trueup identify")
     assert not (tmp_path / "found").exists()
-    done = trueup("identify", case, "--fast")
-    assert done.returncode == 0 and "readings from 4 s on count for 0.25 each" in done.stdout + done.stderr, done.stdout + done.stderr
-    refused(trueup("identify", case, "--method", "iv"), 1, "method iv has no `weight`")
+    done = trueup("identify", tmp_path / "weighted.toml", "--fast", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert any("readings from 5 s on count for 0.1 each" in note for note in found["notes"]), found["notes"]
+    assert 5.7 < found["parameters"]["jointStiffness[1]"]["value"] < 5.82
+    refused(trueup("identify", tmp_path / "weighted.toml", "--method", "iv"), 1, "method iv has no `weight`")
