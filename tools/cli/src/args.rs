@@ -2,8 +2,10 @@
 
 mod arm;
 mod case;
+mod dynamics;
 mod identify;
 mod ports;
+mod robot;
 mod scale;
 mod shell;
 mod sweep;
@@ -15,8 +17,10 @@ use trueup_cosim::system::{Algorithm, ComponentInterface};
 
 pub(crate) use arm::{ArmCommand, ArmMap};
 pub(crate) use case::{Check, Init, Schema, SchemaOf};
+pub(crate) use dynamics::{Gearbox, Inverse};
 pub(crate) use identify::{Identify, Statics};
 pub(crate) use ports::PortsCommand;
+pub(crate) use robot::{JointWay, RobotArgument};
 pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{Merge, ReportMap, SweepCommand, SweepFollowUp};
@@ -50,6 +54,10 @@ pub(crate) enum CliCommand {
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
+    /// Combine the two stages of a gearbox into the one of a joint
+    Gearbox(Gearbox),
+    /// Compute the torques of a planar arm's motors from their motion, its base free
+    Inverse(Inverse),
     /// Analyse a pose of a robot on a free base: matrices, measures, singularities; surfaces over two joints
     Robot(RobotArgument),
     /// Show what bends of an arm on the ground, and how it vibrates
@@ -87,71 +95,6 @@ pub(crate) enum FmuCommand {
 
 /// Joints of a controller at most: as many as a robot has bodies.
 const MOST_JOINTS: i64 = trueup_models::space::MAX_BODIES as i64;
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct RobotArgument {
-    /// A file of TOML (see docs/robots.md), URDF or MJCF, or a preset of SpatialFreeFlyer (see `trueup fmu list`)
-    pub(crate) file: PathBuf,
-    /// Write the robot as TOML to standard output instead: a file to edit
-    #[arg(long, conflicts_with_all = ["json", "sweep", "surface", "pose"])]
-    pub(crate) toml: bool,
-    /// Change inertias that no body has into the nearest ones that some body has; what is changed is reported
-    #[arg(long)]
-    pub(crate) repair_inertia: bool,
-    /// Angles of all joints in rad (ways of prismatic ones in m); all 0 when not given
-    #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_negative_numbers = true)]
-    pub(crate) pose: Vec<f64>,
-    /// The hand to look at; the first one when not given
-    #[arg(long, value_name = "NAME")]
-    pub(crate) tip: Option<String>,
-    /// Also look for singular poses along a joint, as in 3=-3..3
-    #[arg(long, value_name = "JOINT=A..B", allow_hyphen_values = true)]
-    pub(crate) sweep: Option<JointWay>,
-    /// Write measures and norms over two joints instead, as in 2,3
-    #[arg(long, value_name = "I,J", value_delimiter = ',', conflicts_with_all = ["json", "sweep"])]
-    pub(crate) surface: Option<Vec<usize>>,
-    /// Joints whose torques count for the measure; all when not given
-    #[arg(long, value_name = "I,J,..", value_delimiter = ',')]
-    pub(crate) torque_joints: Vec<usize>,
-    /// Intervals of the surface along each joint
-    #[arg(long, default_value_t = 120, value_parser = clap::value_parser!(u32).range(1..=2000))]
-    pub(crate) points: u32,
-    /// File of the surface: .csv or .parquet
-    #[arg(short, long, value_name = "FILE", default_value = "surface.csv")]
-    pub(crate) output: PathBuf,
-    /// Page with pictures of the surface
-    #[arg(long, value_name = "FILE.html", requires = "surface")]
-    pub(crate) plot: Option<PathBuf>,
-    /// Machine-readable
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// A way along one joint, from 1.
-#[derive(Clone, Debug)]
-pub(crate) struct JointWay {
-    pub(crate) joint: usize,
-    pub(crate) from: f64,
-    pub(crate) to: f64,
-}
-
-impl std::str::FromStr for JointWay {
-    type Err = String;
-    fn from_str(s: &str) -> Result<Self, String> {
-        let parsed = || {
-            let (joint, range) = s.split_once('=')?;
-            let (from, to) = range.split_once("..")?;
-            Some(Self {
-                joint: joint.trim().parse().ok()?,
-                from: from.trim().parse().ok()?,
-                to: to.trim().parse().ok()?,
-            })
-        };
-        parsed()
-            .filter(|p| p.from.is_finite() && p.to.is_finite() && p.from < p.to)
-            .ok_or_else(|| "write the joint's number and where to look, as in 3=-3..3".into())
-    }
-}
 
 /// What compares the causes of a gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

@@ -4,9 +4,11 @@ mod arm;
 mod check;
 mod demo;
 mod diagnose;
+mod gearbox;
 mod identify;
 mod info;
 mod init;
+mod inverse;
 mod list;
 mod pack;
 mod ports;
@@ -30,6 +32,8 @@ pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
         CliCommand::Ports(a) => ports::run(&a),
         CliCommand::Identify(a) => identify::run(&a),
         CliCommand::Statics(a) => identify::statics::run(&a),
+        CliCommand::Gearbox(a) => gearbox::run(&a),
+        CliCommand::Inverse(a) => inverse::run(&a),
         CliCommand::Robot(a) => robot::run(&a),
         CliCommand::Arm(ArmCommand::Map(a)) => arm::map(&a),
         CliCommand::Diagnose(a) => diagnose::run(&a),

@@ -105,6 +105,15 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     ("statics", &["trueup statics deflections.toml"]),
+    ("gearbox", &["trueup gearbox gearbox.toml", "trueup gearbox gearbox.toml --json"]),
+    (
+        "inverse",
+        &[
+            "trueup inverse motion.csv -o torques.csv",
+            "trueup inverse motion.csv --noise 1e-4 --set motorInertia=0,0,0",
+            "trueup inverse motion.csv --flexible true,false,false --fixed-base",
+        ],
+    ),
     (
         "robot",
         &[
