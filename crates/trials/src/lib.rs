@@ -4,6 +4,7 @@
 //! integrator and laws of its own. A diagnosis sees `cases/`; only [`score`](fn@score) opens `keys/`.
 
 mod arm;
+mod bench;
 mod cache;
 mod case;
 mod draw;
@@ -18,6 +19,12 @@ mod tune;
 
 use std::path::Path;
 
+pub use bench::card::{ScoredEntry, bench_markdown, write_bench_card};
+pub use bench::entry::write_entry;
+pub use bench::make::{BenchOrder, make_bench};
+pub use bench::scores::{CaseScore, score_entry};
+pub use bench::submission::BenchEntry;
+pub use bench::{BENCH_FORMAT, BenchNotice, BenchTier};
 pub use cache::GENERATOR;
 pub use case::{Moved, TrialPlant, TrialSplit, TruthKey};
 pub use error::TrialError;

@@ -57,7 +57,9 @@ impl PlantInRun {
         let p = &self.parameters;
         Some(match &self.plant {
             PlantModelTable::Joint(..) => joint_scene(p[parameter::GEAR_RATIO], record),
+            PlantModelTable::TwoStageJoint(joint, _) => joint_scene(joint.equivalent(p).ratio, record),
             PlantModelTable::Arm(arm) => planar_scene(arm, p, record),
+            PlantModelTable::InverseDynamics(inverse) => planar_scene(inverse.arm(), p, record),
             PlantModelTable::Space(robot, _) => robot_scene(robot, p, record),
             PlantModelTable::FlexibleArm { arm, .. } => robot_scene(arm.bodies(), p, record),
             PlantModelTable::Contact(Contact::Body(body)) => body_scene(body, p, record),
@@ -85,7 +87,7 @@ impl PlantInRun {
 
     /// Joints turn about axes of their own; all others share the inertial axes.
     fn is_joint(&self) -> bool {
-        matches!(self.plant, PlantModelTable::Joint(..))
+        matches!(self.plant, PlantModelTable::Joint(..) | PlantModelTable::TwoStageJoint(..))
     }
 }
 

@@ -1,7 +1,7 @@
 //! `trueup fmu pack`
 
 mod from;
-mod start;
+pub(super) mod start;
 
 use std::path::PathBuf;
 
