@@ -263,3 +263,10 @@ def test_structures_that_cannot_be_had_are_refused(trueup, tmp_path, choices, me
     options = [a for c in ("chaser=spatial", *choices) for a in ("--structure", c)]
     done = trueup("fmu", "pack", "CaptureScene", *options, "-o", tmp_path)
     assert done.returncode != 0 and message in done.stderr and not list(tmp_path.iterdir()), done.stderr
+
+
+def test_it_is_drawn(trueup, packed, tmp_path):
+    (tmp_path / "s.toml").write_text(f'[run]\nstop = 0.2\nstep = 0.1\n[components.scene]\nfmu = "{packed("ring")[3]}"\n')
+    done = trueup("simulate", "s.toml", "-o", "r.csv", "--plot", "r.html", cwd=tmp_path)
+    page = (tmp_path / "r.html").read_text()
+    assert done.returncode == 0 and all(part in page for part in ("scene.ball P3", "scene.target", "scene.link 6")), done.stderr
