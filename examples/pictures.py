@@ -193,15 +193,24 @@ def coupled(bench):
     return axes.drawn()
 
 
-def curve(page, caption):
-    """The first curve of a chart of report.html as (share of the time axis, value) by the labels of its axis."""
-    (figure,) = [f for f in page.split("<figure")[1:] if f"<figcaption>{caption}</figcaption>" in f]
+def curves(page, caption):
+    """The curves of the first chart of a page with that caption, as (share of the time axis, value) by the labels of its axis."""
+    figure = next(f for f in page.split("<figure")[1:] if f"<figcaption>{caption}</figcaption>" in f)
     labels = re.findall(r'<text x="400" y="(\d+)"[^>]*>\s*([-\d.e]+)\s*</text>', figure)
     (y0, v0), (y1, v1) = ((float(y), float(v)) for y, v in (labels[0], labels[-1]))
-    points = max(re.findall(r'<polyline[^>]*points="([^"]*)"', figure), key=len)
-    pairs = [tuple(map(float, point.split(","))) for point in points.split()]
-    left, right = pairs[0][0], pairs[-1][0]
-    return [((x - left) / (right - left), v0 + (y - y0) * (v1 - v0) / (y1 - y0)) for x, y in pairs]
+    found = []
+    for points in re.findall(r'<polyline[^>]*points="([^"]*)"', figure):
+        pairs = [tuple(map(float, point.split(","))) for point in points.split()]
+        left, right = pairs[0][0], pairs[-1][0]
+        # The others are axes and their ticks.
+        if len(pairs) > 20:
+            found.append([((x - left) / (right - left), v0 + (y - y0) * (v1 - v0) / (y1 - y0)) for x, y in pairs])
+    return found
+
+
+def curve(page, caption):
+    """The longest of them."""
+    return max(curves(page, caption), key=len)
 
 
 def backlash(bench):
@@ -275,6 +284,53 @@ def delian(bench):
     return axes.drawn()
 
 
+def flexible_joint(bench):
+    """Figures 4 to 8 of the paper: rigid, flexible, measured, one panel a test."""
+    deg = lambda points: [(t, math.degrees(v)) for t, v in points]
+    items = [text(20, 24, "Angle of the flexible joint, deg, over time, s: tests 1 to 5 (Figures 4 to 8)", kind="t")]
+    for k in range(5):
+        left, top = 40 + 250 * (k % 3), 50 + 200 * (k // 3)
+        x, y = (lambda t: left + 21 * t), (lambda v: top + 150 - 6 * (v - 5))
+        rigid = bench.folder / "examples/09-flexible-joint" / f"rigid-{k + 1}.toml"
+        rigid.write_text((EXAMPLES / "09-flexible-joint/rigid.toml").read_text().replace("test-2", f"test-{k + 1}"))
+        fits = []
+        for case in rigid, rigid.with_name(f"case-{k + 1}.toml"):
+            bench.run("identify", case, "--fast", "--plot", "fit.html")
+            _, simulated = curves((bench.folder / "fit.html").read_text(), f"test-{k + 1}.csv: jointAngle[1]")
+            fits.append([(10 * share, v) for share, v in simulated])
+        measured = list(zip(*column(EXAMPLES / "09-flexible-joint" / f"test-{k + 1}.csv", "time", "jointAngle[1]")))
+        for tick in (5, 10, 15, 20, 25, 30):
+            items += [line([(x(0), y(tick)), (x(10), y(tick))], "#e3e5e8", 1), text(x(0) - 4, y(tick) + 4, f"{tick}", "end")]
+        items += [text(x(t), top + 166, f"{t}", "middle") for t in (0, 5, 10)]
+        items += [f'<circle cx="{x(t):.1f}" cy="{y(v):.1f}" r="1.6" fill="{GREY}"/>' for t, v in deg(measured)[::3]]
+        for points, color in zip(fits, (RED, BLUE)):
+            items.append(line([(x(t), y(v)) for t, v in deg(points)], color))
+        items.append(text(x(0) + 8, top + 12, f"test {k + 1}"))
+    for k, (name, color) in enumerate({"rigid": RED, "flexible, identified": BLUE, "measured (made)": GREY}.items()):
+        items.append(text(560, 290 + 22 * k, name, color=color))
+    return svg(780, 450, items)
+
+
+def attitude(bench):
+    """What one panel does after it is let go, by itself and damped by the arm or by the base."""
+    bench.run("fmu", "pack", "SpatialFreeFlyer", "SpaceController", "--preset", "table-1-with-panels", "--fmi", "3", "-o", "panels")
+    axes = Axes("Tip of a panel that is let go bent, from its root's line", "s", "m", range(0, 13, 2), [-0.06, -0.04, -0.02, 0, 0.02, 0.04, 0.06])
+    laws = {
+        "nothing damps it": ([], GREY),
+        "the arm, vibrationGain 6": (["controller.vibrationGain=6"], BLUE),
+        "the base, baseVibrationGain 0.02": (
+            ["controller.baseControl=attitude", "controller.baseVelocityGain=5", "controller.baseTrackingGain=6", "controller.baseVibrationGain=0.02"],
+            RED,
+        ),
+    }
+    for changes, color in laws.values():
+        sets = [word for change in changes for word in ("--set", change)]
+        bench.run("simulate", "examples/10-attitude/panels.toml", "--stop", 12, *sets, "-o", "run.csv")
+        axes.curve(zip(*column(bench.folder / "run.csv", "time", "robot.modalCoordinate[1]")), color)
+    axes.legend({name: color for name, (_, color) in laws.items()}, at=380, top=240)
+    return axes.drawn()
+
+
 PICTURES = {
     "01-joint": ("step.svg", joint),
     "02-arm": ("motion.svg", arm),
@@ -284,6 +340,8 @@ PICTURES = {
     "06-backlash": ("gap.svg", backlash),
     "07-space-arm": ("path.svg", space_arm),
     "08-delian": ("hand.svg", delian),
+    "09-flexible-joint": ("figures.svg", flexible_joint),
+    "10-attitude": ("panels.svg", attitude),
 }
 
 

@@ -9,6 +9,7 @@ mod flexible_arm;
 mod joint;
 mod model;
 mod space;
+mod space_capture;
 mod space_controller;
 mod structure;
 
@@ -39,9 +40,10 @@ mod tests {
     use trueup_fmi::configuration::Configuration;
     use trueup_fmi::table::Storage as S;
     use trueup_fmi_export::FmuModel;
-    use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
+    use trueup_models::arm::{BASE_CHOICE, BY_ACCELERATION, FIXED_BASE, JOINT_DRIVE_CHOICE};
     use trueup_models::effect;
     use trueup_models::flexible_arm::presets::delian;
+    use trueup_models::joint::{GEARBOX_CHOICE, TWO_STAGES};
     use trueup_models::space::design::RobotDesign;
     use trueup_models::space::presets;
     use trueup_models::space::table::{ModeTable, TabledMode};
@@ -100,7 +102,19 @@ mod tests {
             arm(&[("links", 2)]),
             crate::of_arm(&delian(), &[]).unwrap(),
         ];
-        for c in plain.chain(robots).chain(controlled).chain(contact).chain(arms) {
+        let around = [
+            Configuration {
+                effects: all(effect::PlantKind::Joint),
+                structure: vec![(GEARBOX_CHOICE.to_owned(), vec![TWO_STAGES])],
+                ..Configuration::of("TwoMassJoint")
+            },
+            Configuration {
+                joint_flexible: vec![true, false],
+                structure: vec![(JOINT_DRIVE_CHOICE.to_owned(), vec![BY_ACCELERATION])],
+                ..Configuration::of("PlanarManipulator")
+            },
+        ];
+        for c in plain.chain(around).chain(robots).chain(controlled).chain(contact).chain(arms) {
             let m = PlantModelTable::build(&c).unwrap();
             let t = m.table();
             let count = |pick: fn(S) -> bool| {

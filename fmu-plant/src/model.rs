@@ -7,9 +7,11 @@ use crate::{flexible_arm, joint, space, space_controller};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
-use trueup_models::arm::{BASE_CHOICE, FIXED_BASE, PlanarManipulator};
+use trueup_models::arm::{
+    BASE_CHOICE, BY_ACCELERATION, FIXED_BASE, InverseDynamics, JOINT_DRIVE_CHOICE, PlanarManipulator,
+};
 use trueup_models::flexible_arm::FlexibleArm;
-use trueup_models::joint::{TwoMassJoint, parameter};
+use trueup_models::joint::{GEARBOX_CHOICE, TWO_STAGES, TwoMassJoint, TwoStageJoint, parameter};
 use trueup_models::space::SpatialFreeFlyer;
 use trueup_models::space::control::SpaceController;
 use trueup_numerics::hybrid::At;
@@ -20,8 +22,12 @@ use trueup_numerics::hybrid::At;
 pub enum PlantModelTable {
     /// `TwoMassJoint`; the gear ratio packed, if it is not the default.
     Joint(TwoMassJoint, Option<f64>),
+    /// `TwoMassJoint` whose gearbox has two stages; the gear ratio packed.
+    TwoStageJoint(TwoStageJoint, f64),
     /// `PlanarManipulator`.
     Arm(PlanarManipulator),
+    /// `PlanarManipulator` driven by accelerations.
+    InverseDynamics(InverseDynamics),
     /// `SpatialFreeFlyer` with the start values of its parameters.
     Space(SpatialFreeFlyer, Vec<f64>),
     /// `FlexibleArm` with the start values of its parameters.
@@ -41,7 +47,9 @@ pub enum PlantModelTable {
 
 trueup_numerics::delegate_hybrid!(PlantModelTable {
     PlantModelTable::Joint(m, _) => m,
+    PlantModelTable::TwoStageJoint(m, _) => m,
     PlantModelTable::Arm(m) => m,
+    PlantModelTable::InverseDynamics(m) => m,
     PlantModelTable::Space(m, _) => m,
     PlantModelTable::SpaceController(m, _) => m,
     PlantModelTable::FlexibleArm { arm, .. } => arm,
@@ -56,18 +64,28 @@ impl FmuModel for PlantModelTable {
                     return Err(format!("TwoMassJoint has one joint, not {}", c.joint_flexible.len()));
                 }
                 let flexible = c.joint_flexible.first().copied().unwrap_or(true);
-                let gear_ratio =
-                    c.start.iter().find(|(name, _)| name == "gearRatio").map(|(_, value)| *value);
-                TwoMassJoint::new(flexible, &c.effects)
-                    .map(|m| Self::Joint(m, gear_ratio))
-                    .map_err(|e| e.to_string())
+                let packed =
+                    |name: &str| c.start.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
+                let joint = TwoMassJoint::new(flexible, &c.effects).map_err(|e| e.to_string())?;
+                if chosen(c)?(GEARBOX_CHOICE) != Some(TWO_STAGES as usize) {
+                    return Ok(Self::Joint(joint, packed("gearRatio")));
+                }
+                let joint = TwoStageJoint::new(joint)?;
+                let (places, own) = (joint.places(), joint.defaults());
+                let ratio = packed("planetaryRatio").unwrap_or(own[places.planetary_ratio])
+                    * packed("harmonicDriveRatio").unwrap_or(own[places.harmonic_drive_ratio]);
+                Ok(Self::TwoStageJoint(joint, ratio))
             }
             "PlanarManipulator" => {
                 let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
-                let fixed = chosen(c)?(BASE_CHOICE) == Some(FIXED_BASE as usize);
-                PlanarManipulator::on_base(fixed, flexible, &c.effects)
-                    .map(Self::Arm)
-                    .map_err(|e| e.to_string())
+                let item = chosen(c)?;
+                let fixed = item(BASE_CHOICE) == Some(FIXED_BASE as usize);
+                let arm =
+                    PlanarManipulator::on_base(fixed, flexible, &c.effects).map_err(|e| e.to_string())?;
+                match item(JOINT_DRIVE_CHOICE) == Some(BY_ACCELERATION as usize) {
+                    true => InverseDynamics::new(arm).map(Self::InverseDynamics),
+                    false => Ok(Self::Arm(arm)),
+                }
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
             SpaceController::NAME => {
@@ -84,7 +102,9 @@ impl FmuModel for PlantModelTable {
     fn table(&self) -> ModelTable {
         match self {
             Self::Joint(m, gear_ratio) => joint::table(m, *gear_ratio),
+            Self::TwoStageJoint(m, gear_ratio) => joint::two_stage_table(m, *gear_ratio),
             Self::Arm(m) => arm::table(m, &m.defaults()),
+            Self::InverseDynamics(m) => arm::inverse_table(m),
             Self::Space(m, start) => space::table(m, start),
             Self::SpaceController(m, start) => space_controller::table(m, start),
             Self::FlexibleArm { arm, start, step } => flexible_arm::table(arm, start, step.is_some()),
@@ -92,13 +112,15 @@ impl FmuModel for PlantModelTable {
         }
     }
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
+        let driven = |at: usize| match p[at] == 0.0 {
+            true => Err((at, "torqueConstant is 0: no current moves the motor; give K_t".into())),
+            false => Ok(()),
+        };
         match self {
-            Self::Joint(..) if p[parameter::TORQUE_CONSTANT] == 0.0 => Err((
-                parameter::TORQUE_CONSTANT,
-                "torqueConstant is 0: no current moves the motor; give K_t".into(),
-            )),
-            Self::Joint(..) => Ok(()),
+            Self::Joint(..) => driven(parameter::TORQUE_CONSTANT),
+            Self::TwoStageJoint(m, _) => driven(m.places().torque_constant),
             Self::Arm(m) => m.check(p),
+            Self::InverseDynamics(m) => m.arm().check(p),
             Self::Space(m, _) => m.check(p),
             Self::SpaceController(m, _) => m.check(p),
             Self::FlexibleArm { arm, .. } => arm.check(p),
@@ -113,6 +135,8 @@ impl FmuModel for PlantModelTable {
             | Self::SpaceController(..)
             | Self::FlexibleArm { .. }
             | Self::Joint(..)
+            | Self::TwoStageJoint(..)
+            | Self::InverseDynamics(_)
             | Self::Arm(_) => None,
         }
     }
@@ -123,6 +147,8 @@ impl FmuModel for PlantModelTable {
             | Self::SpaceController(..)
             | Self::FlexibleArm { .. }
             | Self::Joint(..)
+            | Self::TwoStageJoint(..)
+            | Self::InverseDynamics(_)
             | Self::Arm(_) => None,
         }
     }
@@ -133,6 +159,8 @@ impl FmuModel for PlantModelTable {
             | Self::SpaceController(..)
             | Self::FlexibleArm { .. }
             | Self::Joint(..)
+            | Self::TwoStageJoint(..)
+            | Self::InverseDynamics(_)
             | Self::Arm(_) => None,
         }
     }
@@ -142,6 +170,8 @@ impl FmuModel for PlantModelTable {
             Self::Space(..)
             | Self::SpaceController(..)
             | Self::Joint(..)
+            | Self::TwoStageJoint(..)
+            | Self::InverseDynamics(_)
             | Self::Arm(_)
             | Self::Contact(_) => None,
         }
@@ -150,7 +180,12 @@ impl FmuModel for PlantModelTable {
         match self {
             Self::Space(m, _) => m.remark(p),
             Self::FlexibleArm { arm, .. } => arm.bodies().remark(p),
-            Self::SpaceController(..) | Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
+            Self::SpaceController(..)
+            | Self::Joint(..)
+            | Self::TwoStageJoint(..)
+            | Self::InverseDynamics(_)
+            | Self::Arm(_)
+            | Self::Contact(_) => None,
         }
     }
 }

@@ -1,12 +1,13 @@
 //! What of a model's structure is chosen when it is packed: whole numbers by name in the configuration.
 
 use trueup_fmi::configuration::Configuration;
-use trueup_models::arm::{BASE, BASE_CHOICE};
+use trueup_models::arm::{BASE, BASE_CHOICE, JOINT_DRIVE, JOINT_DRIVE_CHOICE};
 use trueup_models::contact::layout::{AGAINST, CHASER, CLOSING, MOUNT};
 use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
 use trueup_models::flexible_arm::layout::{
     AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, LINKS, LINKS_CHOICE, SHAPES_CHOICE, SOLVER, SOLVER_CHOICE,
 };
+use trueup_models::joint::{GEARBOX, GEARBOX_CHOICE};
 use trueup_models::layout::Items;
 use trueup_models::space::ritz::MAX_LINK_SHAPES;
 
@@ -39,12 +40,25 @@ pub(crate) const CHASES: &str = "chaser";
 /// Items of [`CHASES`].
 pub(crate) const RIGID: u32 = 1;
 pub(crate) const PLANAR: u32 = 2;
+pub(crate) const SPATIAL: u32 = 3;
 
-static OF_ARM: [StructureOption; 1] = [StructureOption {
-    name: BASE_CHOICE,
-    wanted: RequestedStructure::Item(&BASE),
-    text: "What becomes of the base",
+static OF_JOINT: [StructureOption; 1] = [StructureOption {
+    name: GEARBOX_CHOICE,
+    wanted: RequestedStructure::Item(&GEARBOX),
+    text: "What describes the transmission",
 }];
+static OF_ARM: [StructureOption; 2] = [
+    StructureOption {
+        name: BASE_CHOICE,
+        wanted: RequestedStructure::Item(&BASE),
+        text: "What becomes of the base",
+    },
+    StructureOption {
+        name: JOINT_DRIVE_CHOICE,
+        wanted: RequestedStructure::Item(&JOINT_DRIVE),
+        text: "What drives the joints; by acceleration: inverse dynamics",
+    },
+];
 static OF_BODY: [StructureOption; 1] =
     [StructureOption { name: PORTS, wanted: RequestedStructure::Count(MAX_PORTS), text: "Docking points" }];
 static OF_SCENE: [StructureOption; 5] = [
@@ -102,6 +116,7 @@ static OF_FLEXIBLE_ARM: [StructureOption; 5] = [
 /// What is chosen of this model's structure by name; of the others it is given by joints or by a robot.
 pub fn choices(model: &str) -> &'static [StructureOption] {
     match model {
+        "TwoMassJoint" => &OF_JOINT,
         "PlanarManipulator" => &OF_ARM,
         "FlexibleArm" => &OF_FLEXIBLE_ARM,
         "FreeBody" => &OF_BODY,
@@ -143,9 +158,9 @@ impl StructureOption {
     }
 }
 
-/// A configuration's hand is carried by the planar manipulator.
-pub(crate) fn planar(c: &Configuration) -> bool {
-    c.structure.iter().any(|s| s.0 == CHASES && s.1 == [PLANAR])
+/// A configuration's hand is carried by this item of [`CHASER`].
+pub(crate) fn carried_by(c: &Configuration, chaser: u32) -> bool {
+    c.structure.iter().any(|s| s.0 == CHASES && s.1 == [chaser])
 }
 
 /// What a configuration chooses of a structure: the number by its name, if it is there.

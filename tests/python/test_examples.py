@@ -11,10 +11,10 @@ from test_tutorials import Walk
 
 EXAMPLES = ROOT / "examples"
 FOLDERS = sorted(path.name for path in EXAMPLES.iterdir() if path.is_dir() and path.name != "__pycache__")
-# Only with --full; by default test_readme.py, test_contact.py, test_diagnose.py and test_delian_arm.py run the systems and the case of these.
-LONG = {"03-sweep", "05-coupled-capture", "06-backlash", "08-delian"}
-# By default until this command, of half a minute.
-UNTIL = {"04-capture": "capture-map.toml"}
+# Only with --full; by default test_readme.py, test_contact.py, test_diagnose.py, test_delian_arm.py and test_papers.py run the systems and the case of these.
+LONG = {"03-sweep", "05-coupled-capture", "06-backlash", "08-delian", "10-attitude"}
+# By default until this command, of ten seconds or more.
+UNTIL = {"04-capture": "capture-map.toml", "09-flexible-joint": "transmission-hysteresis"}
 # Figures of a picture may move by as many pixels with the program.
 NEAR = 3.0
 
@@ -92,7 +92,7 @@ def test_another_picture_is_not_the_same():
     assert not same(text.replace(f"L{x} {y}", f"L{x} {float(y) + 2 * NEAR}", 1), text)
 
 
-@pytest.mark.parametrize("name", long(LONG | {"02-arm", "04-capture"}))
+@pytest.mark.parametrize("name", long(LONG | {"02-arm", "04-capture", "09-flexible-joint"}))
 def test_its_picture_is_of_this_program(name, tmp_path):
     command = [sys.executable, EXAMPLES / "pictures.py", from_environment("TRUEUP_BIN"), name, "--into", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True)

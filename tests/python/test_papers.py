@@ -17,6 +17,13 @@ chaser-inertia = { value = 762, unit = "kg.m2" }
 arm-length = { value = 4.2, unit = "m" }
 """
 
+# Two stages of a gearbox.
+GEARBOX = """motorInertia = 1.2e-7
+loadInertia = 8.0
+planetary = { inertia = 3e-8, stiffness = 1e-4, damping = 2e-7, ratio = 200 }
+harmonic-drive = { inertia = 2e-5, stiffness = 6.0, damping = 3e-3, ratio = 160 }
+"""
+
 
 def rows():
     """(command, figures, long) of every row with a command of the program, each command once with all its figures."""
@@ -37,6 +44,7 @@ def folder(fmus, tmp_path_factory):
     shutil.copytree(ROOT / "examples", folder / "examples")
     (folder / "out").symlink_to(fmus)
     (folder / "quantities.toml").write_text(QUANTITIES)
+    (folder / "gearbox.toml").write_text(GEARBOX)
     return folder
 
 

@@ -58,6 +58,10 @@ fn every_key_is_read() {
                 }
                 "a case" => case(&format!("{line}{without}")),
                 "fit" => case(&format!("{whole}[fit]\n{line}")),
+                "a stretch of weight" => {
+                    let rest = if name == "weight" { "end = 1.0" } else { "weight = 0.5" };
+                    case(&format!("{whole}[[fit.weight]]\n{rest}\n{line}"))
+                }
                 "recordings" => case(&format!("{whole}[recordings]\n{line}")),
                 "channels" => case(&format!("{whole}[channels.motorAngle]\n{line}")),
                 "a sidecar" => sidecar(&line),

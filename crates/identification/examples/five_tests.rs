@@ -1,6 +1,6 @@
 //! S0's five tests, made with bristles in the spring: fitted without and with them, one at a time, together, and with one left out:
 //! `cargo run --release -p trueup-identification --example five_tests [SEED [DEG]]`; DEG: all five released
-//! with that offset.
+//! with that offset. `five_tests write DIR [SEED]` writes their recordings into a folder instead.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 #[path = "../tests/testbed/mod.rs"]
@@ -19,6 +19,13 @@ fn cell(r: &Identified, name: &str) -> String {
 }
 
 fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [write, folder, rest @ ..] = &arguments[..]
+        && write == "write"
+    {
+        let seed = rest.first().map_or(1, |s| s.parse().unwrap());
+        return record(folder.as_ref(), &TRUTH, &OFFSETS, seed);
+    }
     let seed = std::env::args().nth(1).and_then(|s| s.parse().ok()).unwrap_or(1);
     let folder = tempfile::tempdir().unwrap();
     let controlled: Option<f64> = std::env::args().nth(2).and_then(|d| d.parse().ok());

@@ -333,7 +333,10 @@ fn channels(problem: &OutputError, residuals: &DVector<f64>) -> Vec<ChannelFit> 
             let whiteness = ChiSquared::new(lags.max(1) as f64).map_or(f64::NAN, |d| d.sf(q));
             let lag1 = if lags > 0 { at(1) } else { 0.0 };
             let channel = problem.runs()[run].channels[c].name.clone();
-            all.push(ChannelFit { run, channel, above_floor: (power / n).sqrt(), lag1, whiteness });
+            let counted: f64 =
+                problem.runs()[run].channels[c].t.iter().map(|t| problem.runs()[run].weight(*t)).sum();
+            let above_floor = if counted > 0.0 { (power / counted).sqrt() } else { 0.0 };
+            all.push(ChannelFit { run, channel, above_floor, lag1, whiteness });
         }
     }
     all

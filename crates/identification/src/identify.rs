@@ -19,8 +19,8 @@ mod starts;
 mod unknowns;
 
 use nalgebra::DMatrix;
-use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
+use trueup_signals::{FitWeight, Loaded};
 
 use crate::estimate::ParameterEstimate;
 use crate::fit::{ChannelComparison, free_run};
@@ -55,6 +55,9 @@ pub fn identify(loaded: &Loaded, settings: &IdentifySettings) -> Result<Identifi
     }
     if !searched && settings.design.is_some() {
         return Err(IdentifyError::DesignMethod { method: settings.method });
+    }
+    if !searched && !loaded.case.weights.is_empty() {
+        return Err(IdentifyError::Weights { method: settings.method });
     }
     let with: Vec<&str> = loaded.case.with.iter().map(String::as_str).collect();
     let plain = SimulatedPlant::of_case(&loaded.case, &with)?;
@@ -143,6 +146,13 @@ fn finish(
     settings: &IdentifySettings,
 ) -> Result<Identified, IdentifyError> {
     (settings.progress)("comparing with recordings that were not fitted");
+    let mut weights: Vec<&FitWeight> = Vec::new();
+    train.iter().flat_map(|r| &r.weights).for_each(|w| {
+        if !weights.contains(&w) {
+            weights.push(w);
+        }
+    });
+    found.notes.extend(weights.iter().map(|w| format!("{w}; figures of the fit are not weighted")));
     found.held_out = !holdout.is_empty();
     let runs = if found.held_out { holdout } else { train };
     let mut read = runs.to_vec();

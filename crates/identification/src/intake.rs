@@ -88,6 +88,14 @@ impl CaseIntake {
         if purpose == Purpose::BreakAway {
             findings.retain(|f| f.kind != FindingKind::LittleExcitation);
         }
+        if let Some(stretch) = loaded.case.weights.first().filter(|_| purpose == Purpose::Diagnose) {
+            let what =
+                "a diagnosis weighs readings by their noise alone, so `weight` of [fit] would be ignored";
+            let mend = "remove it; `trueup identify` uses it";
+            findings.push(
+                Finding::error(FindingKind::BadValue, &loaded.case.file, what, mend).line(stretch.line),
+            );
+        }
         let preset = line(&model, &loaded.case);
         Ok(Self { loaded, findings, preset })
     }

@@ -31,6 +31,14 @@ pub enum RecordedError {
         "{0}: joint {1} has neither jointTorque[{1}] nor an angle of its motor with at least 5 samples: nothing drives it; record one of them"
     )]
     NotLed(String, usize),
+    /// A weight that holds for no reading.
+    #[error(
+        "line {0}, `weight`: no recording for fitting has a reading there; correct `start` and `end` (s)"
+    )]
+    NothingWeighed(u64),
+    /// All readings of a recording for fitting are left out.
+    #[error("{0}: `weight` leaves out every reading; take it out of `train`, or give it a weight above 0")]
+    NothingLeft(String),
 }
 
 /// What the readings of a channel err by when that is not declared: from their second differences.
@@ -215,7 +223,18 @@ fn both(
 ) -> Result<(Vec<IdentificationRun>, Vec<IdentificationRun>), RecordedError> {
     let floor = |name: &str| noise::floor(loaded, name).map(|f| f.deviation);
     let all = |list: Vec<&Recording>| list.into_iter().map(|r| one(r, &floor)).collect::<Result<_, _>>();
-    Ok((all(loaded.train())?, all(loaded.holdout())?))
+    let mut train: Vec<IdentificationRun> = all(loaded.train())?;
+    for stretch in &loaded.case.weights {
+        if train.iter_mut().map(|run| run.weigh(stretch)).sum::<usize>() == 0 {
+            return Err(RecordedError::NothingWeighed(stretch.line));
+        }
+    }
+    let counts =
+        |run: &IdentificationRun| run.channels.iter().flat_map(|c| &c.t).any(|t| run.weight(*t) > 0.0);
+    if let Some(run) = train.iter().find(|run| !counts(run)) {
+        return Err(RecordedError::NothingLeft(run.name.clone()));
+    }
+    Ok((train, all(loaded.holdout())?))
 }
 
 /// Value and rate of a channel when the run begins, each with a standard deviation, from its first readings.
@@ -228,20 +247,25 @@ struct Begin {
 const FIRST: (usize, f64) = (25, 0.1);
 /// Sensors repeat themselves and motions bend: what the first readings say is taken to be this many times less sure.
 const CAUTION: f64 = 3.0;
+/// First readings that are left out still give a beginning, by their noise times a thousand.
+const LEAST_WEIGHT: f64 = 1e-6;
 
-fn begin(channel: &OutputChannel, start: f64) -> Option<Begin> {
-    let t: Vec<f64> = channel.t.iter().map(|t| t - channel.delay - start).collect();
+fn begin(channel: &OutputChannel, run: &IdentificationRun) -> Option<Begin> {
+    let t: Vec<f64> = channel.t.iter().map(|t| t - channel.delay - run.start).collect();
     let short = t.partition_point(|v| *v <= t[0] + FIRST.1).min(FIRST.0);
     let m = short.max(4).min(t.len());
+    // Readings that count for less give less, however little they are let give.
+    let weight = channel.t[..m].iter().map(|t| run.weight(*t)).fold(1.0, f64::min).max(LEAST_WEIGHT);
+    let sigma = channel.sigma / weight.sqrt();
     if m < 2 {
-        let value = (*channel.y.first()?, CAUTION * channel.sigma);
+        let value = (*channel.y.first()?, CAUTION * sigma);
         return Some(Begin { value, rate: (0.0, f64::INFINITY) });
     }
     let fitted = |order: usize| -> Option<(DVector<f64>, DMatrix<f64>)> {
         let a = DMatrix::from_fn(m, order + 1, |i, j| t[i].powi(j as i32));
         let y = DVector::from_column_slice(&channel.y[..m]);
-        let covariance = (a.tr_mul(&a)).try_inverse()? * channel.sigma.powi(2);
-        let x = &covariance * a.tr_mul(&y) / channel.sigma.powi(2);
+        let covariance = (a.tr_mul(&a)).try_inverse()? * sigma.powi(2);
+        let x = &covariance * a.tr_mul(&y) / sigma.powi(2);
         Some((x, covariance))
     };
     // The motion may bend, or begin, within these readings: a line and a parabola differ by as much as that can do.
@@ -279,8 +303,8 @@ pub fn nuisance(
         let coordinates = model.begins();
         for c in &coordinates {
             let (angle, velocity) = (of(c.angle_output), of(c.velocity_output));
-            let shown = angle.and_then(|c| begin(c, run.start));
-            let direct = velocity.and_then(|c| begin(c, run.start)).map(|b| b.value);
+            let shown = angle.and_then(|c| begin(c, run));
+            let direct = velocity.and_then(|c| begin(c, run)).map(|b| b.value);
             // What it would be behind a spring without strain; as unsure as the largest strain.
             let joined = c.follows.map(|(other, geared)| {
                 let n = if geared { values[model.parameter("gearRatio").unwrap_or(0)] } else { 1.0 };
@@ -313,7 +337,7 @@ pub fn nuisance(
         for &(index, output) in model.shown_states() {
             let given = run.known.iter().any(|(k, _)| *k == index);
             let Some(c) = of(output).filter(|_| !given && !run.at_rest) else { continue };
-            let Some(b) = begin(c, run.start) else { continue };
+            let Some(b) = begin(c, run) else { continue };
             let sd = b.value.1 + if c.offset.is_some() { offset_size(Some(c), values, model) } else { 0.0 };
             let name = &model.parameters()[index].name;
             all.push(believed(name, FitTarget::Parameter(index), r, (b.value.0, sd.max(1e-12))));

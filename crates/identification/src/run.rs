@@ -1,7 +1,7 @@
 //! Recordings as numbers: what drives a model, and what is compared with its outputs.
 
 use trueup_numerics::Scalar;
-use trueup_signals::PriorGuess;
+use trueup_signals::{FitWeight, PriorGuess};
 
 use crate::sensors::{LinearSensor, SensorSet};
 use crate::unknown::FitTarget;
@@ -36,6 +36,9 @@ pub struct InputDrive {
     /// How late it is is to be estimated; its times are earlier by the assumed delay.
     pub late: Option<PriorGuess>,
 }
+
+/// Factor on the deviation of a reading that counts for nothing.
+const LEFT_OUT: f64 = 1e9;
 
 /// A measured output.
 #[derive(Clone, Debug, Default)]
@@ -78,7 +81,7 @@ impl OutputChannel {
     /// These readings count for nothing.
     pub fn leave_out(&mut self, readings: &[usize]) {
         self.spread.resize(self.y.len(), 1.0);
-        readings.iter().for_each(|k| self.spread[*k] = 1e9);
+        readings.iter().for_each(|k| self.spread[*k] = LEFT_OUT);
     }
 
     /// How much of a reading `k` counts for, 0 to 1: a factor on its part of the logarithm of the likelihood.
@@ -124,6 +127,8 @@ pub struct IdentificationRun {
     pub at_rest: bool,
     /// Parameters known for this run, initial states among them: index and value.
     pub known: Vec<(usize, f64)>,
+    /// Stretches of it whose readings count for less, which `spread` of its channels contains.
+    pub weights: Vec<FitWeight>,
 }
 
 impl IdentificationRun {
@@ -134,6 +139,30 @@ impl IdentificationRun {
     /// Nothing to compare.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+    /// What a reading at `t` seconds counts for by the case, 0 to 1.
+    pub fn weight(&self, t: f64) -> f64 {
+        self.weights.iter().filter(|w| w.holds(&self.name, t)).map(|w| w.weight).product()
+    }
+    /// Lets readings of a stretch count for less; how many there are.
+    pub fn weigh(&mut self, stretch: &FitWeight) -> usize {
+        let mut count = 0;
+        for channel in &mut self.channels {
+            let held: Vec<usize> =
+                (0..channel.t.len()).filter(|&k| stretch.holds(&self.name, channel.t[k])).collect();
+            count += held.len();
+            if held.is_empty() {
+                continue;
+            }
+            channel.spread.resize(channel.y.len(), 1.0);
+            held.iter().for_each(|k| {
+                channel.spread[*k] = (channel.spread[*k] / stretch.weight.sqrt()).min(LEFT_OUT)
+            });
+        }
+        if count > 0 {
+            self.weights.push(stretch.clone());
+        }
+        count
     }
 }
 

@@ -14,3 +14,4 @@ mod predict;
 mod quasi_static;
 mod sixth_plant;
 mod testbed;
+mod weights;

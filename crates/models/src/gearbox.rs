@@ -1,52 +1,54 @@
 //! From the two stages of a gearbox to the equivalent one (S3 section 3.2), and quantities on both of its sides.
 
+use trueup_numerics::Scalar;
 use trueup_plant::PlantQuantity;
 
 use crate::effect::PlantKind;
 
 /// One reduction stage: planetary gear or harmonic drive. Stiffness and damping on the stage's input side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stage {
+pub struct Stage<T> {
     /// Moment of inertia at the stage's input, kg.m2.
-    pub inertia: f64,
+    pub inertia: T,
     /// Stiffness K, N.m/rad.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// Damping D, N.m.s/rad.
-    pub damping: f64,
+    pub damping: T,
     /// Gear ratio n >= 1.
-    pub ratio: f64,
+    pub ratio: T,
 }
 
 /// What the two-mass model needs, on the motor side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Equivalent {
+pub struct Equivalent<T> {
     /// K_eq, N.m/rad.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// D_eq, N.m.s/rad.
-    pub damping: f64,
+    pub damping: T,
     /// n_eq.
-    pub ratio: f64,
+    pub ratio: T,
     /// J_motor = J_m + J_pl, kg.m2.
-    pub motor_inertia: f64,
+    pub motor_inertia: T,
     /// J_load = J_l + J_hd n_hd^2, kg.m2.
-    pub load_inertia: f64,
+    pub load_inertia: T,
 }
 
 /// Two stages in series, the planetary gear on the motor (GB-1).
 ///
-/// K_eq = K_pl K_hd / (K_hd + K_pl n_pl^2) as printed in S3. The printed D_eq is no series damping (twice too
+/// K_eq = K_pl K_hd / (K_hd + K_pl n_pl^2) as printed in S3. The printed D_eq ([`printed_damping`]) is no series damping (twice too
 /// large for two equal stages); to first order in the damping the right one is
 /// D_eq = (K_hd^2 D_pl + n_pl^2 K_pl^2 D_hd) / (K_hd + K_pl n_pl^2)^2.
 /// Checked by golden facts D01-D03.
-pub fn series(
-    planetary: &Stage,
-    harmonic_drive: &Stage,
-    motor_inertia: f64,
-    load_inertia: f64,
-) -> Equivalent {
+pub fn series<T: Scalar>(
+    planetary: &Stage<T>,
+    harmonic_drive: &Stage<T>,
+    motor_inertia: T,
+    load_inertia: T,
+) -> Equivalent<T> {
     let (pl, hd) = (planetary, harmonic_drive);
-    let sum = hd.stiffness + pl.stiffness * pl.ratio * pl.ratio;
-    let weighted = hd.stiffness.powi(2) * pl.damping + (pl.ratio * pl.stiffness).powi(2) * hd.damping;
+    let behind = pl.stiffness * pl.ratio * pl.ratio;
+    let sum = hd.stiffness + behind;
+    let weighted = hd.stiffness * hd.stiffness * pl.damping + behind * pl.stiffness * hd.damping;
     Equivalent {
         stiffness: pl.stiffness * hd.stiffness / sum,
         damping: weighted / (sum * sum),
@@ -54,6 +56,13 @@ pub fn series(
         motor_inertia: motor_inertia + pl.inertia,
         load_inertia: load_inertia + hd.inertia * hd.ratio * hd.ratio,
     }
+}
+
+/// D_eq as S3 prints it: (K_hd D_pl + K_pl D_hd) / (K_hd + K_pl n_pl^2), N.m.s/rad.
+pub fn printed_damping(planetary: &Stage<f64>, harmonic_drive: &Stage<f64>) -> f64 {
+    let (pl, hd) = (planetary, harmonic_drive);
+    (hd.stiffness * pl.damping + pl.stiffness * hd.damping)
+        / (hd.stiffness + pl.stiffness * pl.ratio * pl.ratio)
 }
 
 /// A quantity of a drive on both sides of its gear.

@@ -18,8 +18,10 @@
 
 mod compiled;
 mod layout;
+mod two_stage;
 
 pub use layout::{JointLayout, input, output, parameter, states};
+pub use two_stage::{GEARBOX, GEARBOX_CHOICE, TWO_STAGES, TwoStageJoint, TwoStageParameters};
 
 use crate::drive::{BaseMotion, DriveTrain, Spring};
 use crate::effect::{EffectError, EffectSet, PlantKind};

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::arm_common::{NO_EFFECTS, Random};
-use trueup_models::arm::{PlanarManipulator, Replay, input, parameter};
+use trueup_models::arm::{InverseDynamics, PlanarManipulator, Replay, input, parameter};
 use trueup_models::presets;
 use trueup_numerics::driver::{DriverOptions, simulate};
 use trueup_numerics::hybrid::{At, Hybrid};
@@ -93,4 +93,35 @@ fn friction_and_joints_that_are_not_there_are_refused() {
     assert!(Replay::new(arm, &[2]).is_none());
     let rubbing = PlanarManipulator::new(&[true; 2], &["motor-friction"]).unwrap();
     assert!(Replay::new(rubbing, &[0]).is_none());
+}
+
+/// Checks ARM-17: the torques of any accelerations cause these accelerations, with forces on base and tip, base free and fixed.
+#[test]
+fn torques_of_a_prescribed_motion_cause_it() {
+    let mut random = Random(9);
+    for k in 0..60 {
+        let n = random.within(1.0, 6.99) as usize;
+        let flexible: Vec<bool> = (0..n).map(|_| random.within(0.0, 1.0) < 0.5).collect();
+        let arm = PlanarManipulator::on_base(k % 3 == 0, &flexible, NO_EFFECTS).unwrap();
+        let inverse = InverseDynamics::new(arm.clone()).unwrap();
+        let (sizes, p) = (arm.sizes(), arm.defaults());
+        let x: Vec<f64> = (0..sizes.states).map(|_| random.within(-1.0, 1.0)).collect();
+        let mut u: Vec<f64> = (0..sizes.inputs).map(|_| random.within(-1.0, 1.0)).collect();
+        let (mut led, mut caused) = (vec![0.0; sizes.states], vec![0.0; sizes.states]);
+        let mut y = vec![0.0; inverse.sizes().outputs];
+        let at = At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] };
+        inverse.rates(at, &mut led);
+        inverse.outputs(at, &mut y);
+        for j in 0..n {
+            assert_eq!(led[arm.dofs() + arm.motor(j)], u[input::joint_torque(n) + j]);
+        }
+        let torque = y.split_off(sizes.outputs);
+        u[input::joint_torque(n)..][..n].copy_from_slice(&torque);
+        arm.rates(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut caused);
+        for (a, b) in led.iter().zip(&caused) {
+            assert!((a - b).abs() <= 1e-9 * (1.0 + a.abs()), "{flexible:?}: {a} {b}");
+        }
+    }
+    let effect = PlanarManipulator::new(&[false], &["motor-friction"]).unwrap();
+    assert!(InverseDynamics::new(effect).unwrap_err().contains("motor-friction"));
 }

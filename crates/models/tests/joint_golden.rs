@@ -4,8 +4,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-use trueup_models::gearbox::{Stage, series};
-use trueup_models::joint::{TwoMassJoint, output, parameter as p};
+use trueup_models::gearbox::{Stage, printed_damping, series};
+use trueup_models::joint::{TwoMassJoint, TwoStageJoint, output, parameter as p};
 use trueup_models::presets::delian;
 use trueup_numerics::Scalar;
 use trueup_numerics::driver::{DriverOptions, SimulationRecord, simulate};
@@ -46,8 +46,44 @@ fn d01_d02_d03_two_stages_in_series() {
     assert!((e.damping / exact - 1.0).abs() < 1e-9);
     // D03: the printed formula is twice too large for two equal stages.
     let s = Stage { ratio: 1.0, ..pl };
-    let printed = (s.stiffness * s.damping + s.stiffness * s.damping) / (s.stiffness + s.stiffness);
-    assert!((printed / series(&s, &s, 0.0, 0.0).damping - 2.0).abs() < 1e-12);
+    assert!((printed_damping(&s, &s) / series(&s, &s, 0.0, 0.0).damping - 2.0).abs() < 1e-12);
+}
+
+/// Checks GB-1: with its stages a joint moves as with the equivalent of both, and shows that; with an effect whose parameters are
+/// behind its own.
+#[test]
+fn a_joint_of_two_stages_moves_as_its_equivalent() {
+    for effects in [&[][..], &["backlash"]] {
+        let one = TwoMassJoint::new(true, effects).unwrap();
+        let two = TwoStageJoint::new(one.clone()).unwrap();
+        let (s, mut own) = (*two.places(), two.defaults());
+        own[s.planetary_inertia] = 3e-8;
+        own[s.harmonic_drive_inertia] = 2e-5;
+        own[s.harmonic_drive_stiffness] *= 3.0;
+        own[s.harmonic_drive_damping] *= 0.2;
+        own[s.planetary_ratio] *= 0.5;
+        own[s.initial_motor_velocity] = 4.0;
+        let e = two.equivalent(&own);
+        let mut q = delian(1).unwrap().to_vec();
+        (q[p::STIFFNESS], q[p::DAMPING], q[p::GEAR_RATIO]) = (e.stiffness, e.damping, e.ratio);
+        (q[p::MOTOR_INERTIA], q[p::LOAD_INERTIA]) = (e.motor_inertia, e.load_inertia);
+        q[p::INITIAL_MOTOR_VELOCITY] = 4.0;
+        let of_effects = one.sizes().parameters - p::COUNT;
+        own.resize(own.len() + of_effects, 0.01);
+        q.resize(q.len() + of_effects, 0.01);
+        let current = |t: f64, u: &mut [f64]| u[0] = 0.02 * (3.0 * t).sin();
+        let (times, options) = (grid(2.0, 50), DriverOptions { tolerance: 1e-9, ..DriverOptions::default() });
+        let nominal = [1.0, 100.0, 1.0, 100.0 / e.ratio];
+        let a = simulate(&one, &q, &nominal, options.clone(), &current, &times).unwrap();
+        let b = simulate(&two, &own, &nominal, options, &current, &times).unwrap();
+        for (a, b) in a.y.iter().zip(&b.y) {
+            assert_eq!(b[..a.len()], a[..]);
+            assert_eq!(b[a.len()..], [e.stiffness, e.damping, e.ratio]);
+        }
+        assert!(a.y.iter().any(|y| y[output::LOAD_ANGLE].abs() > 1e-7));
+    }
+    let rigid = TwoMassJoint::new(false, NO_EFFECTS).unwrap();
+    assert!(TwoStageJoint::new(rigid).unwrap_err().contains("rigid"));
 }
 
 #[test]

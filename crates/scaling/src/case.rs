@@ -64,6 +64,9 @@ pub fn scaled(
             scale(value, by);
         }
     }
+    if let Some(weights) = document.get_mut("fit").and_then(|fit| fit.get_mut("weight")) {
+        times(weights, law);
+    }
     if !added.is_empty() {
         let parameters = document.entry("parameters").or_insert_with(|| Item::Table(Table::new()));
         if let Some(table) = parameters.as_table_like_mut() {
@@ -83,6 +86,22 @@ pub fn column(law: &ScalingLaw, variables: &[SignalVariable], name: &str) -> Res
     let known = known.ok_or_else(|| "the model has no such variable; take it out".to_owned())?;
     let refused = |why| crate::recording::refused(&known.unit, &why).replace("NAME", name);
     law.of(name, UnitDimension::named(&known.unit)).map_err(refused)
+}
+
+/// Times of stretches of `weight` in `[fit]`, in either form of a list of tables.
+fn times(weights: &mut Item, law: &ScalingLaw) {
+    let one = |stretch: &mut dyn TableLike| {
+        for key in ["start", "end"] {
+            if let Some(value) = stretch.get_mut(key).and_then(Item::as_value_mut) {
+                scale(value, law.time());
+            }
+        }
+    };
+    if let Some(tables) = weights.as_array_of_tables_mut() {
+        tables.iter_mut().for_each(|table| one(table));
+    } else if let Some(list) = weights.as_array_mut() {
+        list.iter_mut().filter_map(|v| v.as_inline_table_mut()).for_each(|table| one(table));
+    }
 }
 
 struct CaseScaling<'a> {

@@ -54,6 +54,27 @@ fn parameters_sensors_and_what_is_left_out() {
     assert_eq!(scaled(CASE, &[("A", 0.0)]).unwrap(), by_hand);
 }
 
+/// Times of stretches of `weight` scale as times, the weights do not.
+#[test]
+fn stretches_of_weight_scale_in_time() {
+    let head = CASE.split("[channels").next().unwrap();
+    let of = |a: &str, b: &str| {
+        [
+            format!(
+                "{head}[fit]\nparameters = [\"stiffness\"]\nweight = [{{ start = {a}, end = {b}, weight = 0.25 }}]\n"
+            ),
+            format!(
+                "{head}[[fit.weight]]\nstart = {a}\nweight = 0.25\n[[fit.weight]]\nend = {b}\nweight = 0.5\n"
+            ),
+        ]
+    };
+    for (full, small) in of("5.0", "8.0").iter().zip(of("2.5", "4.0")) {
+        let text = scaled(full, &[("A", 0.0)]).unwrap();
+        let from = |text: &str| text[text.find("[fit").unwrap()..].to_owned();
+        assert_eq!(from(&text), from(&small));
+    }
+}
+
 #[test]
 fn mistakes_have_their_line_and_their_mend() {
     let why = scaled(CASE, &[]).unwrap_err();

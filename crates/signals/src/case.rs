@@ -4,11 +4,13 @@ mod effects;
 mod load;
 mod parse;
 mod payload;
+mod weight;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 pub use load::Loaded;
+pub use weight::FitWeight;
 
 use crate::columns::ColumnRule;
 use crate::names::base_name;
@@ -56,6 +58,8 @@ pub struct Case {
     pub fit: Option<Vec<String>>,
     /// Effects that are estimated together with the model's parameters, without prior values.
     pub with: Vec<String>,
+    /// Stretches of the recordings for fitting whose readings count for less.
+    pub weights: Vec<FitWeight>,
     /// What holds for a channel in all recordings; an array's name for its elements.
     pub channels: BTreeMap<String, ChannelSettings>,
     /// Rows a second of all recordings, in Hz, whatever their clocks show; `None`: by the clocks.

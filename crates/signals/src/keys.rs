@@ -81,7 +81,7 @@ impl Keys {
 
 /// All tables.
 pub const ALL: &[Keys] =
-    &[CASE, RECORDINGS, EFFECTS, PAYLOAD, PAYLOAD_FIGURE, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
+    &[CASE, RECORDINGS, EFFECTS, PAYLOAD, PAYLOAD_FIGURE, FIT, FIT_WEIGHT, CHANNELS, GUESS, SIDECAR, COLUMNS];
 
 /// A key of a table; its arguments are the fields of [`CaseFileKey`].
 pub const fn key(
@@ -245,6 +245,30 @@ pub const FIT: Keys = Keys {
             "none",
             Texts,
         ),
+        key(
+            "weight",
+            "stretches of time whose readings count for less in `identify`, see below; a diagnosis refuses it",
+            "",
+            "every reading counts by its noise",
+            List(&[Table(&FIT_WEIGHT)]),
+        ),
+    ],
+};
+
+/// Of a stretch of `weight` in `[fit]`.
+pub const FIT_WEIGHT: Keys = Keys {
+    of: "a stretch of weight",
+    list: &[
+        key(
+            "weight",
+            "factor on the square of each residual there, 0 to 1; where several hold, their product",
+            "1",
+            "must be given",
+            Number,
+        ),
+        key("start", "from this time on", "s", "from the first reading on", Number),
+        key("end", "until this time", "s", "to the last reading", Number),
+        key("recordings", "recordings of `train` in which it holds", "file names", "all", Texts),
     ],
 };
 

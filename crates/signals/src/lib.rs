@@ -41,7 +41,7 @@ mod value;
 mod variable;
 mod write;
 
-pub use case::{Case, KnownEffect, Loaded, ParameterValue};
+pub use case::{Case, FitWeight, KnownEffect, Loaded, ParameterValue};
 pub use columns::{ColumnMapping, ColumnRule};
 pub use error::SignalsError;
 pub use figures::ChannelFigures;

@@ -16,3 +16,4 @@ mod process;
 mod properties;
 mod reading;
 mod relations;
+mod weights;

@@ -114,6 +114,10 @@ pub enum Take {
     Above(f64),
     /// When it first falls below a level, s; none if it never does.
     Below(f64),
+    /// From when on it stays above a level, s; none if it does not at the end.
+    StaysAbove(f64),
+    /// From when on it stays below a level, s; none if it does not at the end.
+    StaysBelow(f64),
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -189,6 +193,7 @@ enum RawTake {
     Mean,
     Rms,
     Time,
+    Settled,
 }
 
 /// JSON Schema of a sweep's file, by what its reader takes.
@@ -434,13 +439,15 @@ impl RawOutput {
             (RawTake::Rms, None, None) => Take::Rms,
             (RawTake::Time, Some(level), None) if level.is_finite() => Take::Above(level),
             (RawTake::Time, None, Some(level)) if level.is_finite() => Take::Below(level),
-            (RawTake::Time, ..) => {
+            (RawTake::Settled, Some(level), None) if level.is_finite() => Take::StaysAbove(level),
+            (RawTake::Settled, None, Some(level)) if level.is_finite() => Take::StaysBelow(level),
+            (RawTake::Time | RawTake::Settled, ..) => {
                 let mend = "write either `above = X` or `below = X`";
                 mistakes.wrong(span.clone(), format!("`{name}`: the time of what? {mend}"));
                 Take::Final
             }
             _ => {
-                let mend = "`above` and `below` belong to `take = \"time\"`";
+                let mend = "`above` and `below` belong to `take = \"time\"` and `take = \"settled\"`";
                 mistakes.wrong(span.clone(), format!("`{name}`: {mend}"));
                 Take::Final
             }

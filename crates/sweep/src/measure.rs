@@ -43,7 +43,7 @@ impl<'a> Measures<'a> {
             Take::Max => Some(tap.most),
             Take::Mean => Some(mean(tap)),
             Take::Rms => Some(if whole > 0.0 { mean(tap).sqrt() } else { tap.last.abs() }),
-            Take::Above(_) | Take::Below(_) => tap.passed,
+            Take::Above(_) | Take::Below(_) | Take::StaysAbove(_) | Take::StaysBelow(_) => tap.passed,
         };
         self.outputs.iter().zip(&self.taps).map(value).collect()
     }
@@ -62,8 +62,8 @@ impl Take {
     /// When a line from `a` to `b` passes the level, as a part of it; at once where it begins beyond.
     fn passes(self, a: f64, b: f64) -> Option<f64> {
         let (a, b) = match self {
-            Self::Above(level) => (a - level, b - level),
-            Self::Below(level) => (level - a, level - b),
+            Self::Above(level) | Self::StaysAbove(level) => (a - level, b - level),
+            Self::Below(level) | Self::StaysBelow(level) => (level - a, level - b),
             _ => return None,
         };
         if a > 0.0 {
@@ -73,6 +73,14 @@ impl Take {
         } else {
             None
         }
+    }
+}
+
+impl Take {
+    /// A value at which what was passed does not count any more.
+    fn returns(self, x: f64) -> bool {
+        matches!(self, Self::StaysAbove(level) if x <= level)
+            || matches!(self, Self::StaysBelow(level) if x >= level)
     }
 }
 
@@ -87,7 +95,9 @@ impl Tap {
         // What is discrete keeps its value until the next row.
         let held = !matches!(self.kind, ColumnKind::Real | ColumnKind::Single);
         self.integral += take.integral(before, if held { before } else { x }, h);
-        if self.passed.is_none() {
+        if take.returns(x) {
+            self.passed = None;
+        } else if self.passed.is_none() {
             let passes = take.passes(before, x);
             self.passed = passes.map(|part| if held && part > 0.0 { to } else { from + part * h });
         }

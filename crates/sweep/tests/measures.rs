@@ -52,6 +52,17 @@ fn a_level_is_passed_at_once_where_the_run_begins_beyond_it_and_at_the_jump_that
 }
 
 #[test]
+fn what_has_settled_stays_there_to_the_end() {
+    let below = "when = { variable = \"x\", take = \"settled\", below = 1 }";
+    // Below from 1.5 s on, not from 0.5 s; a level that is only reached is not passed.
+    assert_eq!(kept(below, &[(0.0, 2.0), (1.0, 0.0), (1.25, 4.0), (2.0, 0.0), (3.0, 0.5)]), [Some(1.8125)]);
+    assert_eq!(kept(below, &[(0.0, 0.5), (1.0, 0.9)]), [Some(0.0)]);
+    assert_eq!(kept(below, &[(0.0, 0.5), (1.0, 1.0)]), [None]);
+    let above = "when = { variable = \"x\", take = \"settled\", above = -1 }";
+    assert_eq!(kept(above, &[(0.0, -3.0), (2.0, 1.0), (2.0, -2.0), (3.0, 0.0)]), [Some(2.5)]);
+}
+
+#[test]
 fn rows_however_uneven_give_the_mean_over_time() {
     let rows: Vec<(f64, f64)> = (0..=1000).map(|k| (f64::from(k) / 1000.0).powi(3)).map(|t| (t, t)).collect();
     let found = kept(

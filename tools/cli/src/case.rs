@@ -39,6 +39,6 @@ pub(crate) fn load_for(path: &Path, model: &FmuSubject) -> Result<Loaded, CliErr
     if findings.iter().any(Finding::is_error) { Err(CliError::Said) } else { Ok(loaded) }
 }
 
-fn tell(all: &[Finding]) {
+pub(crate) fn tell(all: &[Finding]) {
     findings::lines(all).iter().for_each(|line| voice::line(line));
 }

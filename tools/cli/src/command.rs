@@ -1,12 +1,16 @@
 //! The commands, one file each.
 
 mod arm;
+mod bench;
 mod check;
 mod demo;
 mod diagnose;
+mod gearbox;
 mod identify;
 mod info;
 mod init;
+mod inverse;
+mod lab;
 mod list;
 mod pack;
 mod ports;
@@ -30,6 +34,8 @@ pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
         CliCommand::Ports(a) => ports::run(&a),
         CliCommand::Identify(a) => identify::run(&a),
         CliCommand::Statics(a) => identify::statics::run(&a),
+        CliCommand::Gearbox(a) => gearbox::run(&a),
+        CliCommand::Inverse(a) => inverse::run(&a),
         CliCommand::Robot(a) => robot::run(&a),
         CliCommand::Arm(ArmCommand::Map(a)) => arm::map(&a),
         CliCommand::Diagnose(a) => diagnose::run(&a),
@@ -48,6 +54,8 @@ pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
         CliCommand::Trial(Trial::Compare(a)) => trial::compare(&a),
         CliCommand::Trial(Trial::Decide(a)) => trial::decide(&a),
         CliCommand::Trial(Trial::Corpus(a)) => trial::corpus(&a),
+        CliCommand::Bench(a) => bench::run(&a),
+        CliCommand::Lab(a) => lab::run(&a),
         CliCommand::Schema(a) => schema::run(&a),
         CliCommand::Completions(a) => shell::completions(&a),
         CliCommand::Man(a) => shell::man(&a),

@@ -105,6 +105,15 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     ("statics", &["trueup statics deflections.toml"]),
+    ("gearbox", &["trueup gearbox gearbox.toml", "trueup gearbox gearbox.toml --json"]),
+    (
+        "inverse",
+        &[
+            "trueup inverse motion.csv -o torques.csv",
+            "trueup inverse motion.csv --noise 1e-4 --set motorInertia=0,0,0",
+            "trueup inverse motion.csv --flexible true,false,false --fixed-base",
+        ],
+    ),
     (
         "robot",
         &[
@@ -136,6 +145,29 @@ const EXAMPLES: &[(&str, &[&str])] = &[
             "trueup trial score trials -o card.md",
         ],
     ),
+    (
+        "bench",
+        &[
+            "trueup bench make -o bench --tier joint,arm --count 100",
+            "trueup bench run bench/public -o trueup.csv",
+            "trueup bench submit bench/public trueup.csv -o receipt.toml",
+            "trueup bench score bench trueup.csv -o page.md",
+        ],
+    ),
+    ("bench make", &["trueup bench make -o bench --tier joint,arm --count 100"]),
+    ("bench run", &["trueup bench run bench/public -o trueup.csv"]),
+    ("bench submit", &["trueup bench submit bench/public entry.csv -o receipt.toml"]),
+    ("bench score", &["trueup bench score bench trueup.csv other.csv -o page.md"]),
+    (
+        "lab",
+        &[
+            "trueup lab new -o lab",
+            "trueup diagnose lab/case -o found",
+            "trueup lab run found/next-experiment.csv --rig lab",
+        ],
+    ),
+    ("lab new", &["trueup lab new -o lab --seed 5"]),
+    ("lab run", &["trueup lab run proposal.toml", "trueup lab run found/next-experiment.csv --rig lab"]),
     ("trial generate", &["trueup trial generate -o trials --plant joint --split single --count 20 --seed 7"]),
     ("trial run", &["trueup trial run trials", "trueup trial run trials --shard 1/2 --limit 120"]),
     ("trial score", &["trueup trial score trials -o card.md"]),

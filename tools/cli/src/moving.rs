@@ -9,7 +9,7 @@ use trueup_models::joint::parameter;
 use trueup_report::Page;
 use trueup_scene::{
     HAND, MissingColumn, MotionRecord, Scene, arm_capture_scene, body_scene, capture_scene, hand_reach,
-    joint_scene, planar_scene, robot_scene,
+    joint_scene, planar_scene, robot_scene, space_capture_scene,
 };
 
 /// A component that has a picture.
@@ -57,12 +57,17 @@ impl PlantInRun {
         let p = &self.parameters;
         Some(match &self.plant {
             PlantModelTable::Joint(..) => joint_scene(p[parameter::GEAR_RATIO], record),
+            PlantModelTable::TwoStageJoint(joint, _) => joint_scene(joint.equivalent(p).ratio, record),
             PlantModelTable::Arm(arm) => planar_scene(arm, p, record),
+            PlantModelTable::InverseDynamics(inverse) => planar_scene(inverse.arm(), p, record),
             PlantModelTable::Space(robot, _) => robot_scene(robot, p, record),
             PlantModelTable::FlexibleArm { arm, .. } => robot_scene(arm.bodies(), p, record),
             PlantModelTable::Contact(Contact::Body(body)) => body_scene(body, p, record),
             PlantModelTable::Contact(Contact::Scene(capture)) => capture_scene(capture, p, record),
             PlantModelTable::Contact(Contact::ArmScene(capture)) => arm_capture_scene(capture, p, record),
+            PlantModelTable::Contact(Contact::SpaceScene(capture, _)) => {
+                space_capture_scene(capture, p, record)
+            }
             PlantModelTable::Contact(Contact::Gripper(_)) | PlantModelTable::SpaceController(..) => {
                 return None;
             }
@@ -75,14 +80,14 @@ impl PlantInRun {
         let structure = match contact {
             Contact::Scene(capture) => capture.structure(),
             Contact::ArmScene(capture) => capture.structure(),
-            Contact::Body(_) | Contact::Gripper(_) => return None,
+            Contact::Body(_) | Contact::Gripper(_) | Contact::SpaceScene(..) => return None,
         };
         scene.close_up(HAND, 1.3 * hand_reach(structure, &self.parameters))
     }
 
     /// Joints turn about axes of their own; all others share the inertial axes.
     fn is_joint(&self) -> bool {
-        matches!(self.plant, PlantModelTable::Joint(..))
+        matches!(self.plant, PlantModelTable::Joint(..) | PlantModelTable::TwoStageJoint(..))
     }
 }
 

@@ -73,6 +73,12 @@ pub enum IdentifyError {
         /// Which.
         method: IdentifyMethod,
     },
+    /// Regressions know of no weights of times.
+    #[error("method {method} has no `weight` of [fit]; use output-error or nelder-mead, or remove it")]
+    Weights {
+        /// Which.
+        method: IdentifyMethod,
+    },
     /// The method does not do that.
     #[error(
         "method {method} is for one flexible joint, motor, spring and load, with recorded motorCurrent, motorAngle and loadAngle; use output-error"

@@ -2,7 +2,6 @@
 
 use nalgebra::DMatrix;
 use trueup_signals::Loaded;
-use trueup_signals::process::Misfit;
 
 use super::error::IdentifyError;
 use super::found::{FoundParameter, found};
@@ -95,12 +94,21 @@ pub(super) fn by_simulation(
             let rough = fit(&problem, &options)?;
             let worst = |name: &str| {
                 let of = rough.comparisons.iter().filter(|c| c.channel == name);
-                let mut misfit = Misfit::default();
-                of.for_each(|c| misfit.add(&c.predicted, &c.measured));
-                misfit.rms()
+                let (mut error, mut counted) = (0.0, 0.0);
+                for c in of {
+                    for ((t, p), m) in c.t.iter().zip(&c.predicted).zip(&c.measured) {
+                        let weight = train[c.run].weight(*t);
+                        error += weight * (p - m).powi(2);
+                        counted += weight;
+                    }
+                }
+                if counted > 0.0 { (error / counted).sqrt() } else { f64::NAN }
             };
-            for c in train.iter_mut().flat_map(|r| &mut r.channels).filter(|c| free.contains(&c.name)) {
-                c.sigma = worst(&c.name).max(1e-12 * c.sigma);
+            let left: Vec<f64> = free.iter().map(|name| worst(name)).collect();
+            for c in train.iter_mut().flat_map(|r| &mut r.channels) {
+                if let Some(k) = free.iter().position(|name| *name == c.name) {
+                    c.sigma = left[k].max(1e-12 * c.sigma);
+                }
             }
         }
         notes.push(format!(

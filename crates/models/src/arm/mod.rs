@@ -10,6 +10,7 @@ mod balance;
 pub mod chain;
 mod compiled;
 mod hinge;
+mod inverse;
 pub mod kinematics;
 pub mod layout;
 mod model;
@@ -21,6 +22,7 @@ pub mod solve;
 mod stick;
 
 pub use compiled::ArmScalar;
+pub use inverse::{BY_ACCELERATION, InverseDynamics, JOINT_DRIVE, JOINT_DRIVE_CHOICE};
 pub use layout::{ArmLayout, BASE, BASE_CHOICE, FIXED_BASE, input, output, parameter};
 pub use model::PlanarManipulator;
 pub use payload::{PAYLOAD, PayloadParameter};

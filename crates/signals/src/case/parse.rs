@@ -200,6 +200,9 @@ impl Case {
             let ids = reader.texts(node, "effects");
             self.with = ids.into_iter().map(|(id, _)| id).collect();
         }
+        if let Some(node) = table.get("weight") {
+            self.weighed(reader, node);
+        }
         let Some(node) = table.get("parameters") else { return };
         let names = reader.texts(node, "parameters");
         if node.get_ref().as_array().is_some_and(|list| list.is_empty()) {

@@ -4,7 +4,7 @@ use crate::near::suggestion;
 use trueup_fmi::table::{BoundaryType, Causality, ModelTable, TableVariable, Variability};
 
 /// Sets the start value of an element; the last one counts.
-pub(super) fn assign(start: &mut Vec<(String, f64)>, name: &str, value: f64) {
+pub(crate) fn assign(start: &mut Vec<(String, f64)>, name: &str, value: f64) {
     match start.iter_mut().find(|(n, _)| n == name) {
         Some(slot) => slot.1 = value,
         None => start.push((name.to_owned(), value)),
@@ -12,7 +12,7 @@ pub(super) fn assign(start: &mut Vec<(String, f64)>, name: &str, value: f64) {
 }
 
 /// Element names and values of `name=value`, `name[i]=value` or `name=value,value,..`.
-pub(super) fn parse(table: &ModelTable, set: &str) -> Result<Vec<(String, f64)>, String> {
+pub(crate) fn parse(table: &ModelTable, set: &str) -> Result<Vec<(String, f64)>, String> {
     let (name, values) = set.split_once('=').ok_or_else(|| format!("--set {set}: write it as name=value"))?;
     let (name, values) = (name.trim(), values.split(',').map(str::trim));
     let (variable, elements) = find(table, name).ok_or_else(|| {
