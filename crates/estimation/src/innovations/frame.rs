@@ -56,7 +56,7 @@ pub struct InnovationsFrame {
     /// Tangent of the laws in force.
     pub feedback: Feedback,
     /// Tangent of known effects that hold the joint, as of the last smoothing.
-    pub(super) held: Feedback,
+    pub held: Feedback,
 }
 
 impl InnovationsFrame {
