@@ -55,12 +55,15 @@ pub fn arm_capture_scene(
     Ok(scene)
 }
 
-/// Way of each carriage, hand's axes, and where it is along it; none of a hand without.
+/// Way of a carriage, hand's axes, and where it is along it at each time, m.
+type CarriageWay = ([f64; 2], Vec<f64>);
+
+/// Of each carriage; none of a hand without.
 fn carriages(
     s: &GripperStructure,
     p: &[f64],
     record: &MotionRecord<'_>,
-) -> Result<Vec<([f64; 2], Vec<f64>)>, MissingColumn> {
+) -> Result<Vec<CarriageWay>, MissingColumn> {
     if s.mount != Mount::Carriages {
         return Ok(Vec::new());
     }

@@ -33,7 +33,8 @@ pub(crate) fn folder(path: &Path) -> Result<(), TrialError> {
     fs::create_dir_all(path).map_err(|e| TrialError::at(path, e))
 }
 
-fn csv(r: &TrialRecording) -> String {
+/// A recording as CSV.
+pub(crate) fn csv(r: &TrialRecording) -> String {
     let mut text = String::from("time");
     r.columns.iter().for_each(|c| {
         let _ = write!(text, ",{}", c.name);

@@ -12,6 +12,7 @@ mod error;
 mod files;
 mod joint;
 mod judge;
+mod lab;
 mod motion;
 mod sense;
 mod slip;
@@ -34,6 +35,7 @@ pub use judge::corpus::{CorpusEntry, fill as fill_corpus, read as read_corpus, w
 pub use judge::run::{CaseEnd, CaseFailure, JudgedRun, TimeTaken, run};
 pub use judge::score::{Card, ScoreTarget, ScorecardLine, Share, score};
 pub use judge::table::{Answers, CaseRow};
+pub use lab::{LabLimits, LabNotice, LabRound, new_lab, run_lab};
 
 use cache::CaseCache;
 

@@ -3,4 +3,5 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::type_complexity)]
 
 mod bench;
+mod lab;
 mod trial;

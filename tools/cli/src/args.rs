@@ -5,6 +5,7 @@ mod bench;
 mod case;
 mod dynamics;
 mod identify;
+mod lab;
 mod ports;
 mod robot;
 mod scale;
@@ -22,6 +23,7 @@ pub(crate) use bench::{BenchCommand, BenchMake, BenchRun, BenchScore, BenchSubmi
 pub(crate) use case::{Check, Init, Schema, SchemaOf};
 pub(crate) use dynamics::{Gearbox, Inverse};
 pub(crate) use identify::{Identify, Statics};
+pub(crate) use lab::{LabCommand, LabNew, LabRun};
 pub(crate) use ports::PortsCommand;
 pub(crate) use robot::{JointWay, RobotArgument};
 pub(crate) use scale::ScaleCommand;
@@ -80,6 +82,9 @@ pub(crate) enum CliCommand {
     /// Make a sealed benchmark, run this program on it, check an entry of any program, and score entries when the keys are out
     #[command(subcommand)]
     Bench(BenchCommand),
+    /// Experiment with a joint whose cause is sealed: it runs what is proposed, within limits, and hands the recording back
+    #[command(subcommand)]
+    Lab(LabCommand),
     /// Print the JSON Schema of a file, for editors that complete and check it
     Schema(Schema),
     /// Print the script that completes commands and options in a shell

@@ -158,6 +158,16 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("bench run", &["trueup bench run bench/public -o trueup.csv"]),
     ("bench submit", &["trueup bench submit bench/public entry.csv -o receipt.toml"]),
     ("bench score", &["trueup bench score bench trueup.csv other.csv -o page.md"]),
+    (
+        "lab",
+        &[
+            "trueup lab new -o lab",
+            "trueup diagnose lab/case -o found",
+            "trueup lab run found/next-experiment.csv --rig lab",
+        ],
+    ),
+    ("lab new", &["trueup lab new -o lab --seed 5"]),
+    ("lab run", &["trueup lab run proposal.toml", "trueup lab run found/next-experiment.csv --rig lab"]),
     ("trial generate", &["trueup trial generate -o trials --plant joint --split single --count 20 --seed 7"]),
     ("trial run", &["trueup trial run trials", "trueup trial run trials --shard 1/2 --limit 120"]),
     ("trial score", &["trueup trial score trials -o card.md"]),
