@@ -322,15 +322,16 @@ fn recorded(plant: &TrajectoryPlant, truth: &[f64], lines: &str, more: &[&str], 
                 .zip(&plant.joints)
                 .map(|([size, w, phase], joint)| hanging[*joint] + size * (w * t + phase).sin())
                 .collect();
-            let shown =
-                plant.outputs(TrajectoryPoint { theta: truth, state: &x, torque: &torque }, &angles).0;
+            let shown = plant
+                .outputs(TrajectoryPoint { theta: truth, state: &x, torque: &torque, time: t }, &angles)
+                .0;
             let noise: Vec<f64> =
                 shown.iter().map(|q| q + 1e-4 * Distribution::<f64>::sample(&StandardNormal, rng)).collect();
             let row = std::iter::once(t).chain(torque.iter().copied()).chain(noise);
             columns.iter_mut().zip(row).for_each(|(c, v)| c.1.push(v));
             for _ in 0..20 {
                 let rates = |x: &[f64]| -> Vec<f64> {
-                    let point = TrajectoryPoint { theta: truth, state: x, torque: &torque };
+                    let point = TrajectoryPoint { theta: truth, state: x, torque: &torque, time: t };
                     x[n..].iter().copied().chain(plant.accelerations(point, &vec![0.0; n])).collect()
                 };
                 let ahead =

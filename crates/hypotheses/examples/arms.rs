@@ -33,6 +33,8 @@ fn stages(folder: &str) -> Said {
     let alone = &found.null;
     Ok(json!({
         "nominal_L": alone.nominal,
+        "rig": found.effects.first().map(|h| h.frame.reported(&alone.fit.doubted)),
+        "offsets": found.effects.first().map(|h| h.frame.reported_of_single(&alone.fit.doubted)),
         "parameters_L": { "L": alone.fit.evidence, "floors": [alone.left.forces, alone.left.readings] },
         "screen_base": found.base, "screen": screen,
         "hypotheses": found.effects.iter().map(|h| effect(h, alone.fit.evidence)).collect::<Vec<_>>(),

@@ -432,6 +432,17 @@ fn no_force(e: &PlacedEffect, dry: bool) -> Option<&'static str> {
     }
 }
 
+/// Whether a parameter of an effect is refitted: a size that is not neutral, or a shape that has a standard deviation.
+pub(super) fn is_refitted(effects: &EffectSet, parameter: usize, assumed: f64, doubt: Option<f64>) -> bool {
+    let of = effects.iter().filter(|e| e.begin.parameters <= parameter).last();
+    let spec = of.and_then(|e| e.choice.parameters().get((parameter - e.begin.parameters) / e.sites));
+    spec.is_some_and(|spec| match spec.role {
+        ParameterRole::Amplitude => assumed != spec.neutral && assumed != 0.0,
+        ParameterRole::Shape => doubt.is_some() && (effects.absolute_doubt(parameter) || assumed != 0.0),
+        ParameterRole::Reference | ParameterRole::Initial => false,
+    })
+}
+
 /// The number that a parameter of an effect is; `None`: it stays.
 fn number(
     effects: &EffectSet,
@@ -440,14 +451,7 @@ fn number(
     assumed: f64,
     doubt: Option<f64>,
 ) -> Option<KnownNumber> {
-    let e = effects.iter().filter(|e| e.begin.parameters <= parameter).last()?;
-    let spec = e.choice.parameters().get((parameter - e.begin.parameters) / e.sites)?;
-    let turned = effects.absolute_doubt(parameter);
-    let fits = match spec.role {
-        ParameterRole::Amplitude => assumed != spec.neutral && assumed != 0.0,
-        ParameterRole::Shape => doubt.is_some() && (turned || assumed != 0.0),
-        ParameterRole::Reference | ParameterRole::Initial => false,
-    };
+    let (turned, fits) = (effects.absolute_doubt(parameter), is_refitted(effects, parameter, assumed, doubt));
     let deviation = doubt.unwrap_or(0.0).max(KNOWN);
     let (unit, deviation) = if turned { (UNIT * deviation, 1.0 / UNIT) } else { (0.0, deviation) };
     fits.then(|| KnownNumber { name: name.to_owned(), assumed, unit, deviation, parameter })

@@ -169,13 +169,16 @@ impl LateGroup {
     }
 }
 
+/// What is estimated of a channel, the sensor, and the recordings that have it; `None`: all that have the channel.
+pub(super) type Guess = (PriorGuess, SensorData, Option<Vec<usize>>);
+
 /// What is estimated of a channel, each guess once: with the sensor of the first recording that has it, and the recordings that have it
 /// (`None`: all that have the channel).
-fn guesses(
+pub(super) fn guesses(
     train: &[&Recording],
     name: &str,
     of: fn(&SensorData) -> Option<PriorGuess>,
-) -> Vec<(PriorGuess, SensorData, Option<Vec<usize>>)> {
+) -> Vec<Guess> {
     let all: Vec<(usize, &SensorData)> =
         train.iter().enumerate().filter_map(|(k, r)| Some((k, &r.channel(name)?.sensor))).collect();
     let mut found: Vec<(PriorGuess, SensorData, Vec<usize>)> = Vec::new();

@@ -23,6 +23,10 @@ const ERROR: f64 = 30.0;
 const GEAR_ERROR: f64 = 0.02;
 /// Least damping that a law of damping takes as usual, in usual torques of the spring over usual rates.
 const LEAST_DAMPING: f64 = 0.02;
+/// A twist, rad, that hardly bends the line of a spring.
+const LITTLE: f64 = 1e-4;
+/// Relative difference of slopes up to which a spring is a line.
+const LINE: f64 = 1e-6;
 /// Quantiles that are usual: of speeds and twists, of rates of twist.
 const USUAL: [f64; 2] = [0.97, 0.9];
 
@@ -59,9 +63,9 @@ impl ChainSizes {
             sizes.reach.push(0.5 * (high - low) + 1e-6);
         }
         for (j, (motor, joint)) in frame.plant.drives.iter().zip(&frame.plant.joints).enumerate() {
-            let inputs = frame.plant.drives.len();
-            let all = frame.runs.iter().flat_map(|r| column(&r.nodes.torque, inputs, j));
-            sizes.torque.push(all.fold(0.0, |m: f64, u| m.max(u.abs())));
+            let gain = frame.plant.drive_gains[j].abs();
+            let all = frame.runs.iter().flat_map(|r| column(&r.nodes.torque, r.nodes.inputs.len(), j));
+            sizes.torque.push(gain * all.fold(0.0, |m: f64, u| m.max(u.abs())));
             if motor == joint {
                 sizes.twist.push(1.0);
                 sizes.twist_rate.push(1.0);
@@ -84,20 +88,22 @@ fn column(values: &[f64], width: usize, k: usize) -> Vec<f64> {
 }
 
 /// Stiffness and damping of the spring between a joint and its motor: what the motor's coordinate takes more for a twist and a rate
-/// of 1; 0 of a rigid joint.
+/// of 1, of a spring that is no line for a small twist; 0 of a rigid joint.
 fn spring(frame: &TrajectoryFrame, input: usize) -> [f64; 2] {
     let (plant, n) = (&frame.plant, frame.coordinates());
     if !plant.flexible(input) {
         return [0.0; 2];
     }
     let motor = plant.drives[input];
-    let needed = |twisted: Option<usize>| {
+    let needed = |by: f64, k: usize| {
         let mut state = vec![0.0; 2 * n];
-        twisted.into_iter().for_each(|k| state[k] = 1.0);
+        state[k] = by;
         plant.needed(&frame.theta, &state, &vec![0.0; n]).map_or(0.0, |f| f[motor])
     };
-    let rest = needed(None);
-    [motor, n + motor].map(|k| needed(Some(k)) - rest)
+    let rest = needed(0.0, motor);
+    let [whole, little] = [1.0, LITTLE].map(|by| (needed(by, motor) - rest) / by);
+    let stiffness = if (whole - little).abs() < LINE * whole.abs() { whole } else { little };
+    [stiffness, needed(1.0, n + motor) - rest]
 }
 
 /// Along the present trajectory of a frame.
@@ -203,12 +209,18 @@ fn run_along(frame: &TrajectoryFrame, r: &TrajectoryRun, channels: &[ChannelPlac
     let end = |k: usize| [k, n + k].map(|k| column(&r.accelerations, 2 * n, k));
     let part = median(nodes.step.clone()) / nodes.parts as f64;
     let rest = vec![0.0; frame.plant.drives.len()];
+    let drive = |j: usize| DriveAlong::of_nodes(nodes, j, frame.plant.drive_gains[j], part);
     let shown = |c: usize| -> Vec<f64> {
         if !matches!(channels[c].shows, ShownBy::Tip(_) | ShownBy::Output) {
             return Vec::new();
         }
         let output = frame.intake.channels[c].output;
-        let at = |t: usize| TrajectoryPoint { theta: &frame.theta, state: r.state(t), torque: &rest };
+        let at = |t: usize| TrajectoryPoint {
+            theta: &frame.theta,
+            state: r.state(t),
+            torque: &rest,
+            time: r.nodes.since(t),
+        };
         (0..nodes.len()).map(|t| frame.plant.output(at(t), output)).collect()
     };
     let moments = |c: usize| r.readings.moments.iter().skip(c).step_by(width).map(|m| m[0]).collect();
@@ -216,7 +228,7 @@ fn run_along(frame: &TrajectoryFrame, r: &TrajectoryRun, channels: &[ChannelPlac
         accelerations: (0..n).map(end).collect(),
         moments: (0..width).map(moments).collect(),
         shown: (0..width).map(shown).collect(),
-        drives: (0..rest.len()).map(|j| DriveAlong::of_nodes(nodes, j, part)).collect(),
+        drives: (0..rest.len()).map(drive).collect(),
         own_forces: (0..n).map(|k| column(&r.own, n, k)).collect(),
         ..RunAlong::new(times, nodes.step.clone(), nodes.parts, series(0), series(n))
     }
@@ -277,7 +289,8 @@ impl<'a> FrameMechanics<'a> {
                 torque += 0.5 * plant.needed_by(&theta, state, &a, inverse)[hinge];
             }
             let mass = 0.5 * (&begin.2 + &end.2);
-            let point = TrajectoryPoint { theta: &theta, state: &begin.0, torque: &rest };
+            let point =
+                TrajectoryPoint { theta: &theta, state: &begin.0, torque: &rest, time: r.nodes.since(t) };
             let slopes = plant.outputs_along(point, &tip, hinge);
             out.torque.push(torque);
             out.inertia.iter_mut().zip(&kept).for_each(|(m, k)| m.push(mass[(*k, hinge)]));
@@ -301,7 +314,12 @@ impl ChainMechanics for FrameMechanics<'_> {
                 column(&r.inverse_mass(t).mass(), n, axis)
             } else {
                 let rest = vec![0.0; frame.plant.drives.len()];
-                let point = TrajectoryPoint { theta: &frame.theta, state: r.state(t), torque: &rest };
+                let point = TrajectoryPoint {
+                    theta: &frame.theta,
+                    state: r.state(t),
+                    torque: &rest,
+                    time: r.nodes.since(t),
+                };
                 frame.plant.sensitivity(point, &vec![0.0; n], &[(gravity?, 1.0)], r.inverse_mass(t))
             };
             forces.iter_mut().zip(at).for_each(|(all, f)| all.push(f));
@@ -318,7 +336,12 @@ impl ChainMechanics for FrameMechanics<'_> {
         let rest = vec![0.0; frame.plant.drives.len()];
         let mut tip = vec![Vec::with_capacity(r.nodes.len()); n];
         for t in 0..r.nodes.len() {
-            let at = TrajectoryPoint { theta: &frame.theta, state: r.state(t), torque: &rest };
+            let at = TrajectoryPoint {
+                theta: &frame.theta,
+                state: r.state(t),
+                torque: &rest,
+                time: r.nodes.since(t),
+            };
             let gradient = frame.plant.outputs(at, &[output]).1;
             tip.iter_mut().zip(gradient).for_each(|(j, g)| j.push(g));
         }

@@ -222,14 +222,28 @@ impl ChainFits<'_> {
         })
     }
 
-    /// The shapes that `wanted` takes along the present trajectory of a frame, with the orders of its scores.
+    /// The shapes that `wanted` takes along the present trajectory of a frame, with the orders of its scores; what is known of the case has
+    /// none.
     pub fn shapes(
         &self,
         frame: &TrajectoryFrame,
         wanted: impl Fn(LawRef, &LawShape) -> bool,
     ) -> Vec<ScreenedShape> {
         let orders = chain_orders(frame);
-        self.along(frame, |along| chain_shapes(along, &orders, wanted))
+        let late =
+            |law: LawRef, shape: &LawShape| law.is_late() && shape.channels.iter().any(|c| frame.is_late(*c));
+        let open = |law: LawRef, shape: &LawShape| {
+            wanted(law, shape) && !self.is_known(law.id(), shape.place, &shape.joints) && !late(law, shape)
+        };
+        self.along(frame, |along| chain_shapes(along, &orders, open))
+    }
+
+    /// Whether the case declares an effect that acts at a place, at one of these joints if it is at joints.
+    pub(super) fn is_known(&self, id: &str, place: &str, joints: &[usize]) -> bool {
+        self.structures.known.iter().any(|k| {
+            let there = k.joints.is_empty() || joints.iter().any(|j| k.joints.contains(j));
+            k.id == id && k.component == place && there
+        })
     }
 }
 

@@ -11,7 +11,7 @@ use super::candidate::ScreenedShape;
 use super::chain_effect::{ChainEffect, LatentLevels, place_of, rank_friction};
 use super::chain_fits::{ChainFits, scored};
 use super::chain_form::EffectForm;
-use super::chain_pushes::{PushSearch, pushed_places};
+use super::chain_pushes::PushSearch;
 use super::chain_screen::{best_of_chain, chain_bank, chain_screening, chain_survey, with_laws};
 use super::law::DryFriction;
 use super::laws::arm_law_of;
@@ -88,7 +88,7 @@ impl ChainFits<'_> {
         let quiet = |p: &ChainPair| {
             p.left.largest() < CHAIN_SEARCH.left || p.left.power() < CHAIN_SEARCH.quiet * h.left.power()
         };
-        let places = if h.is_impulses() { Vec::new() } else { pushed_places(&here, q) };
+        let places = if h.is_impulses() { Vec::new() } else { self.pushed_places(&here, q) };
         if !places.is_empty() && !out.pairs.iter().any(quiet) {
             let mut more = Vec::new();
             let mut search = PushSearch::new(&here, q, &standing);

@@ -27,7 +27,7 @@ const STEPS: [[f64; 2]; 3] = [[0.5, 1.5], [0.25, 1.25], [0.1, 1.1]];
 pub type PushedPlace = (&'static str, usize);
 
 /// Places of a chain with latent forces above their floors.
-pub fn pushed_places(frame: &TrajectoryFrame, q: &[f64]) -> Vec<PushedPlace> {
+fn pushed_places(frame: &TrajectoryFrame, q: &[f64]) -> Vec<PushedPlace> {
     let plant = &frame.plant;
     let strong: Vec<bool> =
         LatentLevels::of(frame, q).forces.iter().map(|h| *h > CHAIN_SEARCH.left).collect();
@@ -49,6 +49,15 @@ pub fn pushed_places(frame: &TrajectoryFrame, q: &[f64]) -> Vec<PushedPlace> {
 struct FoundPulses {
     pulses: Vec<[f64; 2]>,
     gain: f64,
+}
+
+impl ChainFits<'_> {
+    /// The same without those whose impulses are known.
+    pub(super) fn pushed_places(&self, frame: &TrajectoryFrame, q: &[f64]) -> Vec<PushedPlace> {
+        let mut all = pushed_places(frame, q);
+        all.retain(|(place, joint)| !self.is_known(ARM_PUSHES.id(), place, &[*joint]));
+        all
+    }
 }
 
 fn shape_of((place, joint): PushedPlace, pulses: Vec<[f64; 2]>) -> LawShape {

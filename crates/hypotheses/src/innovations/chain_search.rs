@@ -1,11 +1,14 @@
 //! What explains the gap of a chain: the model alone, a screen of all shapes at once, leaders refined and fitted, late channels and other
 //! structures in frames of their own, impulses, and a second for what the first leaves. All evidences are of the same readings.
 
+use std::borrow::Cow;
+
+use trueup_estimation::innovations::rig::LateGroup;
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
 use trueup_estimation::innovations::trajectory::structures::{CasePlantError, PlantStructures};
-use trueup_signals::{Loaded, Recording};
+use trueup_signals::Loaded;
 
 use super::candidate::ScreenedShape;
 use super::chain_along::ChainSizes;
@@ -13,12 +16,12 @@ use super::chain_effect::{ChainEffect, LatentLevels, best_of_each, rank_friction
 use super::chain_fits::{ChainFits, scored};
 use super::chain_form::EffectForm;
 use super::chain_pairs::{ChainPair, plain_shape};
-use super::chain_pushes::{PushSearch, pushed_places};
+use super::chain_pushes::PushSearch;
 use super::chain_screen::{LOOKS, best_of_chain, chain_bank, chain_screening, chain_survey};
 use super::law::DryFriction;
 use super::laws::{LawRef, arm_law_of};
 use super::levels::CHAIN_SEARCH;
-use super::search::has_rigs_apart;
+use super::retimed::{LaterChannels, retimed};
 use super::shape::LawShape;
 
 /// Rounds of the nominal model, of the refitted one, of plain friction in place of Stribeck's.
@@ -29,6 +32,8 @@ const LEADERS: [usize; 2] = [6, 2];
 const SPEEDS: [f64; 4] = [0.06, 0.15, 0.35, 0.7];
 /// Late channels that have a frame, at most.
 const LATE: usize = 3;
+/// Least step by which delays are tried, s: latent errors of readings take what is left of one.
+const DELAY: f64 = 2.5e-4;
 /// Effects in addition to which a second is looked for.
 const FIRST: usize = 2;
 
@@ -41,16 +46,6 @@ pub enum ChainSearchError {
     /// Its fits.
     #[error(transparent)]
     Fit(#[from] TrajectoryError),
-    /// What the engine does not know.
-    #[error(
-        "{file}: the innovations engine does not know {what} of an arm; leave {what} out, or use --engine balances"
-    )]
-    Known {
-        /// The case.
-        file: String,
-        /// What.
-        what: &'static str,
-    },
 }
 
 /// The model alone.
@@ -80,44 +75,34 @@ pub struct ChainFindings {
     pub sizes: ChainSizes,
 }
 
-/// What of a case the engine does not know.
-fn not_known(loaded: &Loaded, structures: &PlantStructures) -> Option<&'static str> {
-    let recordings = || loaded.recordings.values();
-    let table = structures.plant.plant().table();
-    let other = |r: &Recording| {
-        let mut others = (0..table.inputs.len()).filter(|k| !table.driving.contains(k));
-        others.any(|k| r.channel(&table.inputs[k].name).is_some())
-    };
-    // What is 0 in the others is no part of their structure.
-    let strange = |r: &Recording| {
-        r.parameters.iter().any(|(name, value)| {
-            let place = table.parameter(name);
-            let nominal = place.map_or(0.0, |k| structures.nominal[k]);
-            let begins = place.is_some_and(|k| table.parameters[k].is_initial());
-            !begins && (nominal == 0.0 || value.number().is_none_or(|v| v == 0.0))
-        })
-    };
-    let known = [
-        (!loaded.case.effects.is_empty(), "known effects"),
-        // Its refit from a mass of 0 does not end where the trajectory is that of the payload.
-        (loaded.case.payload.is_some(), "a payload"),
-        (
-            recordings().flat_map(|r| &r.channels).any(|c| c.sensor.late.is_some()),
-            "delays that are estimated",
-        ),
-        (has_rigs_apart(loaded, &|_| true), "gains and offsets that differ between recordings"),
-        (recordings().any(strange), "parameters of single recordings that are 0 in others"),
-        (recordings().any(other), "recorded forces on base or tip"),
-    ];
-    known.into_iter().find(|k| k.0).map(|k| k.1)
+fn frame_of_case(loaded: &Loaded, structures: &PlantStructures) -> Result<TrajectoryFrame, TrajectoryError> {
+    TrajectoryFrame::new(loaded, structures.plant.clone(), &structures.nominal, &[])
 }
 
-/// Whether two channels show one coordinate: a motor and its link where the model has a rigid joint. What moves them apart is a
-/// spring, which a frame without one takes for an error of both readings.
-fn shown_twice(frame: &TrajectoryFrame) -> bool {
-    let mut shown: Vec<usize> = frame.intake.channels.iter().filter_map(|c| c.state).collect();
-    shown.sort_unstable();
-    shown.windows(2).any(|pair| pair[0] == pair[1])
+/// Recordings with late channels at the times that the model alone has.
+///
+/// # Errors
+/// See [`TrajectoryError`].
+pub fn prepared<'a>(
+    loaded: &'a Loaded,
+    structures: &PlantStructures,
+) -> Result<Cow<'a, Loaded>, TrajectoryError> {
+    let look = |loaded: &Loaded, fits: bool| -> Result<LaterChannels, TrajectoryError> {
+        if fits {
+            // No delay is left to be fitted.
+            return Ok(LaterChannels::default());
+        }
+        let mut frame = frame_of_case(loaded, structures)?.for_delays();
+        frame.start()?;
+        let q = frame.intensities.clone();
+        let fit = frame.fit(&|_| Vec::new(), None, &q, 1, true)?;
+        let evidence = fit.evidence / fit.count.max(1) as f64;
+        Ok(LaterChannels { evidence, ..LaterChannels::default() })
+    };
+    let table = structures.plant.plant().table();
+    let mut late = LateGroup::all(loaded);
+    late.retain(|g| table.output(&g.channel).is_some() || table.inputs.iter().any(|q| q.name == g.channel));
+    retimed(loaded, late, DELAY, look)
 }
 
 /// Fits the model alone; leaves a frame where hypotheses begin.
@@ -128,14 +113,7 @@ pub fn chain_null(
     loaded: &Loaded,
     structures: &PlantStructures,
 ) -> Result<(TrajectoryFrame, ChainNull), ChainSearchError> {
-    let unknown = |what| ChainSearchError::Known { file: loaded.case.file.display().to_string(), what };
-    if let Some(what) = not_known(loaded, structures) {
-        return Err(unknown(what));
-    }
-    let mut frame = TrajectoryFrame::new(loaded, structures.plant.clone(), &structures.nominal, &[])?;
-    if shown_twice(&frame) {
-        return Err(unknown("readings of a motor next to those of its rigid joint"));
-    }
+    let mut frame = frame_of_case(loaded, structures)?;
     frame.start()?;
     let q = frame.intensities.clone();
     let nominal = frame.clone().fit(&|_| Vec::new(), None, &q, ROUNDS[0], true)?.evidence;
@@ -153,6 +131,7 @@ pub fn search_chain(
     loaded: &Loaded,
     structures: &PlantStructures,
 ) -> Result<ChainFindings, ChainSearchError> {
+    let loaded = &*prepared(loaded, structures)?;
     let (mut frame, null) = chain_null(loaded, structures)?;
     let fits = ChainFits { loaded, structures, sizes: ChainSizes::of(&frame) };
     let mut shapes = fits.shapes(&frame, |_, _| true);
@@ -327,7 +306,7 @@ impl ChainSearch<'_> {
         }
         let q = self.null.fit.intensities.clone();
         let mut all = Vec::new();
-        let places = pushed_places(&self.frame, &q);
+        let places = self.fits.pushed_places(&self.frame, &q);
         if places.is_empty() {
             return Ok(());
         }

@@ -26,8 +26,12 @@ fn fall(a: &LatentLevels, b: &LatentLevels) -> f64 {
     big.map(|(x, y)| 1.0 - (y / x).powi(2)).reduce(f64::max).unwrap_or(0.0)
 }
 
-/// Joints with the factors by which their springs are stiffer, of a hypothesis that is other stiffnesses alone, no effect.
+/// Joints with the factors by which their springs are stiffer, of a hypothesis that is other stiffnesses alone, no effect; a structure of
+/// its own, which has no amplitudes, is none.
 pub(super) fn other_stiffnesses(h: &ChainEffect) -> Option<Vec<(usize, f64)>> {
+    if h.fit.amplitudes.is_empty() {
+        return None;
+    }
     let shapes: Vec<_> =
         h.form.as_ref().map_or_else(|| vec![&h.shape], |f| f.parts.iter().map(|p| &p.shape).collect());
     let each = h.fit.amplitudes.chunks((h.fit.amplitudes.len() / shapes.len().max(1)).max(1));

@@ -31,11 +31,11 @@ impl DriveAlong {
     pub fn recorded(gain: f64, means: Vec<f64>, step: f64, input: Option<RecordedInput>) -> Self {
         Self { gain, means, part: step, command: input.map(DriveCommand::Recorded) }
     }
-    /// Of input `input` of nodes, in parts of `part` s.
-    pub fn of_nodes(nodes: &Rc<TrajectoryNodes>, input: usize, part: f64) -> Self {
+    /// Of input `input` of nodes, whose unit is a torque of `gain`, in parts of `part` s.
+    pub fn of_nodes(nodes: &Rc<TrajectoryNodes>, input: usize, gain: f64, part: f64) -> Self {
         let places = (0..nodes.len()).flat_map(|t| (0..nodes.parts).map(move |p| (t, p)));
         let means = places.map(|(t, p)| nodes.torque(t, p)[input]).collect();
-        Self { gain: 1.0, means, part, command: Some(DriveCommand::OfNodes(nodes.clone(), input)) }
+        Self { gain, means, part, command: Some(DriveCommand::OfNodes(nodes.clone(), input)) }
     }
 
     /// Means of the command a dead time earlier, s.

@@ -221,7 +221,7 @@ pub fn of_chain(found: &ChainFindings) -> CaseFindings {
             evidence: null.fit.evidence,
             power: null.left.power(),
             theta: refitted(found, &names),
-            offsets: Vec::new(),
+            offsets: frame.map_or_else(Vec::new, |f| f.reported_of_single(&null.fit.doubted)),
             causes: Vec::new(),
         },
         names,
@@ -279,8 +279,8 @@ fn chain_effect(h: &ChainEffect, sizes: &ChainSizes) -> FoundEffect {
         }],
     };
     let (evidence, power) = (h.evidence, h.left.power());
-    let theta = chain_theta(&h.frame, &h.fit);
-    FoundEffect { key: (h.id, h.place()), evidence, power, theta, offsets: Vec::new(), causes }
+    let (theta, offsets) = (chain_theta(&h.frame, &h.fit), h.frame.reported_of_single(&h.fit.doubted));
+    FoundEffect { key: (h.id, h.place()), evidence, power, theta, offsets, causes }
 }
 
 /// Families of the screen that gain there and were not fitted.
@@ -329,7 +329,7 @@ fn chain_pair(p: &ChainPair, sizes: &ChainSizes) -> FoundEffect {
         evidence: p.evidence,
         power: p.left.power(),
         theta: chain_theta(&p.first.frame, &p.fit),
-        offsets: Vec::new(),
+        offsets: p.first.frame.reported_of_single(&p.fit.doubted),
         causes,
     }
 }

@@ -9,6 +9,8 @@ use trueup_signals::Loaded;
 /// Delays that are tried first, s: a fit from 0 may end on its way.
 const TRIED: [f64; 12] =
     [-0.016, -0.0065, -0.0025, 0.0015, 0.0025, 0.004, 0.0065, 0.01, 0.016, 0.025, 0.04, 0.06];
+/// First step of a finer search around the best of them, s, which is halved.
+const HALVED: f64 = 0.008;
 /// Times that channels are put back then, the step below which they stay, in steps of the nodes, and the longest step, s.
 const RETIMED: (usize, f64, f64) = (6, 0.2, 0.02);
 
@@ -23,13 +25,15 @@ pub(super) struct LaterChannels {
     pub(super) by: Vec<(LateGroup, f64)>,
 }
 
-/// A case at the delays that the model alone has of these channels; `look`: what it has of a case, with a fit or without one.
+/// A case at the delays that the model alone has of these channels; `look`: what it has of a case, with a fit or without one; `finest`: the
+/// least step by which delays are tried from the best on, s.
 ///
 /// # Errors
 /// Those of `look`.
 pub(super) fn retimed<'a, E>(
     loaded: &'a Loaded,
     late: Vec<LateGroup>,
+    finest: f64,
     look: impl Fn(&Loaded, bool) -> Result<LaterChannels, E>,
 ) -> Result<Cow<'a, Loaded>, E> {
     if late.is_empty() {
@@ -38,13 +42,23 @@ pub(super) fn retimed<'a, E>(
     let mut loaded = loaded.clone();
     for group in &late {
         let mut best = (look(&loaded, false)?.evidence, loaded.clone());
-        for by in TRIED {
-            let mut moved = loaded.clone();
-            group.delay(&mut moved, by);
-            let evidence = look(&moved, false)?.evidence;
-            if evidence > best.0 {
-                best = (evidence, moved);
+        let around = |best: &mut (f64, Loaded), steps: &[f64]| -> Result<(), E> {
+            let from = best.1.clone();
+            for by in steps {
+                let mut moved = from.clone();
+                group.delay(&mut moved, *by);
+                let evidence = look(&moved, false)?.evidence;
+                if evidence > best.0 {
+                    *best = (evidence, moved);
+                }
             }
+            Ok(())
+        };
+        around(&mut best, &TRIED)?;
+        let mut step = HALVED;
+        while step >= finest {
+            around(&mut best, &[-step, step])?;
+            step *= 0.5;
         }
         loaded = best.1;
     }

@@ -13,7 +13,7 @@ use trueup_estimation::innovations::plant::{ForcedPlant, StateReading};
 use trueup_estimation::innovations::rig::{LateGroup, root_mean_square};
 use trueup_estimation::innovations::two_mass::{TwoMassPlant, coordinate};
 use trueup_estimation::innovations::unread::{UnreadFigures, is_estimated, unread};
-use trueup_signals::{Channel, Loaded, ParameterValue, Recording};
+use trueup_signals::{Loaded, ParameterValue, Recording};
 
 use super::candidate::{ScreenedShape, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
@@ -138,7 +138,7 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
         let intake = Rc::new(NodeIntake::new(loaded, &plant)?);
         Ok(InnovationsFrame::new(&intake, Rc::new(plant.clone()), None))
     };
-    let loaded = retimed(loaded, late, |loaded, fits| -> Result<LaterChannels, NodesError> {
+    let loaded = retimed(loaded, late, f64::INFINITY, |loaded, fits| -> Result<LaterChannels, NodesError> {
         let mut frame = made(loaded)?;
         let counted: usize = frame.runs.iter().map(|r| r.counted.iter().filter(|c| **c).count()).sum();
         let q = frame.q.clone();
@@ -187,14 +187,6 @@ fn servo_torque(loaded: &Loaded, effects: &KnownEffects, readings: &[StateReadin
         }
     }
     (squares / f64::from(count.max(1))).sqrt()
-}
-
-/// Whether what is assumed of the same channel differs between recordings; an offset may, but that of `common` ones.
-pub(super) fn has_rigs_apart(loaded: &Loaded, common: &dyn Fn(&str) -> bool) -> bool {
-    let train = loaded.train();
-    let all = || train.iter().flat_map(|r| &r.channels);
-    let rig = |c: &Channel| (c.sensor.gain, c.sensor.offset.filter(|_| common(&c.name)), c.sensor.late);
-    all().any(|c| all().any(|o| o.name == c.name && rig(o) != rig(c)))
 }
 
 /// Whether a parameter of a recording is none that can be another there: what is neither the plant's nor of a known effect, or an

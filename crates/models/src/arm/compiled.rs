@@ -81,7 +81,11 @@ impl PlantModel for PlanarManipulator {
         }
         // Friction comes with an effect, and is not there where its levels are 0.
         let dry = parameter::count(n)..t.parameters.len();
-        t.parameters[dry].iter_mut().for_each(|q| q.neutral = Some(0.0));
+        t.parameters[dry.clone()].iter_mut().for_each(|q| q.neutral = Some(0.0));
+        // Levels of what slides are refitted as masses are; what breaks away is not seen where it moves.
+        let slides = [parameter::coulomb_friction(n), parameter::viscous_friction(n)];
+        let slides = slides.into_iter().flat_map(|begin| begin..begin + n).filter(|k| dry.contains(k));
+        slides.for_each(|k| t.parameters[k].role = QuantityRole::Dynamics);
         compiled::rates_of(&self.coordinates(), &mut t);
         for k in 0..n {
             let (rate, of) = (parameter::initial_motor_velocity(n), parameter::initial_motor_angle(n));

@@ -16,6 +16,7 @@ use crate::innovations::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use crate::innovations::filter_data::{DataColumn, FilterGains, FilterInput, SmoothedRecording};
 use crate::innovations::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
 use crate::innovations::linear::{PlantStep, StepOrder};
+use crate::innovations::numeric::{median, rates_at};
 use crate::innovations::smoother::{smooth_recording, smooth_with_powers};
 
 /// Least and largest intensity of a latent force, in usual forces.
@@ -26,6 +27,8 @@ const ERRORS: [f64; 2] = [0.02, 3e3];
 const WHITE: f64 = 3e-4;
 /// Intensity of latent forces to begin with, in usual forces.
 const BEGIN: f64 = 0.3;
+/// What may rest moves by fewer standard deviations of a reading than so many in so many s.
+const CREEP: (f64, f64) = (2.0, 0.05);
 /// Standard deviations of the first coordinates and rates, of a driven body and of one that floats: angles, rad and rad/s; places, m
 /// and m/s.
 const FIRST: [[f64; 2]; 3] = [[0.02, 0.05], [0.03, 0.05], [0.02, 0.03]];
@@ -48,11 +51,15 @@ pub struct TrajectoryFrame {
     pub intensities: Vec<f64>,
     /// Variance of a white force on each coordinate.
     pub white: Vec<f64>,
+    /// Speed of each coordinate that its readings hardly distinguish from rest.
+    creep: Vec<f64>,
     /// Standard deviations of the first coordinates and rates.
     pub first_deviation: Vec<f64>,
     outputs: Rc<ReadOutputs>,
-    /// Gains and offsets of inputs and of readings.
+    /// Gains, offsets and delays of inputs and of readings.
     doubted: Rc<Vec<DoubtedNumber>>,
+    /// Readings have no latent errors but the least.
+    errors_held: bool,
     parameter_columns: Option<Rc<Vec<FilterColumn>>>,
 }
 
@@ -64,10 +71,11 @@ impl TrajectoryFrame {
     /// See [`TrajectoryError`].
     pub fn new(
         loaded: &Loaded,
-        plant: TrajectoryPlant,
+        mut plant: TrajectoryPlant,
         theta: &[f64],
         late: &[(usize, f64)],
     ) -> Result<Self, TrajectoryError> {
+        plant.others = recorded_in_addition(loaded, &plant);
         let intake = TrajectoryIntake::new(loaded, &plant, theta)?;
         let unknown = UnknownParameter::all(&loaded.case, &plant, theta)?;
         let outputs = ReadOutputs::new(&plant, &intake.channels);
@@ -82,9 +90,11 @@ impl TrajectoryFrame {
             intensities: usual_force.iter().map(|s| BEGIN * s).chain(errors).collect(),
             usual_force,
             white,
+            creep: creep(&plant, &intake),
             first_deviation: first_deviations(&plant),
             outputs: Rc::new(outputs),
             doubted: Rc::new(doubted(loaded, &plant, &intake)),
+            errors_held: false,
             parameter_columns: None,
             intake: Rc::new(intake),
             plant: Rc::new(plant),
@@ -100,6 +110,13 @@ impl TrajectoryFrame {
         }
         frame.linearise(&[])?;
         Ok(frame)
+    }
+
+    /// As long as delays are looked for: those in hand, and readings without latent errors but the least, which would follow a late channel.
+    pub fn for_delays(mut self) -> Self {
+        self.errors_held = true;
+        self.doubted = Rc::new(self.doubted.iter().filter(|d| !d.is_delay()).cloned().collect());
+        self
     }
 
     /// With some of its recordings only, where each of them is.
@@ -126,7 +143,8 @@ impl TrajectoryFrame {
     /// Least and largest intensity of each latent.
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         let forces = self.usual_force.iter().map(|s| FORCES.map(|x| x * s));
-        let errors = self.intake.channels.iter().map(|c| ERRORS.map(|x| x * c.variance.sqrt()));
+        let range = if self.errors_held { [ERRORS[0]; 2] } else { ERRORS };
+        let errors = self.intake.channels.iter().map(|c| range.map(|x| x * c.variance.sqrt()));
         forces.chain(errors).collect()
     }
 
@@ -139,7 +157,7 @@ impl TrajectoryFrame {
         self.parameter_columns = None;
         for (k, run) in self.runs.iter_mut().enumerate() {
             let laws = laws.get(k).unwrap_or(&none);
-            run.linearise(&self.plant, &self.theta, &self.outputs, &self.white, laws)?;
+            run.linearise(&self.plant, &self.theta, &self.outputs, [&self.white, &self.creep], laws)?;
         }
         Ok(())
     }
@@ -226,7 +244,7 @@ impl TrajectoryFrame {
         columns
     }
 
-    /// Columns of all that is refitted with every hypothesis, with their priors: parameters, gains and offsets.
+    /// Columns of all that is refitted with every hypothesis, with their priors: parameters, gains, offsets and delays.
     pub fn nuisances(&mut self) -> (Vec<FilterColumn>, AmplitudePriors) {
         let mut columns = self.parameter_columns().to_vec();
         let mut priors = AmplitudePriors {
@@ -235,26 +253,40 @@ impl TrajectoryFrame {
             parameters: 0,
         };
         for d in self.doubted.iter() {
-            columns.push(self.scale_column(d.of));
-            priors = priors.with(&[0.0], &[d.deviation]);
+            columns.push(self.scale_column(d));
+            priors = priors.with(&[d.mean], &[d.deviation]);
         }
         (columns, priors)
     }
 
-    fn scale_column(&self, scale: DoubtedScale) -> FilterColumn {
+    fn scale_column(&self, number: &DoubtedNumber) -> FilterColumn {
         let of_run = |run: &TrajectoryRun| {
             let (nodes, parts) = (run.nodes.len(), run.nodes.parts);
+            let gain = |j: usize| self.plant.drive_gains[j];
+            let force = |j: usize, series| ColumnPart::force(self.plant.drives[j], series);
             let torque = |t: usize, j: usize| {
                 (0..parts).map(|part| run.nodes.torque(t, part)[j]).sum::<f64>() / parts as f64
             };
-            match scale {
-                DoubtedScale::InputGain(j) => {
-                    ColumnPart::force(self.plant.drives[j], (0..nodes).map(|t| torque(t, j)).collect())
+            let read = |c: usize| run.model_readings.iter().skip(c).step_by(self.channels()).copied();
+            let of = self.intake.recordings.iter().position(|r| r.name == run.nodes.name);
+            if !of.is_some_and(|k| number.is_in(k)) {
+                return ColumnPart::default();
+            }
+            match number.of {
+                DoubtedScale::InputGain(j) => force(j, (0..nodes).map(|t| gain(j) * torque(t, j)).collect()),
+                DoubtedScale::InputOffset(j) => force(j, vec![gain(j); nodes]),
+                DoubtedScale::InputDelay(j) => {
+                    // What shows later was there before: as it is a moment later less a moment before.
+                    let by = 0.5 * median(run.nodes.step.clone()) / parts as f64;
+                    let [after, before] = [-by, by].map(|d| run.nodes.late_torque(j, d));
+                    let rise = |k: usize| gain(j) * (after[k] - before[k]) / (2.0 * by); // (EST-19)
+                    let mean = |t: usize| (0..parts).map(|p| rise(parts * t + p)).sum::<f64>() / parts as f64;
+                    force(j, (0..nodes).map(mean).collect())
                 }
-                DoubtedScale::InputOffset(j) => ColumnPart::force(self.plant.drives[j], vec![1.0; nodes]),
-                DoubtedScale::ReadingGain(c) => {
-                    let read = run.model_readings.iter().skip(c).step_by(self.channels());
-                    ColumnPart::reading(c, read.copied().collect())
+                DoubtedScale::ReadingGain(c) => ColumnPart::reading(c, read(c).collect()),
+                DoubtedScale::ReadingDelay(c) => {
+                    let rates = rates_at(&run.nodes.time, &read(c).collect::<Vec<_>>()); // (EST-19)
+                    ColumnPart::reading(c, rates.into_iter().map(|v| -v).collect())
                 }
                 DoubtedScale::ReadingOffset(c) => ColumnPart::reading(c, vec![1.0; nodes]),
             }
@@ -262,10 +294,22 @@ impl TrajectoryFrame {
         self.runs.iter().map(of_run).collect()
     }
 
-    /// Gains and offsets as they are reported, at these amplitudes: names and values.
+    /// Gains, offsets and delays that all recordings have as they are reported, at these amplitudes: names and values.
     pub fn reported(&self, amplitudes: &[f64]) -> Vec<(String, f64)> {
-        let value = |(d, a): (&DoubtedNumber, &f64)| (d.name.clone(), d.value(*a));
-        self.doubted.iter().zip(amplitudes).map(value).collect()
+        let all = self.doubted.iter().zip(amplitudes).filter(|(d, _)| d.only.is_none());
+        all.map(|(d, a)| (d.name.clone(), d.value(*a))).collect()
+    }
+    /// What single recordings have as it is reported: name, recording, value.
+    pub fn reported_of_single(&self, amplitudes: &[f64]) -> Vec<(String, usize, f64)> {
+        let of = |(d, a): (&DoubtedNumber, &f64)| {
+            let value = d.value(*a);
+            d.only.iter().flatten().map(|k| (d.name.clone(), *k, value)).collect::<Vec<_>>()
+        };
+        self.doubted.iter().zip(amplitudes).flat_map(of).collect()
+    }
+    /// Whether the delay of a channel is estimated.
+    pub fn is_late(&self, channel: usize) -> bool {
+        self.doubted.iter().any(|d| d.of == DoubtedScale::ReadingDelay(channel))
     }
     /// Columns as the filter takes them, data first.
     pub fn packed(&self, columns: &[FilterColumn]) -> PackedColumns {
@@ -376,6 +420,27 @@ impl TrajectoryFrame {
         }
         self.linearise(laws)
     }
+}
+
+/// Speed of each coordinate that readings of its position hardly distinguish from rest.
+fn creep(plant: &TrajectoryPlant, intake: &TrajectoryIntake) -> Vec<f64> {
+    let of = |k: usize| {
+        let read = intake.channels.iter().filter(|c| c.state == Some(k)).map(|c| c.variance);
+        let least = read.fold(f64::INFINITY, f64::min);
+        if least.is_finite() { CREEP.0 * least.sqrt() / CREEP.1 } else { 0.0 }
+    };
+    (0..plant.coordinates()).map(of).collect()
+}
+
+/// Inputs of a plant that do not drive it and that were recorded.
+fn recorded_in_addition(loaded: &Loaded, plant: &TrajectoryPlant) -> Vec<usize> {
+    let table = plant.plant().table();
+    let train = loaded.train();
+    let recorded = |k: &usize| {
+        let name = &table.inputs[*k].name;
+        train.iter().any(|r| r.channel(name).is_some_and(|c| !c.is_empty()))
+    };
+    (0..table.inputs.len()).filter(|k| !table.driving.contains(k)).filter(recorded).collect()
 }
 
 /// Usual force on each coordinate: of what a motor drives its usual torque, of what floats the largest, twice that of a place (1 / m).

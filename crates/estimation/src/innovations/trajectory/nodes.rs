@@ -5,7 +5,7 @@
 //! several at a node are averaged.
 
 use trueup_plant::CoordinateKind;
-use trueup_signals::{Interpolation, Loaded, Recording};
+use trueup_signals::{Channel, Interpolation, Loaded, Recording};
 
 use super::plant::{TrajectoryError, TrajectoryPlant, TrajectoryPoint};
 use crate::innovations::intake::{UnfitRecording, begun, integral, rows, shown_at};
@@ -57,13 +57,15 @@ pub struct TrajectoryNodes {
     pub name: String,
     /// Time of each node, s.
     pub time: Vec<f64>,
+    /// Begin of the recording, s.
+    pub begin: f64,
     /// Step after each node, s; the last one repeats.
     pub step: Vec<f64>,
     /// Parts of a step.
     pub parts: usize,
-    /// Means of the driving inputs over the parts: by node, part and input.
+    /// Means of the inputs over the parts: by node, part and input, those that drive first.
     pub torque: Vec<f64>,
-    /// Samples of the driving inputs.
+    /// Samples of the inputs.
     pub inputs: Vec<NodeSamples>,
     /// Samples of the channels.
     pub samples: Vec<NodeSamples>,
@@ -93,9 +95,9 @@ pub struct TrajectoryIntake {
     pub channels: Vec<TrajectoryChannel>,
     /// Channels that are late together, with what they are named together.
     pub groups: Vec<(String, Vec<usize>)>,
-    /// Standard deviation of the noise of each driving input.
+    /// Standard deviation of the noise of each driving input, as a force on what it drives.
     pub input_noise: Vec<f64>,
-    /// Usual size of each driving input: root mean square, about its mean where nothing floats.
+    /// Usual size of each driving input, as that force: root mean square, about its mean where nothing floats.
     pub usual_torque: Vec<f64>,
 }
 
@@ -108,14 +110,21 @@ impl TrajectoryNodes {
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()
     }
-    /// Means of the driving inputs over a part of the step after a node.
+    /// Time of a node since the begin of the recording, s.
+    pub fn since(&self, node: usize) -> f64 {
+        self.time[node] - self.begin
+    }
+    /// Means of the inputs over a part of the step after a node, those that drive first.
     pub fn torque(&self, node: usize, part: usize) -> &[f64] {
         let inputs = self.inputs.len();
         &self.torque[inputs * (self.parts * node + part)..][..inputs]
     }
-    /// Means over the parts of all steps of a driving input as it was `delay` s before: by node and part.
+    /// Means over the parts of all steps of an input as it was `delay` s before: by node and part.
     pub fn late_torque(&self, input: usize, delay: f64) -> Vec<f64> {
         let samples = &self.inputs[input];
+        if samples.time.is_empty() {
+            return vec![0.0; self.len() * self.parts];
+        }
         let mut integral = integral(&samples.time, &samples.values, samples.hold);
         let mut out = Vec::with_capacity(self.len() * self.parts);
         for (t, step) in self.time.iter().zip(&self.step) {
@@ -130,7 +139,13 @@ impl TrajectoryNodes {
         out
     }
 
-    fn new(r: &Recording, inputs: &[String], channels: &[TrajectoryChannel]) -> Result<Self, UnfitRecording> {
+    /// With these inputs, the first `driving` of which have to be there.
+    fn new(
+        r: &Recording,
+        inputs: &[String],
+        driving: usize,
+        channels: &[TrajectoryChannel],
+    ) -> Result<Self, UnfitRecording> {
         // Where delays are declared, channels have rows of their own: nodes are those of the channel with the most samples.
         let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
         let densest = r.channels.iter().max_by_key(|c| c.len()).filter(|_| delayed);
@@ -171,12 +186,14 @@ impl TrajectoryNodes {
                 hold: c.interpolation == Interpolation::Hold,
             })
         };
-        if let Some(unfit) = inputs.iter().find_map(|name| UnfitRecording::of_input(r, name, FEW)) {
+        if let Some(unfit) = inputs[..driving].iter().find_map(|name| UnfitRecording::of_input(r, name, FEW))
+        {
             return Err(unfit);
         }
         let mut made = Self {
             name: r.name.clone(),
             time: filled,
+            begin: r.start,
             step,
             parts,
             torque: Vec::new(),
@@ -237,24 +254,22 @@ impl TrajectoryIntake {
     pub fn new(loaded: &Loaded, plant: &TrajectoryPlant, theta: &[f64]) -> Result<Self, TrajectoryError> {
         let train = loaded.train();
         let table = plant.plant().table();
-        let inputs: Vec<String> = table.driving.iter().map(|k| table.inputs[*k].name.clone()).collect();
-        let enough = |name: &str| train.iter().all(|r| r.channel(name).is_some_and(|c| c.len() > FEW));
-        let mut channels = Vec::new();
-        for c in train.first().into_iter().flat_map(|r| &r.channels).filter(|c| enough(&c.name)) {
-            let Some(output) = table.output(&c.name) else { continue };
-            let Some(state) = shown(plant, theta, output) else { continue };
-            let [resolution, noise] = [c.sensor.resolution, c.sensor.noise]
-                .map(|x| x.unwrap_or(0.0) / c.sensor.believed_gain().abs());
-            let rounding = resolution * resolution / 12.0;
-            let pure = resolution > 0.0 && (noise - rounding.sqrt()).abs() < 0.02 * resolution;
-            let variance = if pure { ROUNDING * rounding } else { noise * noise + rounding + 1e-14 };
-            channels.push(TrajectoryChannel { name: c.name.clone(), output, state, variance });
+        let inputs = table.driving.iter().chain(&plant.others).map(|k| table.inputs[*k].name.clone());
+        let inputs: Vec<String> = inputs.collect();
+        let driving = table.driving.len();
+        // Readings that all recordings have; where there is none, those that any of them has.
+        let shown = |every| recorded(&train, every).into_iter().filter_map(|c| channel_of(plant, theta, c));
+        let mut channels: Vec<TrajectoryChannel> = shown(true).collect();
+        if channels.is_empty() {
+            channels = shown(false).collect();
         }
         if channels.is_empty() {
             return Err(TrajectoryError::NoReading { case: loaded.case.file.display().to_string() });
         }
-        let recordings: Vec<TrajectoryNodes> =
-            train.iter().map(|r| TrajectoryNodes::new(r, &inputs, &channels)).collect::<Result<_, _>>()?;
+        let recordings: Vec<TrajectoryNodes> = train
+            .iter()
+            .map(|r| TrajectoryNodes::new(r, &inputs, driving, &channels))
+            .collect::<Result<_, _>>()?;
         let noise = |name: &String| {
             train.iter().find_map(|r| r.channel(name)).and_then(|c| c.sensor.noise).unwrap_or(0.0)
         };
@@ -265,11 +280,38 @@ impl TrajectoryIntake {
             let mean = if plant.floats() { 0.0 } else { all().sum::<f64>() / count };
             (all().map(|u| (u - mean).powi(2)).sum::<f64>() / count).sqrt().max(1e-6)
         };
-        let usual_torque = (0..inputs.len()).map(usual).collect();
+        let usual_torque = (0..driving).map(|j| plant.drive_gains[j].abs() * usual(j)).collect();
         let groups = groups(plant, &channels);
-        let input_noise = inputs.iter().map(noise).collect();
+        let noise_of = |(j, name): (usize, &String)| plant.drive_gains[j].abs() * noise(name);
+        let input_noise = inputs[..driving].iter().enumerate().map(noise_of).collect();
         Ok(Self { recordings, channels, groups, input_noise, usual_torque })
     }
+}
+
+/// Channels with enough samples, of `every` recording or of any, each once.
+fn recorded<'a>(train: &[&'a Recording], every: bool) -> Vec<&'a Channel> {
+    let enough = |r: &Recording, name: &str| r.channel(name).is_some_and(|c| c.len() > FEW);
+    let mut all: Vec<&Channel> = Vec::new();
+    for c in train.iter().take(if every { 1 } else { train.len() }).flat_map(|r| &r.channels) {
+        let mut there = train.iter().map(|r| enough(r, &c.name));
+        let there = if every { there.all(|t| t) } else { there.any(|t| t) };
+        if there && !all.iter().any(|a| a.name == c.name) {
+            all.push(c);
+        }
+    }
+    all
+}
+
+/// A channel that the model's motion shows.
+fn channel_of(plant: &TrajectoryPlant, theta: &[f64], c: &Channel) -> Option<TrajectoryChannel> {
+    let output = plant.plant().table().output(&c.name)?;
+    let state = shown(plant, theta, output)?;
+    let [resolution, noise] =
+        [c.sensor.resolution, c.sensor.noise].map(|x| x.unwrap_or(0.0) / c.sensor.believed_gain().abs());
+    let rounding = resolution * resolution / 12.0;
+    let pure = resolution > 0.0 && (noise - rounding.sqrt()).abs() < 0.02 * resolution;
+    let variance = if pure { ROUNDING * rounding } else { noise * noise + rounding + 1e-14 };
+    Some(TrajectoryChannel { name: c.name.clone(), output, state, variance })
 }
 
 /// What alone an output shows, among coordinates and rates, or that it shows several; `None`: the motion does not show there.
@@ -277,7 +319,8 @@ fn shown(plant: &TrajectoryPlant, theta: &[f64], output: usize) -> Option<Option
     // Off the first state, at which a tip may not move at all along an axis.
     let state: Vec<f64> = plant.first().iter().enumerate().map(|(k, x)| x + 0.1 + 0.07 * k as f64).collect();
     let torque = vec![0.0; plant.drives.len()];
-    let gradient = plant.outputs(TrajectoryPoint { theta, state: &state, torque: &torque }, &[output]).1;
+    let at = TrajectoryPoint { theta, state: &state, torque: &torque, time: 0.0 };
+    let gradient = plant.outputs(at, &[output]).1;
     let mut moving = gradient.iter().enumerate().filter(|(_, g)| **g != 0.0);
     let (first, value) = moving.next()?;
     Some((moving.next().is_none() && *value == 1.0).then_some(first))

@@ -1,5 +1,6 @@
 //! A model as the engine evaluates it along a trajectory: its accelerations, the forces that a motion takes, its outputs.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use trueup_numerics::hybrid::At;
@@ -10,6 +11,8 @@ use crate::innovations::intake::UnfitRecording;
 
 /// Least cosine between the effects of an input and of a force that are the same.
 const PARALLEL: f64 = 0.999;
+/// Difference of a force from 1 that is rounding.
+const ROUNDED: f64 = 1e-6;
 
 /// A plant or its recordings, along which no trajectory can be had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -55,8 +58,11 @@ pub struct TrajectoryPoint<'a> {
     pub theta: &'a [f64],
     /// Coordinates, then their rates.
     pub state: &'a [f64],
-    /// Driving inputs, in the order of [`trueup_plant::VariableTable::driving`].
+    /// Driving inputs, in the order of [`trueup_plant::VariableTable::driving`], behind them those of [`TrajectoryPlant::others`]; what is
+    /// missing is 0.
     pub torque: &'a [f64],
+    /// Time since the begin of the recording, s: known effects may depend on it.
+    pub time: f64,
 }
 
 /// A model along trajectories. Its coordinates are those of [`Plant::coordinates`], in that order.
@@ -64,7 +70,7 @@ pub struct TrajectoryPoint<'a> {
 pub struct TrajectoryPlant {
     plant: Arc<dyn Plant>,
     modes: Vec<i32>,
-    /// States that no coordinate has: those of a base that is fixed.
+    /// States that no coordinate has: those of a base that is fixed, and of known effects whose states do not matter.
     fixed: Vec<f64>,
     /// State of each coordinate, then of each rate.
     places: Vec<usize>,
@@ -72,6 +78,10 @@ pub struct TrajectoryPlant {
     pub drives: Vec<usize>,
     /// Coordinate of the joint that each driving input moves, behind a spring or directly.
     pub joints: Vec<usize>,
+    /// Force on that coordinate by each driving input: 1 of a torque.
+    pub drive_gains: Vec<f64>,
+    /// Other inputs that were recorded, by index in the table.
+    pub others: Vec<usize>,
 }
 
 impl TrajectoryPlant {
@@ -95,7 +105,16 @@ impl TrajectoryPlant {
         let u = vec![0.0; sizes.inputs];
         plant
             .start_modes(At { t: 0.0, x: &fixed, u: &u, p: theta, modes: &vec![0; sizes.modes] }, &mut modes);
-        let mut made = Self { plant, modes, fixed, places, drives: Vec::new(), joints: Vec::new() };
+        let mut made = Self {
+            plant,
+            modes,
+            fixed,
+            places,
+            drives: Vec::new(),
+            joints: Vec::new(),
+            drive_gains: Vec::new(),
+            others: Vec::new(),
+        };
         made.find_drives(theta)?;
         Ok(made)
     }
@@ -127,30 +146,42 @@ impl TrajectoryPlant {
         let first = self.first();
         let rest = vec![0.0; inputs];
         let none = vec![0.0; n];
-        let base = self.accelerations(TrajectoryPoint { theta, state: &first, torque: &rest }, &none);
+        let base =
+            self.accelerations(TrajectoryPoint { theta, state: &first, torque: &rest, time: 0.0 }, &none);
         let effect = |after: Vec<f64>| -> Vec<f64> { after.iter().zip(&base).map(|(a, b)| a - b).collect() };
-        let of_force = |k: usize| {
-            let force: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i == k))).collect();
-            effect(self.accelerations(TrajectoryPoint { theta, state: &first, torque: &rest }, &force))
-        };
+        let of_force =
+            |k: usize| {
+                let force: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i == k))).collect();
+                effect(self.accelerations(
+                    TrajectoryPoint { theta, state: &first, torque: &rest, time: 0.0 },
+                    &force,
+                ))
+            };
         let forces: Vec<Vec<f64>> = (0..n).map(of_force).collect();
-        let mut drives = Vec::new();
+        let (mut drives, mut gains) = (Vec::new(), Vec::new());
         for j in 0..inputs {
             let torque: Vec<f64> = (0..inputs).map(|i| f64::from(u8::from(i == j))).collect();
             let own =
-                effect(self.accelerations(TrajectoryPoint { theta, state: &first, torque: &torque }, &none));
+                effect(self.accelerations(
+                    TrajectoryPoint { theta, state: &first, torque: &torque, time: 0.0 },
+                    &none,
+                ));
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let cosine = |f: &Vec<f64>| dot(f, &own) / (dot(f, f) * dot(&own, &own)).sqrt();
             let best = (0..n).max_by(|a, b| cosine(&forces[*a]).total_cmp(&cosine(&forces[*b])));
             let best = best.filter(|k| cosine(&forces[*k]) > PARALLEL);
-            drives.push(best.ok_or_else(|| TrajectoryError::Drive {
+            let best = best.ok_or_else(|| TrajectoryError::Drive {
                 model: self.plant.model().to_owned(),
                 input: self.plant.table().inputs[self.plant.table().driving[j]].name.clone(),
-            })?);
+            })?;
+            let gain = dot(&forces[best], &own) / dot(&forces[best], &forces[best]);
+            // A torque is the force, whatever rounding makes of it.
+            gains.push(if (gain - 1.0).abs() < ROUNDED { 1.0 } else { gain });
+            drives.push(best);
         }
         let coordinates = self.plant.coordinates();
         self.joints = drives.iter().map(|k| coordinates[*k].follows.map_or(*k, |f| f.coordinate)).collect();
-        self.drives = drives;
+        (self.drives, self.drive_gains) = (drives, gains);
         Ok(())
     }
 
@@ -162,12 +193,25 @@ impl TrajectoryPlant {
     fn inputs(&self, torque: &[f64]) -> Vec<f64> {
         let table = self.plant.table();
         let mut u = vec![0.0; table.inputs.len()];
-        table.driving.iter().zip(torque).for_each(|(k, v)| u[*k] = *v);
+        table.driving.iter().chain(&self.others).zip(torque).for_each(|(k, v)| u[*k] = *v);
         u
+    }
+    /// Modes of known effects there; dry friction slides the way that its motor turns.
+    fn modes_at(&self, at: At<'_, f64>) -> Cow<'_, [i32]> {
+        if self.modes.is_empty() {
+            return Cow::Borrowed(&self.modes);
+        }
+        let mut modes = self.modes.clone();
+        self.plant.start_modes(At { modes: &self.modes, ..at }, &mut modes);
+        for c in self.plant.coordinates() {
+            c.friction_mode.into_iter().for_each(|k| modes[k] = if at.x[c.rate] < 0.0 { -1 } else { 1 });
+        }
+        Cow::Owned(modes)
     }
     fn ask<R>(&self, at: TrajectoryPoint<'_>, ask: impl FnOnce(At<'_, f64>) -> R) -> R {
         let (x, u) = (self.states(at.state), self.inputs(at.torque));
-        ask(At { t: 0.0, x: &x, u: &u, p: at.theta, modes: &self.modes })
+        let at = At { t: at.time, x: &x, u: &u, p: at.theta, modes: &[] };
+        ask(At { modes: &self.modes_at(at), ..at })
     }
 
     /// Accelerations of the coordinates under these forces on them.
@@ -208,7 +252,7 @@ impl TrajectoryPlant {
     /// [`TrajectoryError::Singular`].
     pub fn inverse_mass(&self, theta: &[f64], state: &[f64]) -> Result<InverseMass, TrajectoryError> {
         let torque = vec![0.0; self.drives.len()];
-        let at = TrajectoryPoint { theta, state, torque: &torque };
+        let at = TrajectoryPoint { theta, state, torque: &torque, time: 0.0 };
         self.ask(at, |at| InverseMass::of(&*self.plant, at)).map_err(singular)
     }
 
@@ -223,7 +267,7 @@ impl TrajectoryPlant {
     pub fn needed_by(&self, theta: &[f64], state: &[f64], a: &[f64], inverse: &InverseMass) -> Vec<f64> {
         let rest = vec![0.0; self.drives.len()];
         let none = vec![0.0; self.coordinates()];
-        let own = self.accelerations(TrajectoryPoint { theta, state, torque: &rest }, &none);
+        let own = self.accelerations(TrajectoryPoint { theta, state, torque: &rest, time: 0.0 }, &none);
         let mut force: Vec<f64> = a.iter().zip(own).map(|(a, b)| a - b).collect();
         inverse.forces_for(&mut force);
         force
@@ -252,7 +296,10 @@ impl TrajectoryPlant {
         states: &[usize],
     ) -> (Vec<f64>, Vec<f64>) {
         let lanes = |v: &[f64]| -> Vec<Lanes> { v.iter().map(|v| Dual::constant(*v)).collect() };
-        let (x, u, p) = (self.states(at.state), lanes(&self.inputs(at.torque)), lanes(at.theta));
+        let (time, theta) = (at.time, at.theta);
+        let (x, u) = (self.states(at.state), self.inputs(at.torque));
+        let modes = self.modes_at(At { t: time, x: &x, u: &u, p: theta, modes: &[] });
+        let (u, p) = (lanes(&u), lanes(theta));
         let width = states.len();
         let (mut values, mut gradient) = (vec![0.0; outputs.len()], vec![0.0; outputs.len() * width]);
         let mut y = vec![Lanes::default(); self.plant.sizes().outputs];
@@ -260,7 +307,7 @@ impl TrajectoryPlant {
             let mut x = lanes(&x);
             let some = &states[first..(first + LANES).min(width)];
             some.iter().enumerate().for_each(|(lane, k)| x[*k].eps[lane] = 1.0);
-            let at = At { t: Dual::constant(0.0), x: &x, u: &u, p: &p, modes: &self.modes };
+            let at = At { t: Dual::constant(time), x: &x, u: &u, p: &p, modes: &modes };
             self.plant.outputs_lanes(at, &mut y);
             for (i, k) in outputs.iter().enumerate() {
                 values[i] = y[*k].re;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::rc::Rc;
 
-use trueup_plant::InverseMass;
+use trueup_plant::{Coordinate, InverseMass};
 
 use super::nodes::{TrajectoryChannel, TrajectoryNodes, TrajectoryReadings};
 use super::plant::{TrajectoryError, TrajectoryPlant, TrajectoryPoint};
@@ -78,6 +78,9 @@ impl TrajectoryRun {
             let Some(k) = channel.state.filter(|k| *k < n && seen[*k].is_none()) else { continue };
             let at: Vec<usize> = (0..length).map(|t| channels.len() * t + c).collect();
             let there: Vec<usize> = (0..length).filter(|t| readings.count[at[*t]] > 0.0).collect();
+            if there.is_empty() {
+                continue;
+            }
             let time: Vec<f64> = there.iter().map(|t| nodes.time[*t] + readings.moments[at[*t]][0]).collect();
             let values: Vec<f64> = there.iter().map(|t| readings.mean[at[*t]]).collect();
             let wide = (0.12 * (channel.variance.sqrt() / 3e-4).sqrt()).clamp(0.03, 0.12);
@@ -148,7 +151,8 @@ impl TrajectoryRun {
     /// Where and under which torque the model is at an end of the step after a node.
     pub fn end<'a>(&'a self, theta: &'a [f64], node: usize, end: usize) -> TrajectoryPoint<'a> {
         let (later, part) = ((node + end).min(self.nodes.len() - 1), end * (self.nodes.parts - 1));
-        TrajectoryPoint { theta, state: self.state(later), torque: self.nodes.torque(node, part) }
+        let torque = self.nodes.torque(node, part);
+        TrajectoryPoint { theta, state: self.state(later), torque, time: self.nodes.since(later) }
     }
     /// Inverse of the mass matrix at a node, with the parameters of the last linearisation.
     pub fn inverse_mass(&self, node: usize) -> &InverseMass {
@@ -159,13 +163,14 @@ impl TrajectoryRun {
         &all[n * node..n * (node + 1)]
     }
 
-    /// Accelerations, readings, steps and rows about the trajectory; `white`: variance of a white force on each coordinate.
+    /// Accelerations, readings, steps and rows about the trajectory; `white`: variance of a white force on each coordinate, and the speed
+    /// below which it may rest.
     pub(super) fn linearise(
         &mut self,
         plant: &TrajectoryPlant,
         theta: &[f64],
         outputs: &ReadOutputs,
-        white: &[f64],
+        [white, creep]: [&[f64]; 2],
         laws: &LawTangent,
     ) -> Result<(), TrajectoryError> {
         let theta = &*self.parameters_of(theta);
@@ -205,16 +210,51 @@ impl TrajectoryRun {
             let [a, b] = step_between(&tangents[t], &tangents[t + 1], dt);
             let force = self.row(&self.forces, t);
             let torques = (0..self.nodes.parts).map(|part| self.nodes.torque(t, part));
-            let after = model_step(plant, theta, self.state(t), torques, force, dt);
+            let after = model_step(plant, theta, self.state(t), torques, force, [self.nodes.since(t), dt]);
             let pushed = |i: usize| b[n * i..n * (i + 1)].iter().zip(force).map(|(b, f)| b * f).sum::<f64>();
             let next = self.state(t + 1);
             let defect = (0..2 * n).map(|i| after[i] - pushed(i) - next[i]).collect();
             with_latents(&a, &b, defect, channels, dt)
         };
         let steps: Vec<PlantStep> = (0..length - 1).map(step).collect();
-        let noise = steps.iter().map(|s| pushed_noise(&s.b[..2 * n * n], white)).collect();
+        let noise = |(t, s): (usize, &PlantStep)| {
+            let holds = self.held(plant, theta, t, creep, &inverses[t].by_force);
+            let all = holds.map_or_else(
+                || Cow::Borrowed(white),
+                |held| Cow::Owned(white.iter().zip(held).map(|(w, h)| w + h * h).collect::<Vec<_>>()),
+            );
+            pushed_noise(&s.b[..2 * n * n], &all)
+        };
+        let noise = steps.iter().enumerate().map(noise).collect();
         self.linear = Rc::new(TrajectoryLinear { steps, rows, noise, inverses });
         Ok(())
+    }
+
+    /// Force up to which known dry friction holds each coordinate that may rest in the step after a node: friction is any force up to that
+    /// there. `None`: no coordinate has dry friction. `creep`: speeds below which coordinates may rest; `by_force`: inverse of the mass matrix.
+    fn held(
+        &self,
+        plant: &TrajectoryPlant,
+        theta: &[f64],
+        node: usize,
+        creep: &[f64],
+        by_force: &[f64],
+    ) -> Option<Vec<f64>> {
+        let n = self.coordinates();
+        let all = plant.plant().coordinates();
+        all.iter().any(|c| c.dry_friction.is_some()).then(|| {
+            let of = |(k, c): (usize, &Coordinate)| {
+                let level = c
+                    .dry_friction
+                    .map_or(0.0, |levels| levels.map(|p| theta[p]).into_iter().fold(0.0, f64::max));
+                let [before, after] = [node, node + 1].map(|t| self.v(t)[k]);
+                // What friction takes from the speed in a step. (EST-20)
+                let stops = level * by_force[(n + 1) * k] * self.nodes.step[node];
+                let rests = before * after <= 0.0 || before.abs().min(after.abs()) < creep[k] + stops;
+                if rests { level } else { 0.0 }
+            };
+            all.iter().enumerate().map(of).collect()
+        })
     }
 
     /// Forces that changes of parameters by their units are worth, means over both ends of each step: a column each.

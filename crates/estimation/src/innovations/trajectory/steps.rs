@@ -94,28 +94,29 @@ pub(super) fn step_between(from: &NodeTangent, to: &NodeTangent, dt: f64) -> [Ve
     [a, b]
 }
 
-/// The state a step of `dt` s later by the model (Runge-Kutta of the fourth order over each part), with its torques and these forces.
+/// The state a step of `dt` s after `time` by the model (Runge-Kutta of the fourth order over each part), with its torques and these forces.
 pub(super) fn model_step<'a>(
     plant: &TrajectoryPlant,
     theta: &[f64],
     state: &[f64],
     torques: impl ExactSizeIterator<Item = &'a [f64]>,
     force: &[f64],
-    dt: f64,
+    [time, dt]: [f64; 2],
 ) -> Vec<f64> {
     let n = state.len() / 2;
     let h = dt / torques.len() as f64;
     let mut x = state.to_vec();
-    for torque in torques {
-        let rates = |x: &[f64]| -> Vec<f64> {
-            let a = plant.accelerations(TrajectoryPoint { theta, state: x, torque }, force);
+    for (part, torque) in torques.enumerate() {
+        let begin = time + h * part as f64;
+        let rates = |x: &[f64], time: f64| -> Vec<f64> {
+            let a = plant.accelerations(TrajectoryPoint { theta, state: x, torque, time }, force);
             x[n..].iter().copied().chain(a).collect()
         };
         let moved = |by: f64, k: &[f64]| -> Vec<f64> { x.iter().zip(k).map(|(x, k)| x + by * k).collect() };
-        let k1 = rates(&x);
-        let k2 = rates(&moved(0.5 * h, &k1));
-        let k3 = rates(&moved(0.5 * h, &k2));
-        let k4 = rates(&moved(h, &k3));
+        let k1 = rates(&x, begin);
+        let k2 = rates(&moved(0.5 * h, &k1), begin + 0.5 * h);
+        let k3 = rates(&moved(0.5 * h, &k2), begin + 0.5 * h);
+        let k4 = rates(&moved(h, &k3), begin + h);
         for i in 0..x.len() {
             x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
         }

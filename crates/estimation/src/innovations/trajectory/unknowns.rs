@@ -1,9 +1,11 @@
 //! Parameters that are refitted with every hypothesis, with their priors.
 
+use trueup_models::plants;
 use trueup_plant::{PlantQuantity, QuantityRole};
 use trueup_signals::Case;
 
 use super::plant::{TrajectoryError, TrajectoryPlant, TrajectoryPoint};
+use crate::innovations::known_effects::is_refitted;
 
 /// Least relative standard deviation of a parameter that is assumed known.
 const KNOWN: f64 = 0.01;
@@ -30,10 +32,13 @@ pub struct UnknownParameter {
     /// The unknown is the logarithm: the value stays positive.
     pub logarithm: bool,
     absolute: bool,
+    /// The least value of the parameter.
+    least: f64,
 }
 
 impl UnknownParameter {
-    /// Parameters that say how a plant moves: those of a model's dynamics that are not 0 and whose change is worth a force there.
+    /// Parameters that say how a plant moves: those of a model's dynamics that are not 0, and sizes of known effects, whose change is worth
+    /// a force there.
     ///
     /// # Errors
     /// [`TrajectoryError::Singular`].
@@ -41,13 +46,18 @@ impl UnknownParameter {
         let table = &plant.plant().table().parameters;
         let array = |q: &PlantQuantity| q.name.split('[').next().unwrap_or("").to_owned();
         let mut found = Vec::new();
-        for (index, q) in table.iter().enumerate().filter(|(_, q)| q.role == QuantityRole::Dynamics) {
-            let (nominal, doubt) = (theta[index], case.doubt(&q.name));
+        let effects = plants::effects(plant.plant());
+        for (index, q) in table.iter().enumerate() {
+            let (nominal, doubt, least) = (theta[index], case.doubt(&q.name), q.min);
+            let of_effect = is_refitted(effects, index, nominal, doubt);
+            if q.role != QuantityRole::Dynamics && !of_effect {
+                continue;
+            }
             if q.absolute_deviation {
                 let deviation = doubt.unwrap_or(0.0);
                 if deviation > 0.0 {
                     let (unit, logarithm) = (1.0, false);
-                    found.push(Self { index, nominal, unit, deviation, logarithm, absolute: true });
+                    found.push(Self { index, nominal, unit, deviation, logarithm, absolute: true, least });
                 }
                 continue;
             }
@@ -59,13 +69,13 @@ impl UnknownParameter {
             }
             let deviation = doubt.unwrap_or(0.0).max(KNOWN);
             let (unit, logarithm) = (nominal.abs(), q.min >= 0.0 && nominal > 0.0);
-            found.push(Self { index, nominal, unit, deviation, logarithm, absolute: false });
+            found.push(Self { index, nominal, unit, deviation, logarithm, absolute: false, least });
         }
         // A stiffness of a joint that has no spring is worth no force anywhere.
         let n = plant.coordinates();
         let state: Vec<f64> = (0..2 * n).map(|k| 0.1 + 0.07 * k as f64).collect();
         let torque = vec![1.0; plant.drives.len()];
-        let at = TrajectoryPoint { theta, state: &state, torque: &torque };
+        let at = TrajectoryPoint { theta, state: &state, torque: &torque, time: 0.0 };
         let changes: Vec<(usize, f64)> = found.iter().map(|u| (u.index, u.unit)).collect();
         let inverse = plant.inverse_mass(theta, &state)?;
         let forces = plant.sensitivity(at, &vec![1.0; n], &changes, &inverse);
@@ -95,6 +105,6 @@ impl UnknownParameter {
         }
         let [down, up] =
             if self.absolute { [DEVIATIONS * self.deviation; 2] } else { FARTHEST.map(|x| x * self.unit) };
-        self.moved(theta, step).clamp(self.nominal - down, self.nominal + up)
+        self.moved(theta, step).clamp((self.nominal - down).max(self.least), self.nominal + up)
     }
 }
