@@ -6,8 +6,8 @@ use std::{env, fs, io};
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
-        // What judges answers makes no case.
-        if path.file_stem().is_some_and(|name| name == "judge") {
+        // What judges answers, and what hands cases out, makes no case.
+        if path.file_stem().is_some_and(|name| name == "judge" || name == "bench" || name == "lab") {
             continue;
         }
         if path.is_dir() { sources(&path, found)? } else { found.push(path) }

@@ -16,10 +16,12 @@ pub(crate) struct PlantTableBuilder {
     next: [usize; 4],
 }
 
-const PARAMETER: usize = 0;
-const INPUT: usize = 1;
-const OUTPUT: usize = 2;
-const STATE: usize = 3;
+pub(crate) const PARAMETER: usize = 0;
+pub(crate) const INPUT: usize = 1;
+pub(crate) const OUTPUT: usize = 2;
+pub(crate) const STATE: usize = 3;
+/// What effects bring.
+const EFFECT_PARTS: [usize; 4] = [PARAMETER, INPUT, OUTPUT, STATE];
 
 impl PlantTableBuilder {
     pub(crate) fn new(name: &str, description: &str, experiment: TableExperiment) -> Self {
@@ -179,10 +181,15 @@ impl PlantTableBuilder {
     }
     /// Parameters, inputs, states and outputs of the effects.
     pub(crate) fn effects(&mut self, effects: &EffectSet, plant: PlantKind) {
+        self.effect_parts(effects, plant, &EFFECT_PARTS);
+    }
+    /// Some of them: others' variables may be between.
+    pub(crate) fn effect_parts(&mut self, effects: &EffectSet, plant: PlantKind, parts: &[usize]) {
+        let has = |part: usize| parts.contains(&part);
         for e in effects.iter() {
             let (sites, choice) = (e.sites, e.choice);
             let dims = e.dimensions(plant);
-            for p in choice.parameters() {
+            for p in choice.parameters().iter().filter(|_| has(PARAMETER)) {
                 let start = if plant == PlantKind::Joint { p.joint_start } else { p.arm_start };
                 let (name, unit) = (choice.variable(p.name), choice.unit(p.unit));
                 let v = self.tunable(&name, unit, &dims, &vec![start; sites], p.description);
@@ -190,23 +197,23 @@ impl PlantTableBuilder {
             }
             let (inputs, motor_current) =
                 (e.spec().inputs, joint::input::NAMES[joint::input::MOTOR_CURRENT].0);
-            for u in inputs {
+            for u in inputs.iter().filter(|_| has(INPUT)) {
                 self.input(u.name_in(plant), u.unit, &dims, u.description);
             }
             // What depends on the inputs of a drive depends on those of what drives it.
-            for v in &mut self.table.variables {
+            for v in self.table.variables.iter_mut().filter(|_| has(OUTPUT)) {
                 if let Depends::StatesAnd(names) = &mut v.depends
                     && names.iter().any(|n| n == motor_current)
                 {
                     names.extend(inputs.iter().map(|u| u.name_in(plant).to_owned()));
                 }
             }
-            let states = e.spec().states;
+            let states = if has(STATE) { e.spec().states } else { &[] };
             let names: Vec<_> = states.iter().map(|s| choice.variable(s.name_in(plant))).collect();
             let states: Vec<_> =
                 names.iter().zip(states).map(|(name, s)| state(name, s, choice, &dims)).collect();
             self.states(&states);
-            for y in e.spec().outputs {
+            for y in e.spec().outputs.iter().filter(|_| has(OUTPUT)) {
                 let name = y.name_in(plant);
                 if y.boolean {
                     self.flag(name, &dims, y.description);
@@ -215,7 +222,8 @@ impl PlantTableBuilder {
                 }
             }
             // A sensor shows something else than the states alone.
-            if choice.scope() == Scope::Channel
+            if has(OUTPUT)
+                && choice.scope() == Scope::Channel
                 && let Some(channel) = choice.place()
             {
                 let shown = self.table.variables.iter_mut().find(|v| v.name == channel.name);

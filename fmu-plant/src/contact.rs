@@ -2,10 +2,12 @@
 
 use crate::arm;
 use crate::arm::TEST_BED;
-use crate::builder::PlantTableBuilder;
+use crate::builder::{self, PlantTableBuilder};
 use crate::experiment::{CAPTURE_TOLERANCE, TOLERANCE};
+use crate::space_capture;
 use crate::structure::{
-    BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, RequestedStructure, TOUCHES, choices, chosen, planar,
+    BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, RequestedStructure, SPATIAL, TOUCHES, carried_by, choices,
+    chosen,
 };
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{BoundaryType, ModelTable, TableExperiment};
@@ -16,9 +18,11 @@ use trueup_models::contact::layout::{
     ChaserStates, Command, HostParameters, Outputs, Parameters, Poses, SceneOutputs, SceneParameters,
     SceneStates, States,
 };
+use trueup_models::contact::spatial::SpatialCaptureScene;
 use trueup_models::contact::{
     CaptureScene, Chaser, Closing, FreeBody, GripperContact, GripperStructure, Mount, PortShape, RigidChaser,
 };
+use trueup_models::effect::PlantKind;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// The models of this file.
@@ -36,13 +40,16 @@ pub enum Contact {
     Scene(CaptureScene),
     /// `CaptureScene` with the planar manipulator.
     ArmScene(CaptureScene<PlanarManipulator>),
+    /// `CaptureScene` with a robot in space, and start values of its parameters.
+    SpaceScene(SpatialCaptureScene, Vec<f64>),
 }
 
 trueup_numerics::delegate_hybrid!(Contact {
     Contact::Body(m) => m,
     Contact::Gripper(m) => m,
     Contact::Scene(m) => m,
-    Contact::ArmScene(m) => m
+    Contact::ArmScene(m) => m,
+    Contact::SpaceScene(m, _) => m
 });
 
 /// Bits of warnings.
@@ -51,9 +58,14 @@ const CLIPPED: u32 = 2;
 
 /// The model of a configuration.
 pub(crate) fn build(c: &Configuration) -> Result<Contact, String> {
-    let arm = planar(c);
-    if let Some(effect) = c.effects.first() {
-        return Err(format!("no effect acts in {}, `{effect}` neither", c.model));
+    if carried_by(c, SPATIAL) {
+        return space_capture::build(c).map(|(m, start)| Contact::SpaceScene(m, start));
+    }
+    let arm = carried_by(c, PLANAR);
+    if let Some(effect) = c.effects.first().filter(|_| !arm) {
+        let with =
+            if c.model == "CaptureScene" { " with a rigid chaser: pack it with chaser=planar" } else { "" };
+        return Err(format!("no effect acts in {}{with}, `{effect}` neither", c.model));
     }
     if !c.joint_flexible.is_empty() && !arm {
         let has =
@@ -71,14 +83,27 @@ pub(crate) fn build(c: &Configuration) -> Result<Contact, String> {
             Some(3) => Closing::Motor,
             _ => Closing::Schedule,
         },
-        mount: if chosen(MOUNTED) == Some(2) { Mount::Elastic } else { Mount::Rigid },
-        against: if chosen(TOUCHES) == Some(2) { PortShape::Plate } else { PortShape::Ball },
+        mount: match chosen(MOUNTED) {
+            Some(2) => Mount::Elastic,
+            Some(3) => Mount::Carriages,
+            _ => Mount::Rigid,
+        },
+        against: match chosen(TOUCHES) {
+            Some(2) => PortShape::Plate,
+            Some(3) => PortShape::Bar,
+            Some(4 | 5) => {
+                return Err(format!(
+                    "`{TOUCHES}` = cylinder and ring are in space: pack CaptureScene with chaser=spatial"
+                ));
+            }
+            _ => PortShape::Ball,
+        },
     };
     if c.model == "GripperContact" {
         GripperContact::new(structure).map(Contact::Gripper)
     } else if arm {
         let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
-        let chaser = PlanarManipulator::new::<&str>(flexible, &[]).map_err(|e| e.to_string())?;
+        let chaser = PlanarManipulator::new(flexible, &c.effects).map_err(|e| e.to_string())?;
         CaptureScene::new(chaser, structure).map(Contact::ArmScene)
     } else {
         CaptureScene::new(RigidChaser::default(), structure).map(Contact::Scene)
@@ -92,6 +117,7 @@ impl Contact {
             Self::Gripper(m) => gripper(m),
             Self::Scene(m) => scene(m),
             Self::ArmScene(m) => scene(m),
+            Self::SpaceScene(m, start) => space_capture::table(m, start),
         }
     }
     pub(crate) fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
@@ -100,6 +126,7 @@ impl Contact {
             Self::Gripper(m) => m.check(p),
             Self::Scene(m) => m.check(p),
             Self::ArmScene(m) => m.check(p),
+            Self::SpaceScene(m, _) => m.check(p),
         }
     }
     pub(crate) fn watch(&self, at: &At<'_, f64>, said: u32) -> Option<(u32, String)> {
@@ -109,12 +136,14 @@ impl Contact {
             Self::Gripper(m) => m.overlap(at),
             Self::Scene(m) => m.overlap(at),
             Self::ArmScene(m) => m.overlap(at),
+            Self::SpaceScene(m, _) => m.overlap(at),
         };
         let clipped = || match self {
             Self::Body(_) => None,
             Self::Gripper(m) => m.clipped(at),
             Self::Scene(m) => m.clipped(at),
             Self::ArmScene(m) => m.clipped(at),
+            Self::SpaceScene(m, _) => m.clipped(at),
         };
         let first = fresh(OVERLAP).then(overlap).flatten().map(|text| (OVERLAP, text));
         first.or_else(|| fresh(CLIPPED).then(clipped).flatten().map(|text| (CLIPPED, text)))
@@ -123,7 +152,7 @@ impl Contact {
         match self {
             Self::Gripper(m) => m.long_step(h, p),
             // What the others integrate is theirs alone.
-            Self::Body(_) | Self::Scene(_) | Self::ArmScene(_) => None,
+            Self::Body(_) | Self::Scene(_) | Self::ArmScene(_) | Self::SpaceScene(..) => None,
         }
     }
     pub(crate) fn singular(&self, at: &At<'_, f64>) -> Option<String> {
@@ -132,6 +161,7 @@ impl Contact {
             Self::Gripper(m) => m.fault(at),
             Self::Scene(m) => m.fault(at),
             Self::ArmScene(m) => m.fault(at),
+            Self::SpaceScene(m, _) => m.fault(at),
         }
     }
 }
@@ -139,6 +169,11 @@ impl Contact {
 /// What is fixed when packed.
 fn constants(b: &mut PlantTableBuilder, model: &str, values: &[usize]) {
     b.constant("dimension", BoundaryType::Integer, &[], &[2.0], "The model moves in the plane");
+    structural(b, model, values);
+}
+
+/// What is chosen of the structure.
+pub(crate) fn structural(b: &mut PlantTableBuilder, model: &str, values: &[usize]) {
     for (choice, value) in choices(model).iter().zip(values) {
         let kind = match choice.wanted {
             RequestedStructure::Count(_) => BoundaryType::Integer,
@@ -243,14 +278,17 @@ impl Tabled for PlanarManipulator {
     }
     fn add_parameters(&self, b: &mut PlantTableBuilder, start: &[f64]) {
         b.parameters(&parameter::list(&self.layout()), start);
+        b.effect_parts(self.effects(), PlantKind::Arm, &[builder::PARAMETER]);
     }
     fn add_inputs(&self, b: &mut PlantTableBuilder) {
         b.inputs(&input::list(&self.layout()));
+        b.effect_parts(self.effects(), PlantKind::Arm, &[builder::INPUT]);
         b.retell("tipForce", "On the last link at its tip in addition to the contact, inertial frame");
         b.retell("tipTorque", "On the last link in addition to the contact");
     }
     fn add_outputs(&self, b: &mut PlantTableBuilder) {
         b.outputs(&output::list(&self.layout()));
+        b.effect_parts(self.effects(), PlantKind::Arm, &[builder::OUTPUT]);
         b.retell("linearMomentum", "Of manipulator, target and a ball on a mount");
         b.retell(
             "angularMomentum",
@@ -261,6 +299,7 @@ impl Tabled for PlanarManipulator {
     }
     fn add_states(&self, b: &mut PlantTableBuilder) {
         b.moved(&states(&self.layout()));
+        b.effect_parts(self.effects(), PlantKind::Arm, &[builder::STATE]);
     }
     fn add_plugs(&self, b: &mut PlantTableBuilder) {
         arm::drive(b);
@@ -314,6 +353,9 @@ pub(crate) mod tests {
             all.push(of(model, &[(BALLS, 5), (CLOSES, 2), (TOUCHES, 2)]));
             all.push(of(model, &[(BALLS, 1), (MOUNTED, 2), (TOUCHES, 1)]));
             all.push(of(model, &[(CLOSES, 3)]));
+            all.push(of(model, &[(BALLS, 7), (MOUNTED, 3), (TOUCHES, 3)]));
+            all.push(of(model, &[(BALLS, 5), (MOUNTED, 3), (CLOSES, 3)]));
+            all.push(of(model, &[(CLOSES, 2), (MOUNTED, 3), (TOUCHES, 2)]));
         }
         all
     }

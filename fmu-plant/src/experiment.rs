@@ -1,7 +1,7 @@
 //! The default experiments: what the reference results in the FMUs are made with.
 
 use crate::space_controller;
-use crate::structure::planar;
+use crate::structure::{PLANAR, SPATIAL, carried_by};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_export::reference::Schedule;
 use trueup_models::space::control::SpaceController;
@@ -78,7 +78,7 @@ pub fn schedule(c: &Configuration) -> Option<Schedule<'static>> {
             (7.0, "portPosition[2]", -0.01),
         ],
         // The same push, on the satellite that carries the manipulator.
-        "CaptureScene" if planar(c) => &[
+        "CaptureScene" if carried_by(c, PLANAR) || carried_by(c, SPATIAL) => &[
             (2.0, "baseForce[1]", 0.1),
             (6.0, "baseForce[1]", 0.0),
             (6.0, "baseForce[2]", -0.03),

@@ -9,6 +9,7 @@ mod flexible_arm;
 mod joint;
 mod model;
 mod space;
+mod space_capture;
 mod space_controller;
 mod structure;
 

@@ -40,6 +40,7 @@ pub(crate) const CHASES: &str = "chaser";
 /// Items of [`CHASES`].
 pub(crate) const RIGID: u32 = 1;
 pub(crate) const PLANAR: u32 = 2;
+pub(crate) const SPATIAL: u32 = 3;
 
 static OF_JOINT: [StructureOption; 1] = [StructureOption {
     name: GEARBOX_CHOICE,
@@ -157,9 +158,9 @@ impl StructureOption {
     }
 }
 
-/// A configuration's hand is carried by the planar manipulator.
-pub(crate) fn planar(c: &Configuration) -> bool {
-    c.structure.iter().any(|s| s.0 == CHASES && s.1 == [PLANAR])
+/// A configuration's hand is carried by this item of [`CHASER`].
+pub(crate) fn carried_by(c: &Configuration, chaser: u32) -> bool {
+    c.structure.iter().any(|s| s.0 == CHASES && s.1 == [chaser])
 }
 
 /// What a configuration chooses of a structure: the number by its name, if it is there.

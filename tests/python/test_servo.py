@@ -104,6 +104,26 @@ def test_a_command_that_nobody_recorded_is_told(trueup, tmp_path):
     assert done.returncode == 1 and "`positionReference`" in done.stderr
 
 
+def test_a_joint_whose_drive_nobody_recorded_is_unknown_with_the_reason(trueup, tmp_path):
+    write(tmp_path)
+    case = (tmp_path / "case.toml").read_text()
+    effects, channels = case.index("[effects]"), case.index("[channels.motorAngle]")
+    (tmp_path / "case.toml").write_text(case[:effects] + case[channels:])
+    for name in ("a.csv", "b.csv", "c.csv"):
+        rows = np.loadtxt(tmp_path / name, delimiter=",", skiprows=1)
+        rows[:, 1] = 0.02 * np.sin(3.0 * rows[:, 0])
+        header = "time,externalTorque,motorAngle"
+        np.savetxt(tmp_path / name, rows, delimiter=",", header=header, comments="", fmt="%.9g")
+    # A grave finding alone would end it, too.
+    done = trueup("diagnose", tmp_path, "-o", tmp_path / "out", "--verdict-only", "--force")
+    assert done.returncode == 0, done.stderr
+    said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert said["verdict"] == "unknown" and not said["effects"]
+    reason = "a.csv: motorCurrent was not recorded; record it, or leave the recording out of train"
+    assert any(reason in note for note in said["notes"]), said["notes"]
+    assert f"causes were not compared: {reason}" in done.stderr
+
+
 @pytest.mark.full
 @pytest.mark.parametrize(
     "truth,verdict,name,value",

@@ -121,10 +121,23 @@ pub(crate) fn configurations() -> Vec<Configuration> {
         ("CaptureScene", vec![("numberOfBalls", 1), ("endBallMount", 2), ("against", 2)]),
         ("CaptureScene", vec![("numberOfBalls", 8), ("closing", 2)]),
         ("CaptureScene", vec![("chaser", 2), ("numberOfBalls", 1)]),
+        ("CaptureScene", vec![("numberOfBalls", 7), ("endBallMount", 3), ("against", 3)]),
+        ("GripperContact", vec![("closing", 3), ("endBallMount", 3), ("against", 3)]),
+        ("CaptureScene", vec![("chaser", 3), ("against", 4)]),
+        ("CaptureScene", vec![("chaser", 3), ("closing", 2), ("against", 5)]),
     ]
     .map(|(model, chosen)| Configuration {
         structure: chosen.into_iter().map(|(name, value)| (name.to_owned(), vec![value])).collect(),
         ..Configuration::of(model)
+    });
+    let capture = [
+        (2, vec!["motor-friction", "backlash", "position-servo", "sensor-delay:jointAngle"]),
+        (3, vec!["actuator-lag", "external-force:actuator", "position-servo"]),
+    ]
+    .map(|(chaser, effects)| Configuration {
+        structure: vec![("chaser".to_owned(), vec![chaser])],
+        effects: effects.into_iter().map(str::to_owned).collect(),
+        ..Configuration::of("CaptureScene")
     });
     plain
         .into_iter()
@@ -133,6 +146,7 @@ pub(crate) fn configurations() -> Vec<Configuration> {
         .chain(robots)
         .chain(controlled)
         .chain(contact)
+        .chain(capture)
         .collect()
 }
 

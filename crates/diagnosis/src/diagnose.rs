@@ -31,7 +31,7 @@ mod yours;
 
 use std::borrow::Cow;
 
-use trueup_hypotheses::innovations::findings::search_case;
+use trueup_hypotheses::innovations::findings::{CaseSearchError, search_case};
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
@@ -243,7 +243,11 @@ fn diagnose_all(
         report_progress(0.5 * SEARCHED, "weighing every cause by the innovations");
         match evidence(whole, &search, options) {
             Ok(own) => return by_innovations(loaded, &search, (raw, noticed), own, options, report_progress),
-            Err(why) => instead = Some(why),
+            Err(e) if e.is_final() => {
+                let found = nothing_concluded(loaded, &search, (raw, noticed), options, report_progress);
+                return found.map(|found| not_compared(found, &e.to_string()));
+            }
+            Err(e) => instead = Some(e.to_string()),
         }
     }
     let effort = options.effort.on(case.subject.plant);
@@ -313,10 +317,20 @@ fn evidence(
     loaded: &Loaded,
     search: &CaseSearch<'_>,
     options: &DiagnoseOptions,
-) -> Result<(EngineDecision, JudgedCase), String> {
-    let findings = search_case(loaded).map_err(|e| e.to_string())?;
-    let decision = DecisionBuilder::new(search, &findings, options.effort).build(&options.limits)?;
+) -> Result<(EngineDecision, JudgedCase), CaseSearchError> {
+    let findings = search_case(loaded)?;
+    let decision = DecisionBuilder::new(search, &findings, options.effort).build(&options.limits);
+    let decision = decision.map_err(CaseSearchError::Made)?;
     Ok((decision, JudgedCase::from(&findings.judged)))
+}
+
+/// The same where these recordings can tell nothing about causes.
+fn not_compared(mut found: Diagnosed, why: &str) -> Diagnosed {
+    found.diagnosis.notes.push(format!("causes were not compared: {why}"));
+    if let Some(record) = &mut found.record {
+        record.not_compared = Some(why.to_owned());
+    }
+    found
 }
 
 /// By the evidence of the innovations.

@@ -7,7 +7,7 @@ use trueup_hypotheses::innovations::laws::law_of;
 use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict, judge};
-use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess, SensorData};
+use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess};
 
 use crate::made::{MadeJoint, Sampling};
 
@@ -111,18 +111,16 @@ fn what_recordings_do_not_distinguish_is_ambiguous() {
 #[test]
 fn what_the_engine_lacks_words_for_is_refused_by_name() {
     type Change = fn(&mut Loaded);
-    let changes: [(&str, Change); 6] = [
+    let changes: [(&str, Change); 5] = [
         ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
-        ("changes the spring", |l| {
-            l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
-        }),
-        ("static friction without", |l| {
-            l.case.parameters.insert("coulombFriction".into(), ParameterValue::Number(0.0));
+        ("does not show", |l| {
+            let id = "transmission-hysteresis".into();
+            l.case.effects.push(KnownEffect { id, joint: None, given: Vec::new() });
         }),
         ("of other channels", |l| {
             let first = l.recordings.values_mut().next().unwrap();
-            let mut torque = Channel { name: "motorTemperature".into(), ..first.channels[0].clone() };
-            torque.sensor.offset = Some(PriorGuess { value: 0.0, doubt: None });
+            let mut torque = Channel { name: "transmissionTorque".into(), ..first.channels[0].clone() };
+            torque.sensor.late = Some(PriorGuess { value: 0.0, doubt: None });
             first.channels.push(torque);
         }),
         ("single recordings", |l| {
@@ -143,19 +141,6 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
         let mut own = case.clone();
         change(&mut own);
         refused(what, &own);
-    }
-    let figures: [(&str, fn(&mut SensorData) -> &mut Option<PriorGuess>); 4] = [
-        ("motorCurrent", |s| &mut s.gain),
-        ("motorCurrent", |s| &mut s.late),
-        ("loadAngle", |s| &mut s.gain),
-        ("loadAngle", |s| &mut s.late),
-    ];
-    for (channel, of) in figures {
-        let mut apart = MadeJoint { recordings: (2, 100), ..MadeJoint::default() }.case();
-        let first = apart.recordings.values_mut().next().unwrap();
-        let channel = first.channels.iter_mut().find(|c| c.name == channel).unwrap();
-        *of(&mut channel.sensor) = Some(PriorGuess { value: 1.0, doubt: None });
-        refused("differ between recordings", &apart);
     }
     // Where a recording begins is estimated.
     let mut begins = case.clone();

@@ -15,6 +15,8 @@ use trueup_signals::{Case, Channel, Interpolation, Loaded, ParameterValue, Recor
 const NOISE: [f64; 2] = [1e-3, 1e-5];
 /// The same of their rates, rad/s.
 const RATE_NOISE: [f64; 2] = [0.02, 2e-4];
+/// The same of the torque in the transmission, N.m.
+const TORQUE_NOISE: f64 = 5e-5;
 /// Every channel of a joint that nothing but its motor drives.
 pub(crate) const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
 
@@ -72,6 +74,8 @@ pub(crate) struct MadeJoint<'a> {
     pub(crate) rests: [f64; 2],
     /// Size of a torque on the load that is recorded, N.m.
     pub(crate) external: f64,
+    /// Size of the reference of a servo, rad.
+    pub(crate) reference: f64,
     /// Channels that are recorded.
     pub(crate) channels: &'a [&'a str],
     /// True values of parameters, where they are not those of the drive.
@@ -93,6 +97,7 @@ impl Default for MadeJoint<'_> {
             noise: NOISE,
             rests: [0.0; 2],
             external: 0.0,
+            reference: 0.0,
             channels: ALL,
             values: &[],
             believed: &[],
@@ -107,6 +112,11 @@ impl MadeJoint<'_> {
             return 0.0;
         }
         0.35 * (2.3 * t + 2.0 * (self.seed + recording) as f64).sin() + 0.2 * (9.3 * t).sin()
+    }
+    fn reference(&self, k: usize, recording: u64) -> f64 {
+        let (t, phase) = (k as f64 / self.rate, 2.0 * (self.seed + recording) as f64);
+        let step = if (t + phase).rem_euclid(1.4) < 0.7 { 0.4 } else { -0.4 };
+        self.reference * ((2.3 * t + phase).sin() + 0.4 * (7.1 * t).sin() + step)
     }
     fn torque(&self, k: usize, recording: u64) -> f64 {
         self.external * (4.1 * k as f64 / self.rate + 0.7 * (self.seed + recording) as f64).sin()
@@ -127,8 +137,11 @@ impl MadeJoint<'_> {
         all.dedup();
         let drive = |t: f64, u: &mut [f64]| {
             let k = (t * self.rate + 1e-6) as usize;
-            u[input::MOTOR_CURRENT] = self.current(k, recording);
+            u[input::MOTOR_CURRENT] = if self.reference == 0.0 { self.current(k, recording) } else { 0.0 };
             u[input::EXTERNAL_TORQUE] = self.torque(k, recording);
+            if let Some(reference) = u.get_mut(input::COUNT) {
+                *reference = self.reference(k, recording);
+            }
         };
         let nominal = vec![1.0; joint.sizes().states];
         let options = DriverOptions { tolerance: 1e-9, ..DriverOptions::default() };
@@ -155,6 +168,7 @@ impl MadeJoint<'_> {
             ("loadVelocity", output::LOAD_VELOCITY, RATE_NOISE[1]),
         ];
         let rates: Vec<Channel> = rates.map(|(name, at, noise)| read(name, at, noise)).to_vec();
+        let torque_sensor = read("transmissionTorque", output::TRANSMISSION_TORQUE, TORQUE_NOISE);
         let held = |name: &str, unit: &str, f: &dyn Fn(usize) -> f64| {
             let mut input = Channel::new(name, unit, time.clone(), (0..time.len()).map(f).collect());
             input.interpolation = Interpolation::Hold;
@@ -162,8 +176,10 @@ impl MadeJoint<'_> {
         };
         let current = held("motorCurrent", "A", &|k| self.current(k, recording));
         let torque = held("externalTorque", "N.m", &|k| self.torque(k, recording));
-        let mut channels = vec![current, torque, motor, load];
+        let reference = held("positionReference", "rad", &|k| self.reference(k, recording));
+        let mut channels = vec![current, torque, reference, motor, load];
         channels.extend(rates);
+        channels.push(torque_sensor);
         channels.retain(|c| self.channels.contains(&c.name.as_str()));
         Recording {
             name: name.into(),

@@ -8,4 +8,6 @@ mod columns;
 mod innovations;
 mod made;
 mod rig;
+mod servo;
+mod single;
 mod values;

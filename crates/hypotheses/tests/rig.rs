@@ -12,7 +12,7 @@ use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess};
 
 use crate::made::MadeJoint;
 
-fn channels<'a>(l: &'a mut Loaded, name: &'a str) -> impl Iterator<Item = &'a mut Channel> {
+pub(crate) fn channels<'a>(l: &'a mut Loaded, name: &'a str) -> impl Iterator<Item = &'a mut Channel> {
     l.recordings.values_mut().flat_map(|r| &mut r.channels).filter(move |c| c.name == name)
 }
 
@@ -27,7 +27,7 @@ fn misread(mut l: Loaded, [gain, offset]: [f64; 2], doubt: f64) -> Loaded {
 }
 
 /// Effects are in the nominal model with these values, whose relative standard deviation is `doubt`.
-fn known(mut l: Loaded, effects: &[(&str, &[(&str, f64)])], doubt: f64) -> Loaded {
+pub(crate) fn known(mut l: Loaded, effects: &[(&str, &[(&str, f64)])], doubt: f64) -> Loaded {
     for (id, values) in effects {
         for (name, value) in *values {
             l.case.parameters.insert((*name).into(), ParameterValue::Number(*value));
@@ -107,7 +107,7 @@ fn a_declared_delay_is_taken_from_the_times_of_a_channel() {
     }
 }
 
-fn value(found: &CaseFindings, name: &str) -> f64 {
+pub(crate) fn value(found: &CaseFindings, name: &str) -> f64 {
     found.alone.theta[found.names.iter().position(|n| n == name).unwrap()]
 }
 
@@ -122,10 +122,10 @@ fn a_gain_and_an_offset_of_the_current_are_found() {
     assert!((gain / 1.2 - 1.0).abs() < 0.03 && (offset - 0.1).abs() < 0.02, "{gain}, {offset}");
 }
 
-fn alone(case: &Loaded) -> FittedNull {
+pub(crate) fn alone(case: &Loaded) -> FittedNull {
     fit_null(&mut frame_of(case).unwrap().0)
 }
-fn gained(null: &FittedNull) -> f64 {
+pub(crate) fn gained(null: &FittedNull) -> f64 {
     null.evidence - null.nominal.0
 }
 /// What the model alone reports of the rig.
@@ -154,7 +154,7 @@ fn a_gain_and_offsets_of_readings_are_found() {
     let null = alone(&case);
     let found = reported(&null, "loadAngle.gain");
     let offsets_of = |channel: &str| -> Vec<f64> {
-        let all = null.rig.reported_offsets(&null.zeros).into_iter();
+        let all = null.rig.reported_of_single(&null.theta[null.names.len()..], &null.zeros).into_iter();
         all.filter(|(name, ..)| name == &format!("{channel}.offset")).map(|(_, _, value)| value).collect()
     };
     let (of_motor, of_load, gained) = (offsets_of("motorAngle"), offsets_of("loadAngle"), gained(&null));
@@ -249,7 +249,7 @@ fn rates_alone_show_nothing_where_nothing_lacks_and_an_effect_where_it_does() {
     assert_eq!(found.judged.set[0].0, "torque-ripple", "{:?}", found.judged);
 }
 
-const WEIGHT: (&str, &[f64]) = ("gravity-torque", &[0.6, 0.4]);
+pub(crate) const WEIGHT: (&str, &[f64]) = ("gravity-torque", &[0.6, 0.4]);
 
 /// Known effects along a trajectory: what a weight, friction of two levels and a ripple are by their laws, and columns that are differences.
 #[test]
@@ -308,15 +308,44 @@ fn known_effects_are_forces_of_the_model_and_their_numbers_columns() {
 fn known_effects_that_are_no_forces_are_refused_with_the_reason() {
     let made = MadeJoint { recordings: (1, 100), ..MadeJoint::default() }.case();
     for (id, why) in [
-        ("load-friction", "states of its own"),
+        ("load-friction", "does not show"),
         ("sensor-eccentricity", "changes readings"),
-        ("nonlinear-stiffness", "changes the spring"),
-        ("position-servo", "is a reference"),
+        ("transmission-hysteresis", "does not show"),
+        ("backlash", "opens and closes"),
     ] {
         let text = frame_of(&known(made.clone(), &[(id, &[])], 0.0)).err().map(|e| e.to_string());
         let named = text.as_ref().is_some_and(|t| t.contains(id) && t.contains(why));
         assert!(named, "{id}: {text:?}");
     }
+}
+
+/// What is known of the transmission is no gap, and where its size is assumed a fifth too small it is another parameter.
+fn known_transmission(seed: u64, id: &str, values: &[(&str, f64)]) {
+    let true_values: Vec<f64> = values.iter().map(|v| v.1).collect();
+    let effects = [(id, &true_values[..])];
+    let made = MadeJoint { seed, recordings: (1, 500), effects: &effects, ..MadeJoint::default() };
+    let mut off = values.to_vec();
+    off[0].1 *= 0.8;
+    let null = |values: &[(&str, f64)]| alone(&known(made.case(), &[(id, values)], 0.2));
+    let [as_it_is, off] = [null(values), null(&off)];
+    let found = reported(&off, values[0].0) / values[0].1;
+    let nats = [gained(&as_it_is), gained(&off)];
+    println!("{id}: {found} of its size, refitted parameters gain {nats:?}");
+    assert!(nats[0] < PARAMETERS && nats[1] > 20.0 && (found - 1.0).abs() < 0.05, "{id}: {found}, {nats:?}");
+}
+
+#[test]
+fn a_known_spring_is_no_effect() {
+    let cubic = [("cubicStiffness", 1.0), ("kneeStiffness", 0.0), ("kneeDeflection", 10.0)];
+    known_transmission(67, "nonlinear-stiffness", &cubic);
+    let error = [
+        ("kinematicErrorSine", 0.05),
+        ("kinematicErrorCosine", 0.0),
+        ("kinematicErrorOrder", 0.5),
+        ("kinematicErrorSine2", 0.0),
+        ("kinematicErrorCosine2", 0.0),
+    ];
+    known_transmission(69, "kinematic-error", &error);
 }
 
 /// A weight that is known nearly is no gap, and its values come from the recordings.

@@ -5,7 +5,7 @@ use crate::record::{MissingColumn, MotionRecord};
 use crate::scene::{PartLook, Scene, ScenePart, ScenePose, SceneShape};
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::contact::layout::{
-    BodyParameters, ChaserParameters, GripperStructure, Parameters, PortShape,
+    BodyParameters, ChaserParameters, GripperStructure, Mount, Parameters, PortShape,
 };
 use trueup_models::contact::{CaptureScene, FreeBody};
 
@@ -55,6 +55,25 @@ pub fn arm_capture_scene(
     Ok(scene)
 }
 
+/// Way of a carriage, hand's axes, and where it is along it at each time, m.
+type CarriageWay = ([f64; 2], Vec<f64>);
+
+/// Of each carriage; none of a hand without.
+fn carriages(
+    s: &GripperStructure,
+    p: &[f64],
+    record: &MotionRecord<'_>,
+) -> Result<Vec<CarriageWay>, MissingColumn> {
+    if s.mount != Mount::Carriages {
+        return Ok(Vec::new());
+    }
+    let at = Parameters::new(s);
+    let (x, y) = (p[at.carriage_direction], p[at.carriage_direction + 1]);
+    let unit = |side: f64| [x / x.hypot(y), side * y / x.hypot(y)];
+    let all = [("carriagePosition[1]", 1.0), ("carriagePosition[2]", -1.0)];
+    all.into_iter().map(|(name, side)| Ok((unit(side), record.series(name)?))).collect()
+}
+
 /// Adds the hand with its balls, and the target.
 fn balls_and_target(
     scene: &mut Scene,
@@ -67,11 +86,14 @@ fn balls_and_target(
     let jaws = record.series("jawPosition")?;
     let (poses, shapes) = (hands.to_vec(), vec![SceneShape::Joint([0.0; 3])]);
     scene.parts.push(ScenePart { name: HAND.into(), layer: 0, look: PartLook::Base, shapes, poses });
+    let slid = carriages(s, p, record)?;
     for ball in 0..s.balls {
         let pair = |begin: usize| [p[begin + 2 * ball], p[begin + 2 * ball + 1]];
         let (open, closed) = (pair(at.open), pair(at.closed));
-        let pose = |(hand, jaw): (&ScenePose, &f64)| {
-            let [x, y] = std::array::from_fn(|i| open[i] + jaw * (closed[i] - open[i]));
+        let carriage = ball.checked_sub(1).and_then(|k| slid.get(k % 2));
+        let pose = |(k, (hand, jaw)): (usize, (&ScenePose, &f64))| {
+            let shift = carriage.map_or([0.0; 2], |(way, along)| way.map(|w| w * along[k]));
+            let [x, y] = std::array::from_fn(|i| open[i] + jaw * (closed[i] - open[i]) + shift[i]);
             ScenePose { origin: hand.placed([x, y, 0.0]), ..*hand }
         };
         scene.parts.push(ScenePart {
@@ -79,7 +101,7 @@ fn balls_and_target(
             layer: 0,
             look: PartLook::Motor,
             shapes: vec![SceneShape::Ball { center: [0.0; 3], radius: p[at.ball_radius + ball] }],
-            poses: hands.iter().zip(&jaws).map(pose).collect(),
+            poses: hands.iter().zip(&jaws).enumerate().map(pose).collect(),
         });
     }
     let port = [-p[at.target_center], -p[at.target_center + 1], 0.0];
@@ -92,6 +114,10 @@ fn balls_and_target(
     ];
     shapes.push(match s.against {
         PortShape::Ball => SceneShape::Ball { center: port, radius: p[at.port_radius] },
+        PortShape::Bar => {
+            let end = |along: f64| [port[0], port[1] + along * p[at.bar_half], 0.0];
+            SceneShape::Rod { from: end(-1.0), to: end(1.0), radius: p[at.port_radius] }
+        }
         PortShape::Plate => {
             let (x, y) = (p[at.port_normal], p[at.port_normal + 1]);
             let along = [-y * 0.5 * size / x.hypot(y), x * 0.5 * size / x.hypot(y)];

@@ -25,6 +25,7 @@ mod joint;
 mod planar;
 mod record;
 mod scene;
+mod space_capture;
 mod spatial;
 
 pub use capture::{HAND, arm_capture_scene, body_scene, capture_scene, hand_reach};
@@ -32,4 +33,5 @@ pub use joint::{exaggeration, joint_as_is, joint_scene};
 pub use planar::planar_scene;
 pub use record::{MissingColumn, MotionRecord};
 pub use scene::{PartLook, Scene, ScenePart, ScenePose, SceneShape, SceneWindow};
+pub use space_capture::space_capture_scene;
 pub use spatial::robot_scene;

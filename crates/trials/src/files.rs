@@ -33,7 +33,8 @@ pub(crate) fn folder(path: &Path) -> Result<(), TrialError> {
     fs::create_dir_all(path).map_err(|e| TrialError::at(path, e))
 }
 
-fn csv(r: &TrialRecording) -> String {
+/// A recording as CSV.
+pub(crate) fn csv(r: &TrialRecording) -> String {
     let mut text = String::from("time");
     r.columns.iter().for_each(|c| {
         let _ = write!(text, ",{}", c.name);
@@ -198,4 +199,19 @@ pub(crate) fn open(directory: &Path, name: &str) -> Result<(TruthKey, String), T
         return Err(TrialError::Broken { path });
     }
     Ok((toml::from_str(&text).map_err(|e| TrialError::at(&path, e))?, seal))
+}
+
+/// A text file, whole.
+pub(crate) fn text(path: &Path) -> Result<String, TrialError> {
+    fs::read_to_string(path).map_err(|e| TrialError::at(path, e))
+}
+
+/// Names of the files in a folder, sorted.
+pub(crate) fn list(folder: &Path) -> Result<Vec<String>, TrialError> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(|e| TrialError::at(folder, e))? {
+        names.push(entry.map_err(|e| TrialError::at(folder, e))?.file_name().to_string_lossy().into_owned());
+    }
+    names.sort();
+    Ok(names)
 }

@@ -4,6 +4,7 @@
 //! integrator and laws of its own. A diagnosis sees `cases/`; only [`score`](fn@score) opens `keys/`.
 
 mod arm;
+mod bench;
 mod cache;
 mod case;
 mod draw;
@@ -11,6 +12,7 @@ mod error;
 mod files;
 mod joint;
 mod judge;
+mod lab;
 mod motion;
 mod sense;
 mod slip;
@@ -18,6 +20,12 @@ mod tune;
 
 use std::path::Path;
 
+pub use bench::card::{ScoredEntry, bench_markdown, write_bench_card};
+pub use bench::entry::write_entry;
+pub use bench::make::{BenchOrder, make_bench};
+pub use bench::scores::{CaseScore, score_entry};
+pub use bench::submission::BenchEntry;
+pub use bench::{BENCH_FORMAT, BenchNotice, BenchTier};
 pub use cache::GENERATOR;
 pub use case::{Moved, TrialPlant, TrialSplit, TruthKey};
 pub use error::TrialError;
@@ -27,6 +35,7 @@ pub use judge::corpus::{CorpusEntry, fill as fill_corpus, read as read_corpus, w
 pub use judge::run::{CaseEnd, CaseFailure, JudgedRun, TimeTaken, run};
 pub use judge::score::{Card, ScoreTarget, ScorecardLine, Share, score};
 pub use judge::table::{Answers, CaseRow};
+pub use lab::{LabLimits, LabNotice, LabRound, new_lab, run_lab};
 
 use cache::CaseCache;
 

@@ -1,14 +1,17 @@
 //! The command line.
 
 mod arm;
+mod bench;
 mod case;
 mod dynamics;
 mod identify;
+mod lab;
 mod ports;
 mod robot;
 mod scale;
 mod shell;
 mod sweep;
+mod trial;
 
 use std::path::PathBuf;
 
@@ -16,14 +19,17 @@ use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, ComponentInterface};
 
 pub(crate) use arm::{ArmCommand, ArmMap};
+pub(crate) use bench::{BenchCommand, BenchMake, BenchRun, BenchScore, BenchSubmit};
 pub(crate) use case::{Check, Init, Schema, SchemaOf};
 pub(crate) use dynamics::{Gearbox, Inverse};
 pub(crate) use identify::{Identify, Statics};
+pub(crate) use lab::{LabCommand, LabNew, LabRun};
 pub(crate) use ports::PortsCommand;
 pub(crate) use robot::{JointWay, RobotArgument};
 pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{Merge, ReportMap, SweepCommand, SweepFollowUp};
+pub(crate) use trial::{Trial, TrialCompare, TrialCorpus, TrialDecide, TrialGenerate, TrialRun, TrialScore};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
 #[derive(Debug, Parser)]
@@ -73,6 +79,12 @@ pub(crate) enum CliCommand {
     /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
+    /// Make a sealed benchmark, run this program on it, check an entry of any program, and score entries when the keys are out
+    #[command(subcommand)]
+    Bench(BenchCommand),
+    /// Experiment with a joint whose cause is sealed: it runs what is proposed, within limits, and hands the recording back
+    #[command(subcommand)]
+    Lab(LabCommand),
     /// Print the JSON Schema of a file, for editors that complete and check it
     Schema(Schema),
     /// Print the script that completes commands and options in a shell
@@ -285,125 +297,6 @@ pub(crate) struct Simulate {
     /// Pack the system with its FMUs as SSP instead of running it
     #[arg(long, value_name = "FILE.ssp", conflicts_with = "check")]
     pub(crate) save_ssp: Option<PathBuf>,
-}
-
-#[derive(Debug, Subcommand)]
-pub(crate) enum Trial {
-    /// Generate cases and their sealed keys; those that are there stay
-    Generate(TrialGenerate),
-    /// Diagnose the cases that have no result yet, then open their keys and write one table of all: table.csv
-    Run(TrialRun),
-    /// Open the keys and write the scorecard
-    Score(TrialScore),
-    /// Compare the same cases by two programs, paired: which cases differ, McNemar's exact test, processor time
-    Compare(TrialCompare),
-    /// Decide again from what results keep (decision.json), without a fit or a simulation, and compare
-    Decide(TrialDecide),
-    /// Let cases into a corpus: all that are wrong, and right ones up to a number, spread over effects, drives and strengths
-    Corpus(TrialCorpus),
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct TrialGenerate {
-    /// Folder for cases, keys and seals; made if it is not there
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) output: PathBuf,
-    /// joint or manipulator
-    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"], required_unless_present = "corpus")]
-    pub(crate) plant: Option<String>,
-    /// What the cases are about
-    #[arg(long, value_name = "SPLIT", value_parser = ["none", "parameters", "single", "pairs", "outside", "unidentifiable", "rig"], required_unless_present = "corpus")]
-    pub(crate) split: Option<String>,
-    /// How many, in all shards together
-    #[arg(long, value_name = "N", default_value_t = 10)]
-    pub(crate) count: usize,
-    /// The same seed gives the same cases
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Instead: the cases of a corpus that `trial corpus` wrote
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["plant", "split", "count", "seed"])]
-    pub(crate) corpus: Option<PathBuf>,
-    /// Folder that keeps cases for the next time, by generator, plant, split, seed and number
-    #[arg(long, value_name = "DIR", env = "TRUEUP_TRIAL_CACHE")]
-    pub(crate) cache: Option<PathBuf>,
-    /// Only every n-th case, from the i-th on
-    #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = shard)]
-    pub(crate) shard: (usize, usize),
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct TrialRun {
-    /// Folder that `trial generate` made
-    pub(crate) directory: PathBuf,
-    /// Folder for results, inside that one for `trial compare` to find the keys [default: DIRECTORY/results]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) results: Option<PathBuf>,
-    /// Another build of this program that diagnoses in its place
-    #[arg(long, value_name = "FILE")]
-    pub(crate) program: Option<PathBuf>,
-    /// Verdicts, claims and gaps alone: no pages, no FMUs, no next experiments
-    #[arg(long)]
-    pub(crate) verdict_only: bool,
-    /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
-    #[arg(long)]
-    pub(crate) watch: bool,
-    /// What compares the causes; chosen by the case when not given
-    #[arg(long, value_enum)]
-    pub(crate) engine: Option<EngineArgument>,
-    /// Processor time after which a case is stopped and counts as a miss, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = seconds)]
-    pub(crate) limit: f64,
-    /// Only every n-th case, from the i-th on
-    #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = shard)]
-    pub(crate) shard: (usize, usize),
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct TrialScore {
-    /// Folder that `trial generate` made and `trial run` has run, or a folder of results in it
-    pub(crate) directory: PathBuf,
-    /// The scorecard, Markdown
-    #[arg(short, long, value_name = "FILE.md")]
-    pub(crate) output: PathBuf,
-    /// What the diagnosis was built from, which the scorecard reports
-    #[arg(long, value_name = "HASH")]
-    pub(crate) commit: Option<String>,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct TrialCompare {
-    /// Folder that `trial run` has run, or a folder of results in it
-    pub(crate) a: PathBuf,
-    /// Another one with the same cases
-    pub(crate) b: PathBuf,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct TrialDecide {
-    /// Folder that `trial run` has run, or a folder of results in it
-    pub(crate) directory: PathBuf,
-    /// Folder for what is decided now, inside the folder of trials; made if it is not there
-    #[arg(long, value_name = "DIR")]
-    pub(crate) results: PathBuf,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct TrialCorpus {
-    /// The corpus; made if it is not there
-    #[arg(value_name = "FILE.csv")]
-    pub(crate) file: PathBuf,
-    /// Folders that `trial run` has run
-    #[arg(long, value_name = "DIR", required = true, num_args = 1..)]
-    pub(crate) from: Vec<PathBuf>,
-    /// Right cases of each plant up to which it is filled
-    #[arg(long, value_name = "N", default_value_t = 40)]
-    pub(crate) right: usize,
-    /// Of one plant alone
-    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"])]
-    pub(crate) plant: Option<String>,
-    /// What the diagnosis was built from
-    #[arg(long, value_name = "HASH", default_value = "")]
-    pub(crate) commit: String,
 }
 
 fn number(text: &str) -> Result<f64, String> {

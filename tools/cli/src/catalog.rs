@@ -30,7 +30,7 @@ pub(crate) fn models() -> impl Iterator<Item = CatalogModel> {
         model(ARM, "arm on the ground with flexible joints and links, stick-slip in its motors (DELIAN)"),
         model("FreeBody", "rigid body that floats in the plane, with docking points"),
         model("GripperContact", "contact of a gripper of balls with a docking port, bodies from elsewhere"),
-        model("CaptureScene", "chaser, gripper and target in one: a capture in the plane"),
+        model(CAPTURE, "chaser, gripper and target in one: a capture in the plane or in space"),
         model(
             CONTROLLER,
             "control of a robot in space: hands by the generalized Jacobian, base free or held",
@@ -54,6 +54,9 @@ pub(crate) const FLYER: &str = "SpatialFreeFlyer";
 
 /// The model of arms on the ground.
 pub(crate) const ARM: &str = "FlexibleArm";
+
+/// The model whose chaser may be an arm.
+pub(crate) const CAPTURE: &str = "CaptureScene";
 
 /// The model that controls robots in space.
 pub(crate) const CONTROLLER: &str = "SpaceController";
@@ -93,7 +96,7 @@ pub(crate) fn in_order(model: &str, ids: &[String]) -> Option<Vec<String>> {
     if ids.is_empty() {
         return Some(Vec::new());
     }
-    let plant = [PlantKind::Joint, PlantKind::Arm].into_iter().find(|p| model_of(*p) == model)?;
+    let plant = plant_of(model)?;
     let asked: Option<Vec<_>> = ids.iter().map(|id| EffectChoice::parse(id, plant).ok()).collect();
     let asked = asked?;
     let named = |c: EffectChoice| asked.iter().position(|a| *a == c).map(|i| ids[i].clone());
@@ -110,6 +113,12 @@ fn named(effect: &Spec, plant: PlantKind) -> String {
 pub(crate) fn wants_fixed_base(model: &str, id: &str) -> bool {
     let of = |plant| EffectChoice::parse(id, plant).is_ok_and(|c| !c.spec().acts_in(plant, false));
     [PlantKind::Joint, PlantKind::Arm].into_iter().any(|p| model_of(p) == model && of(p))
+}
+
+/// What effects see in this model: a capture has an arm, unless its chaser is rigid.
+fn plant_of(model: &str) -> Option<PlantKind> {
+    let of = |p: &PlantKind| model_of(*p) == model || *p == PlantKind::Arm && model == CAPTURE;
+    [PlantKind::Joint, PlantKind::Arm].into_iter().find(of)
 }
 
 fn model_of(plant: PlantKind) -> &'static str {

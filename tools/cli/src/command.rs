@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod arm;
+mod bench;
 mod check;
 mod demo;
 mod diagnose;
@@ -9,6 +10,7 @@ mod identify;
 mod info;
 mod init;
 mod inverse;
+mod lab;
 mod list;
 mod pack;
 mod ports;
@@ -52,6 +54,8 @@ pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
         CliCommand::Trial(Trial::Compare(a)) => trial::compare(&a),
         CliCommand::Trial(Trial::Decide(a)) => trial::decide(&a),
         CliCommand::Trial(Trial::Corpus(a)) => trial::corpus(&a),
+        CliCommand::Bench(a) => bench::run(&a),
+        CliCommand::Lab(a) => lab::run(&a),
         CliCommand::Schema(a) => schema::run(&a),
         CliCommand::Completions(a) => shell::completions(&a),
         CliCommand::Man(a) => shell::man(&a),

@@ -9,7 +9,7 @@ use trueup_models::joint::parameter;
 use trueup_report::Page;
 use trueup_scene::{
     HAND, MissingColumn, MotionRecord, Scene, arm_capture_scene, body_scene, capture_scene, hand_reach,
-    joint_scene, planar_scene, robot_scene,
+    joint_scene, planar_scene, robot_scene, space_capture_scene,
 };
 
 /// A component that has a picture.
@@ -65,6 +65,9 @@ impl PlantInRun {
             PlantModelTable::Contact(Contact::Body(body)) => body_scene(body, p, record),
             PlantModelTable::Contact(Contact::Scene(capture)) => capture_scene(capture, p, record),
             PlantModelTable::Contact(Contact::ArmScene(capture)) => arm_capture_scene(capture, p, record),
+            PlantModelTable::Contact(Contact::SpaceScene(capture, _)) => {
+                space_capture_scene(capture, p, record)
+            }
             PlantModelTable::Contact(Contact::Gripper(_)) | PlantModelTable::SpaceController(..) => {
                 return None;
             }
@@ -77,7 +80,7 @@ impl PlantInRun {
         let structure = match contact {
             Contact::Scene(capture) => capture.structure(),
             Contact::ArmScene(capture) => capture.structure(),
-            Contact::Body(_) | Contact::Gripper(_) => return None,
+            Contact::Body(_) | Contact::Gripper(_) | Contact::SpaceScene(..) => return None,
         };
         scene.close_up(HAND, 1.3 * hand_reach(structure, &self.parameters))
     }

@@ -85,9 +85,11 @@ pub(super) fn conclude(
     }
     let window = search.window();
     // Of a set that was found by evidence its own values come first, unless gains, offsets or delays are estimated: the interval about
-    // them would be that of the balances there.
+    // them would be that of the balances there. Behind a servo no torque is measured: priors of sizes would decide the scale of all.
+    let servo = case.subject.servo(0).is_some();
     let reported = |prescribed: &FittedSet, free: &[&FreeRunFit]| {
-        let scaled = |own: &FittedSet| own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
+        let scaled =
+            |own: &FittedSet| servo || own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
         let alike = |own: &&FittedSet| same(&own.stated.set, &prescribed.stated.set);
         let own = by_evidence.as_ref().filter(|own| alike(own) && !scaled(own));
         let prescribed: Vec<&FittedSet> = own.into_iter().chain([prescribed]).collect();

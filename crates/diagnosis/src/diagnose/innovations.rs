@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
 use trueup_hypotheses::innovations::law::LawValue;
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict};
+use trueup_models::effect::PlantKind;
+use trueup_models::joint;
 use trueup_numerics::order::descending;
 
 use crate::engine::decide::{Decision, Thresholds};
@@ -16,6 +18,8 @@ use crate::engine::select::{SearchEffort, SearchResult, same};
 use crate::json::number;
 use crate::outcome::{CandidateCause, Verdict};
 
+/// Variable that is a joint's gear ratio.
+const GEAR_RATIO: &str = joint::parameter::NAMES[joint::parameter::GEAR_RATIO].0;
 /// Odds (natural logarithm) of what the engine distinguishes, at the most.
 const DISTINCT: f64 = -10.0;
 
@@ -191,7 +195,12 @@ impl<'a> DecisionBuilder<'a> {
     fn set(&self, found: &FoundEffect) -> Result<FittedSet, String> {
         let search = self.search;
         let causes: Result<Vec<Hypothesis>, String> = found.causes.iter().map(|c| self.cause(c)).collect();
-        let stated = search.state(&causes?)?;
+        let mut stated = search.state(&causes?)?;
+        // Which states the readings behind a gear are along the recordings: by the ratio that was found.
+        let ratio = self.findings.names.iter().zip(&found.theta).find(|(name, _)| *name == GEAR_RATIO);
+        if let (Some((_, ratio)), PlantKind::Joint) = (ratio, search.case.subject.plant) {
+            stated.nominal[joint::parameter::GEAR_RATIO] = *ratio;
+        }
         let start = |name: &str| stated.unknowns.iter().find(|u| u.name == name).map(|u| u.start);
         // Those of the plant first: an effect's word on the plant comes last.
         let own = self.findings.names.iter().zip(&found.theta);

@@ -38,6 +38,9 @@ pub struct DecisionRecord {
     /// Why balances decided where the innovations engine would have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instead: Option<String>,
+    /// Why no causes were compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_compared: Option<String>,
     /// Excess of the nominal model as it is: power over that of a perfect model, less 1.
     #[serde(deserialize_with = "number")]
     pub raw_excess: f64,
@@ -175,6 +178,7 @@ impl DecisionRecord {
             arm: plant == PlantKind::Arm,
             innovations: None,
             instead: None,
+            not_compared: None,
             raw_excess,
             free,
             one_sensor: ran.one_sensor(),

@@ -229,9 +229,10 @@ impl PreparedCase {
     }
 }
 
-/// Gains and delays of sensors, and offsets of inputs, in these recordings.
+/// Gains and delays of sensors, and offsets of inputs, in these recordings: one of all where all have the same guess, else one of each
+/// that has any.
 fn sensors(model: &trueup_identification::model::SimulatedPlant, train: &[Compared]) -> Vec<BalanceUnknown> {
-    let one = |s: &SensorUnknown| {
+    let one = |(s, run): (SensorUnknown, Option<usize>)| {
         let PriorGuess { value, doubt } = s.guess;
         let channel = match s.of {
             SensorOf::Input(i) => &model.inputs()[i],
@@ -254,7 +255,7 @@ fn sensors(model: &trueup_identification::model::SimulatedPlant, train: &[Compar
             name: format!("{}.{}", channel.name, s.figure.name()),
             unit: unit.into(),
             target,
-            run: None,
+            run,
             start: value,
             scale: Scale::Linear(s.size),
             lower,
@@ -265,7 +266,35 @@ fn sensors(model: &trueup_identification::model::SimulatedPlant, train: &[Compar
             )),
         })
     };
-    sought(train.iter().map(|c| &c.run)).iter().filter_map(one).collect()
+    let each = |s: SensorUnknown| -> Vec<(SensorUnknown, Option<usize>)> {
+        let all: Vec<(usize, Option<PriorGuess>)> =
+            train.iter().enumerate().filter_map(|(k, c)| Some((k, guess_in(&c.run, &s)?))).collect();
+        if all.iter().all(|(_, g)| *g == Some(s.guess)) {
+            return vec![(s, None)];
+        }
+        let own = |(k, guess): (usize, Option<PriorGuess>)| {
+            let guess = guess?;
+            let size = if s.figure == SensorFigure::Gain { guess.value.abs() } else { s.size };
+            Some((SensorUnknown { guess, size, ..s }, Some(k)))
+        };
+        all.into_iter().filter_map(own).collect()
+    };
+    sought(train.iter().map(|c| &c.run)).into_iter().flat_map(each).filter_map(one).collect()
+}
+
+/// What a recording assumes of this figure, if it has the channel.
+fn guess_in(run: &IdentificationRun, s: &SensorUnknown) -> Option<Option<PriorGuess>> {
+    let of = |gain, offset, late| match s.figure {
+        SensorFigure::Gain => gain,
+        SensorFigure::Offset => offset,
+        SensorFigure::Delay => late,
+    };
+    match s.of {
+        SensorOf::Input(i) => run.drives.iter().find(|d| d.input == i).map(|d| of(d.gain, d.offset, d.late)),
+        SensorOf::Output(o) => {
+            run.channels.iter().find(|c| c.output == o).map(|c| of(c.gain, c.offset, c.late))
+        }
+    }
 }
 
 fn run(loaded: &Loaded, subject: &DiagnosisSubject, r: &Recording) -> Result<IdentificationRun, UnfitCase> {

@@ -10,7 +10,6 @@ use super::filter_data::{DataColumn, FilterGains, FilterInput};
 use super::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
 use super::intake::{NodeIntake, input_force};
 use super::intake_channel::IntakeChannel;
-use super::known_effects::{KnownEffects, KnownPoint};
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows, StepOrder};
 use super::numeric::{over_steps, quantile};
 use super::plant::ForcedPlant;
@@ -56,6 +55,8 @@ pub struct InnovationsFrame {
     pub least_rest: f64,
     /// Tangent of the laws in force.
     pub feedback: Feedback,
+    /// Tangent of known effects that hold the joint, as of the last smoothing.
+    pub(super) held: Feedback,
 }
 
 impl InnovationsFrame {
@@ -81,6 +82,7 @@ impl InnovationsFrame {
             usual_speed: 0.0,
             least_rest: 0.0,
             feedback: Feedback::default(),
+            held: Feedback::default(),
             plant,
         };
         let all = frame.runs.iter().flat_map(|r| r.speed.iter().map(|v| v.abs()));
@@ -134,45 +136,10 @@ impl InnovationsFrame {
     /// Means of an input over the steps, as gain and offset in hand have them.
     pub fn input_means(&self, recording: usize, input: usize) -> Vec<f64> {
         let means = &self.intake.recordings[recording].means[input];
-        match self.intake.rig.of_input(self.rig_numbers(), input) {
+        match self.intake.rig.of_input(self.rig_numbers(), input, recording) {
             [1.0, 0.0] => means.clone(),
             [factor, taken] => means.iter().map(|u| factor * u - taken).collect(),
         }
-    }
-    /// Each step of a recording with the point at which known effects act in it; none before there is a trajectory.
-    pub(super) fn along_known(
-        &self,
-        recording: usize,
-        mut f: impl FnMut(usize, &KnownEffects, &KnownPoint<'_>),
-    ) {
-        let (Some(effects), r) = (self.plant.known_effects(), &self.runs[recording]) else { return };
-        let size = r.states.len() / r.nodes;
-        if size == 0 {
-            return;
-        }
-        let own = self.plant.model_parameters(&self.parameters_in(recording));
-        let numbers = &self.rig_numbers()[self.rig_numbers().len() - effects.numbers.len()..];
-        let inputs: Vec<Vec<f64>> =
-            (0..self.plant.input_forces().len()).map(|i| self.input_means(recording, i)).collect();
-        for t in 0..r.nodes {
-            let next = (t + 1).min(r.nodes - 1);
-            let state: Vec<f64> = (0..self.plant.states())
-                .map(|i| 0.5 * (r.states[size * t + i] + r.states[size * next + i]))
-                .collect();
-            let input: Vec<f64> = inputs.iter().map(|m| m[t]).collect();
-            let (time, sign) = ((t as f64 + 0.5) * r.dt, r.signs.mean[t]);
-            let (state, input, rigid) = (&state[..], &input[..], self.plant.elements().is_empty());
-            f(t, effects, &KnownPoint { time, own: &own, numbers, state, input, sign, rigid });
-        }
-    }
-    /// Forces of known effects on the coordinates over the steps; empty: there are none.
-    pub fn known_forces(&self, recording: usize) -> Vec<Vec<f64>> {
-        let mut all = Vec::new();
-        self.along_known(recording, |t, effects, at| {
-            all.resize_with(self.coordinates(), || vec![0.0; self.runs[recording].nodes]);
-            all.iter_mut().zip(effects.forces(at)).for_each(|(all, f): (&mut Vec<f64>, f64)| all[t] = f);
-        });
-        all
     }
     /// Whether more than one angle is read.
     pub fn two_angles(&self) -> bool {
@@ -188,11 +155,23 @@ impl InnovationsFrame {
         let theta = self.parameters_in(recording);
         let drive = self.plant.input_forces().first().map_or(0.0, |i| i.per_unit(&theta));
         let samples = self.intake.recordings[recording].inputs.first().and_then(Option::as_ref);
-        let largest = samples.map_or(0.0, |i| i.values.iter().fold(0.0, |m: f64, v| m.max(v.abs())));
+        let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let recorded = drive * samples.map_or(0.0, |i| largest(&i.values));
+        let drive = if self.has_servo() { largest(&self.drive_torque(recording)) } else { recorded };
         let dt = self.runs[recording].dt;
-        let level = self.dry_level_of(&theta);
-        let breakaway = level * self.plant.coordinates()[self.driven()].breakaway;
-        SignRule { rest: self.rest, level, breakaway, drive: drive * largest, dt }
+        let [level, breakaway] = self.holding(&theta);
+        SignRule { rest: self.rest, level, breakaway, drive, dt }
+    }
+    /// Level of dry friction, or what holds without it, and torque at which the driven coordinate breaks away, N.m.
+    fn holding(&self, theta: &[f64]) -> [f64; 2] {
+        let driven = &self.plant.coordinates()[self.driven()];
+        let level = self.dry_level_of(theta);
+        if level > 0.0 { [level, level * driven.breakaway] } else { [driven.holds; 2] }
+    }
+    /// Largest torque at which the driven coordinate breaks away in a recording, N.m; 0: it never rests.
+    pub(super) fn breakaway(&self) -> f64 {
+        let all = (0..self.runs.len()).map(|k| self.holding(&self.parameters_in(k))[1]);
+        all.fold(0.0, f64::max)
     }
     /// Signs again from the speed of the readings.
     pub fn signs_from_readings(&mut self) {
@@ -230,17 +209,17 @@ impl InnovationsFrame {
 
     /// Steps and rows about the parameters in hand, where they are not those.
     pub fn linearise(&mut self) {
-        let point: Vec<f64> = self.theta.iter().chain(&self.feedback.0).copied().collect();
+        let feedback = self.feedback.with(&self.held);
+        let point: Vec<f64> = self.theta.iter().chain(&feedback.0).copied().collect();
         let driven = self.driven();
         let held = (0..self.coordinates()).map(|c| self.plant.held_with(driven, c)).collect();
         let modes = [vec![false; self.coordinates()], held];
         let states: Vec<usize> = self.intake.channels.iter().map(|c| c.state).collect();
         let rig = &self.intake.rig;
         let numbers = &self.theta[self.plant.parameters().len()..];
-        let factors: Vec<f64> = (0..states.len()).map(|c| rig.of_reading(numbers, c)).collect();
         for (k, r) in self.runs.iter_mut().enumerate() {
             let theta = &*rig.parameters_in(&self.theta, k);
-            let linear = LinearPoint { plant: &*self.plant, theta, feedback: &self.feedback };
+            let linear = LinearPoint { plant: &*self.plant, theta, feedback: &feedback };
             let old = Some(&r.linear).filter(|l| l.point == point);
             if old.is_some_and(|l| Rc::ptr_eq(&l.signs, &r.signs)) {
                 continue;
@@ -250,6 +229,7 @@ impl InnovationsFrame {
                 |l| l.steps.clone(),
             );
             let mut rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
+            let factors: Vec<f64> = (0..states.len()).map(|c| rig.of_reading(numbers, c, k)).collect();
             rows.scale(&factors, [linear.size(), modes[0].len()]);
             let signs = r.signs.clone();
             r.linear = Rc::new(Linearisation { point: point.clone(), signs, steps, rows });
@@ -341,10 +321,11 @@ impl InnovationsFrame {
                 sum.iter_mut().zip(f).for_each(|(s, f)| *s += f);
             }
         }
-        if !self.feedback.is_none() {
+        let feedback = self.feedback.with(&self.held);
+        if !feedback.is_none() {
             let states = self.plant.states();
             for (c, sum) in all.iter_mut().enumerate() {
-                let gains = &self.feedback.0[states * c..states * (c + 1)];
+                let gains = &feedback.0[states * c..states * (c + 1)];
                 let size = states + self.coordinates();
                 let force = |x: &[f64]| gains.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
                 let nodes: Vec<f64> = r.states.chunks(size).map(force).collect();
@@ -362,6 +343,7 @@ impl InnovationsFrame {
 
     /// Smooths all recordings at these intensities, with the forces of a hypothesis, one entry a recording, or none.
     pub fn smooth(&mut self, q: &[f64], own: Option<Vec<OwnForces>>) {
+        self.held = self.known_tangent();
         self.linearise();
         let nothing = |r: &NodeRecording| OwnForces::none(self.coordinates(), self.channels(), r.nodes);
         let own: Vec<OwnForces> = own.unwrap_or_else(|| self.runs.iter().map(nothing).collect());

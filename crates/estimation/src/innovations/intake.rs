@@ -204,7 +204,7 @@ impl NodeIntake {
 }
 
 /// Noise of a rate that is not declared: of an angle what no model resolves is its least error.
-fn by_readings(train: &[&Recording], channel: &str) -> f64 {
+pub(super) fn by_readings(train: &[&Recording], channel: &str) -> f64 {
     let all = train.iter().filter_map(|r| r.channel(channel)).flat_map(|c| second_differences(&c.values));
     by_differences(&all.collect::<Vec<_>>(), 6.0)
 }
@@ -262,7 +262,9 @@ fn recording(
     let mut inputs = Vec::new();
     for (k, force) in plant.input_forces().iter().enumerate() {
         let input = r.channel(force.name).filter(|c| !c.is_empty());
-        if let Some(unfit) = UnfitRecording::of_input(r, force.name, FEW).filter(|_| k == 0) {
+        if let Some(unfit) =
+            UnfitRecording::of_input(r, force.name, FEW).filter(|_| k == plant.required_input())
+        {
             return Err(unfit);
         }
         inputs.push(input.map(|c| RecordedInput::new(c, first, dt, nodes)));
@@ -318,6 +320,11 @@ impl RecordedInput {
         Self { time, values: c.believed(), hold: c.interpolation == Interpolation::Hold, dt, nodes }
     }
 
+    /// Of means over each step of `dt` s, held.
+    pub fn of_steps(values: Vec<f64>, dt: f64) -> Self {
+        let nodes = values.len();
+        Self { time: (0..nodes).map(|t| t as f64 * dt).collect(), values, hold: true, dt, nodes }
+    }
     /// With other values: times `factor`, less `taken`.
     pub fn corrected(&self, [factor, taken]: [f64; 2]) -> Self {
         let values = self.values.iter().map(|u| factor * u - taken).collect();

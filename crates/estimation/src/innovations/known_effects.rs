@@ -3,16 +3,17 @@
 //!
 //! ```text
 //! f_c = J_c (x_c''(with) - x_c''(without))      at the means of each step, friction of the sign that it has there
+//! z'  = g(x, u, z)                              states of the effects, along the same means
 //! ```
 
 use std::rc::Rc;
 use std::sync::Arc;
 
-use trueup_models::effect::{EffectSet, ParameterRole, PlacedEffect};
+use trueup_models::effect::{EffectSet, ParameterRole, PlacedEffect, SignalSpec};
 use trueup_models::joint::{input, parameter as joint};
 use trueup_models::plants::{self, PlantStructure, StructureError};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::At;
+use trueup_numerics::hybrid::{At, ModelSizes};
 use trueup_plant::{LANES, Lanes, Plant};
 use trueup_signals::Case;
 
@@ -46,6 +47,16 @@ impl KnownNumber {
     }
 }
 
+/// An input of the model that an effect has in addition to those of the joint.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct OwnInput {
+    name: &'static str,
+    /// Index among the model's inputs.
+    at: usize,
+    /// It is what drives: a servo's reference.
+    drives: bool,
+}
+
 /// Effects that a case declares.
 #[derive(Clone, Debug)]
 pub struct KnownEffects {
@@ -55,6 +66,10 @@ pub struct KnownEffects {
     nominal: Rc<[f64]>,
     /// What is refitted.
     pub numbers: Rc<[KnownNumber]>,
+    /// Inputs that they have, in the order in which they follow those of the joint.
+    inputs: Rc<[OwnInput]>,
+    /// Those that act in the actuator, where one of them is a servo, with the index of each of their numbers among all.
+    drive: Option<Rc<(Self, Vec<usize>)>>,
     /// Dry friction has a sign.
     dry: bool,
 }
@@ -68,13 +83,13 @@ pub struct UnfitEffect(pub String, pub &'static str);
 pub struct KnownPoint<'a> {
     /// Time since the first sample, s.
     pub time: f64,
-    /// Values of the model's parameters that are others than in the case, by index.
-    pub own: &'a [(usize, f64)],
-    /// The numbers in hand.
-    pub numbers: &'a [f64],
+    /// Parameters of the model in hand, those of [`KnownEffects::parameters`].
+    pub parameters: &'a [f64],
     /// Mean states of the joint over the step.
     pub state: &'a [f64],
-    /// Mean current and torque on the load.
+    /// States of the effects; empty: all 0.
+    pub inner: &'a [f64],
+    /// Mean current, torque on the load, and inputs that effects have.
     pub input: &'a [f64],
     /// Mean sign of the motor's dry friction.
     pub sign: f64,
@@ -82,14 +97,69 @@ pub struct KnownPoint<'a> {
     pub rigid: bool,
 }
 
+/// A direction in which known effects are differentiated.
+#[derive(Clone, Debug, Default)]
+pub struct KnownDirection {
+    /// A number, with its change.
+    pub number: Option<(usize, f64)>,
+    /// An input, in the order of [`KnownPoint::input`], with its change.
+    pub input: Option<(usize, f64)>,
+    /// A state of the joint, with its change.
+    pub state: Option<(usize, f64)>,
+    /// Changes of the states of the effects; empty: none.
+    pub inner: Vec<f64>,
+}
+
+/// What known effects do at a point, or its derivative.
+#[derive(Clone, Debug, Default)]
+pub struct KnownMotion {
+    /// Forces on motor and load, N.m on the motor's side; a rigid joint has all of them on its load.
+    pub forces: [f64; 2],
+    /// Rates of the states of the effects.
+    pub inner: Vec<f64>,
+}
+
+impl KnownMotion {
+    fn add(&mut self, share: f64, forces: [f64; 2], inner: impl Iterator<Item = f64>) {
+        self.forces.iter_mut().zip(forces).for_each(|(s, f)| *s += share * f);
+        self.inner.iter_mut().zip(inner).for_each(|(s, x)| *s += share * x);
+    }
+}
+
+/// Values of the model's variables in one direction of sliding.
+struct SlidingPoint<'a> {
+    share: f64,
+    x: &'a [f64],
+    u: &'a [f64],
+    modes: &'a [i32],
+}
+
 impl KnownEffects {
-    /// Of a case whose model is the joint; `None`: it declares none.
+    /// Of a case whose model is the joint; `None`: it declares none. `dry`: it has dry friction in some recording.
     ///
     /// # Errors
     /// The first that is no force along a trajectory.
-    pub fn of(case: &Case) -> Result<Option<Self>, UnfitEffect> {
+    pub fn of(case: &Case, dry: bool) -> Result<Option<Self>, UnfitEffect> {
         let ids: Vec<String> = case.known_effects().into_iter().map(str::to_owned).collect();
-        let Some(first) = ids.first().cloned() else { return Ok(None) };
+        if ids.is_empty() {
+            return Ok(None);
+        }
+        let mut all = Self::made(case, &ids, dry)?;
+        let effects = plants::effects(&*all.models[0][0]);
+        if effects.servo().is_some() {
+            let in_actuator =
+                |e: &&PlacedEffect| e.choice.component() == "actuator" && e.choice.place().is_none();
+            let drive: Vec<String> = effects.iter().filter(in_actuator).map(|e| e.choice.id()).collect();
+            let drive = Self::made(case, &drive, dry)?;
+            let place = |n: &KnownNumber| all.numbers.iter().position(|o| o.name == n.name);
+            let places = drive.numbers.iter().filter_map(place).collect();
+            all.drive = Some(Rc::new((drive, places)));
+        }
+        Ok(Some(all))
+    }
+
+    fn made(case: &Case, ids: &[String], dry: bool) -> Result<Self, UnfitEffect> {
+        let first = ids.first().cloned().unwrap_or_default();
         let build = |flexible: bool, effects: &[String]| -> Result<Arc<dyn Plant>, StructureError> {
             plants::build(&PlantStructure {
                 model: case.model.clone(),
@@ -100,11 +170,10 @@ impl KnownEffects {
                 payload: None,
             })
         };
-        let pair = |flexible| Ok([build(flexible, &ids)?, build(flexible, &[])?]);
+        let pair = |flexible| Ok([build(flexible, ids)?, build(flexible, &[])?]);
         let models = (|| Ok::<_, StructureError>([pair(true)?, pair(false)?]))();
         let models = models.map_err(|_| UnfitEffect(first, "the model of a joint cannot have it"))?;
         let value = |name: &str| case.number(name);
-        let dry = ["coulombFriction", "staticFriction"].iter().any(|n| value(n).is_some_and(|v| v > 0.0));
         let with = &*models[0][0];
         let effects = plants::effects(with);
         for e in effects.iter() {
@@ -118,79 +187,198 @@ impl KnownEffects {
         let numbers = (joint::COUNT..table.len())
             .filter_map(|k| number(effects, k, &table[k].name, nominal[k], case.doubt(&table[k].name)));
         let numbers = numbers.collect();
-        Ok(Some(Self { models: Rc::new(models), nominal: nominal.into(), numbers, dry }))
+        let inputs = effects.iter().flat_map(|e| {
+            let of = |(k, s): (usize, &SignalSpec)| OwnInput {
+                name: s.name,
+                at: e.begin.inputs + k,
+                drives: e.spec().servo,
+            };
+            e.spec().inputs.iter().enumerate().map(of)
+        });
+        let inputs = inputs.collect();
+        Ok(Self { models: Rc::new(models), nominal: nominal.into(), numbers, inputs, drive: None, dry })
     }
 
     /// Whether an effect is among them.
     pub fn has(&self, id: &str) -> bool {
         plants::effects(&*self.models[0][0]).iter().any(|e| e.spec().id == id)
     }
+    /// Whether their force depends on the states as much as that of a spring does: a servo's loop, what is in the transmission.
+    pub fn hold(&self) -> bool {
+        let effects = plants::effects(&*self.models[0][0]);
+        effects.servo().is_some() || effects.iter().any(|e| e.choice.component() == "transmission")
+    }
+    /// Inputs that they have in addition to those of the joint, each with whether it is what drives.
+    pub fn inputs(&self) -> impl Iterator<Item = (&'static str, bool)> {
+        self.inputs.iter().map(|i| (i.name, i.drives))
+    }
+    /// Those in the actuator with the numbers in hand, where one of them is a servo: what drives is their force.
+    pub fn drive(&self, numbers: &[f64]) -> Option<(&Self, Vec<f64>)> {
+        let (drive, places) = self.drive.as_deref()?;
+        Some((drive, places.iter().map(|k| numbers[*k]).collect()))
+    }
+    /// Index of a parameter among the model's.
+    pub fn parameter(&self, name: &str) -> Option<usize> {
+        self.models[0][0].table().parameter(name).filter(|k| *k >= joint::COUNT)
+    }
+    /// Index of a number's parameter among the model's.
+    pub fn parameter_of(&self, number: usize) -> usize {
+        self.numbers[number].parameter
+    }
 
-    /// Forces on motor and load, N.m on the motor's side; a rigid joint has all of them on its load.
-    pub fn forces(&self, at: &KnownPoint<'_>) -> [f64; 2] {
-        let p = self.parameters(at);
-        let [with, bare] = &self.models[usize::from(at.rigid)];
-        let rates = |plant: &dyn Plant, p: &[f64], x: &[f64], u: &[f64], modes: &[i32]| {
-            let mut dx = vec![0.0; x.len()];
-            plant.rates(At { t: at.time, x, u, p, modes }, &[], &mut dx);
-            dx
+    fn base(&self, rigid: bool) -> ModelSizes {
+        self.models[usize::from(rigid)][1].sizes()
+    }
+    /// States of the effects when a recording begins, without a drive.
+    pub fn start(&self, at: &KnownPoint<'_>) -> Vec<f64> {
+        let with = &self.models[usize::from(at.rigid)][0];
+        let mut x = vec![0.0; with.sizes().states];
+        with.start(at.parameters, &mut x);
+        x.split_off(self.base(at.rigid).states)
+    }
+    /// States of a servo, which forget nothing: force of each per unit at these numbers, with its index among those of the effects.
+    pub fn kept_states(&self, at: &KnownPoint<'_>) -> Vec<(usize, f64)> {
+        let plant = &*self.models[usize::from(at.rigid)][0];
+        let Some(servo) = plants::effects(plant).servo() else { return Vec::new() };
+        let (first, all) = (self.base(at.rigid).states, plant.sizes().states);
+        let states = servo.begin.states..servo.begin.states + servo.spec().states.len();
+        let unit = |k: usize| {
+            let inner = (first..all).map(|j| f64::from(u8::from(j == k))).collect();
+            let (_, slopes) = self.motion(at, &[KnownDirection { inner, ..KnownDirection::default() }]);
+            slopes.first().map(|s| (k - first, s.forces[0] + s.forces[1]))
         };
-        let mut sum = [0.0; 2];
-        self.each_direction(at, &p, |share, x, u, modes| {
-            let a = rates(&**with, &p, x, u, modes);
-            let b = rates(&**bare, &p[..joint::COUNT], x, u, &modes[..1]);
-            for (s, f) in sum.iter_mut().zip(on_coordinates(&p, at.rigid, |k| a[k] - b[k])) {
-                *s += share * f;
+        states.filter_map(unit).filter(|(_, force)| *force != 0.0).collect()
+    }
+
+    /// Whether their forces depend on states of their own: those of a servo without an integral do not.
+    pub fn have_memory(&self, at: &KnownPoint<'_>) -> bool {
+        let effects = plants::effects(&*self.models[usize::from(at.rigid)][0]);
+        let others = effects.iter().any(|e| !e.spec().servo && !e.spec().states.is_empty());
+        others || !self.kept_states(at).is_empty()
+    }
+
+    /// Forces and rates at a point, and their derivatives.
+    pub fn motion(
+        &self,
+        at: &KnownPoint<'_>,
+        directions: &[KnownDirection],
+    ) -> (KnownMotion, Vec<KnownMotion>) {
+        let p = at.parameters;
+        let [with, bare] = &self.models[usize::from(at.rigid)];
+        let base = bare.sizes();
+        let inner = with.sizes().states - base.states;
+        let nothing = || KnownMotion { inner: vec![0.0; inner], ..KnownMotion::default() };
+        let (mut sum, mut slopes) = (nothing(), vec![nothing(); directions.len()]);
+        self.each_direction(at, |s: &SlidingPoint<'_>| {
+            let (mut a, mut b) = (vec![0.0; s.x.len()], vec![0.0; base.states]);
+            with.rates(At { t: at.time, x: s.x, u: s.u, p, modes: s.modes }, &[], &mut a);
+            let (x, u) = (&s.x[..base.states], &s.u[..base.inputs]);
+            bare.rates(At { t: at.time, x, u, p: &p[..joint::COUNT], modes: &s.modes[..1] }, &[], &mut b);
+            let forces = on_coordinates(p, at.rigid, |k| a[k] - b[k]);
+            sum.add(s.share, forces, a[base.states..].iter().copied());
+            for (directions, slopes) in directions.chunks(LANES).zip(slopes.chunks_mut(LANES)) {
+                self.add_slopes(at, s, directions, slopes);
             }
+        });
+        (sum, slopes)
+    }
+
+    /// Adds derivatives in up to [`LANES`] directions.
+    fn add_slopes(
+        &self,
+        at: &KnownPoint<'_>,
+        s: &SlidingPoint<'_>,
+        directions: &[KnownDirection],
+        slopes: &mut [KnownMotion],
+    ) {
+        let [with, bare] = &self.models[usize::from(at.rigid)];
+        let (base, p) = (bare.sizes(), at.parameters);
+        let constant = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
+        let (mut x, mut u, mut lanes) = (constant(s.x), constant(s.u), constant(p));
+        let mut of_bare = false;
+        for (k, d) in directions.iter().enumerate() {
+            if let Some((number, by)) = d.number {
+                let n = &self.numbers[number];
+                lanes[n.parameter].eps[k] = n.slope() * by;
+            }
+            if let Some((input, by)) = d.input
+                && let Some(i) = self.input(input)
+            {
+                u[i].eps[k] = by;
+                of_bare |= i < base.inputs;
+            }
+            if let Some((state, by)) = d.state {
+                let own = model_state(state, p[joint::GEAR_RATIO]);
+                own.iter().filter(|(i, _)| *i < base.states).for_each(|(i, slope)| x[*i].eps[k] = slope * by);
+                of_bare = true;
+            }
+            x[base.states..].iter_mut().zip(&d.inner).for_each(|(x, by)| x.eps[k] = *by);
+        }
+        let t = Lanes::constant(at.time);
+        let mut a = vec![Lanes::constant(0.0); x.len()];
+        with.rates_lanes(At { t, x: &x, u: &u, p: &lanes, modes: s.modes }, &[], &mut a);
+        let mut b = vec![Lanes::constant(0.0); base.states];
+        if of_bare {
+            let (x, u, p) = (&x[..base.states], &u[..base.inputs], &lanes[..joint::COUNT]);
+            bare.rates_lanes(At { t, x, u, p, modes: &s.modes[..1] }, &[], &mut b);
+        }
+        for (k, sum) in slopes.iter_mut().enumerate() {
+            let forces = on_coordinates(p, at.rigid, |i| a[i].eps[k] - b[i].eps[k]);
+            sum.add(s.share, forces, a[base.states..].iter().map(|x| x.eps[k]));
+        }
+    }
+
+    /// The model without any.
+    pub(super) fn none(case: &Case, dry: bool) -> Option<Self> {
+        Self::made(case, &[], dry).ok()
+    }
+    /// Index of an output of the model.
+    pub(super) fn output(&self, name: &str) -> Option<usize> {
+        self.models[0][0].table().outputs.iter().position(|q| q.name == name)
+    }
+    /// Outputs of the model with them.
+    pub(super) fn outputs(&self, at: &KnownPoint<'_>) -> Vec<f64> {
+        let with = &self.models[usize::from(at.rigid)][0];
+        let mut sum = vec![0.0; with.sizes().outputs];
+        self.each_direction(at, |s: &SlidingPoint<'_>| {
+            let (mut y, share) = (vec![0.0; sum.len()], s.share);
+            with.outputs(At { t: at.time, x: s.x, u: s.u, p: at.parameters, modes: s.modes }, &mut y);
+            sum.iter_mut().zip(y).for_each(|(s, y)| *s += share * y);
         });
         sum
     }
 
-    /// Derivatives of [`forces`](Self::forces) with respect to each number.
-    pub fn slopes(&self, at: &KnownPoint<'_>) -> Vec<[f64; 2]> {
-        let p = self.parameters(at);
-        let with = &self.models[usize::from(at.rigid)][0];
-        let mut all = vec![[0.0; 2]; self.numbers.len()];
-        for (numbers, slopes) in self.numbers.chunks(LANES).zip(all.chunks_mut(LANES)) {
-            let mut lanes: Vec<Lanes> = p.iter().map(|v| Lanes::constant(*v)).collect();
-            for (k, n) in numbers.iter().enumerate() {
-                lanes[n.parameter].eps[k] = n.slope();
-            }
-            self.each_direction(at, &p, |share, x, u, modes| {
-                let constant = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
-                let (x, u) = (constant(x), constant(u));
-                let mut dx = vec![Lanes::constant(0.0); x.len()];
-                let t = Lanes::constant(at.time);
-                with.rates_lanes(At { t, x: &x, u: &u, p: &lanes, modes }, &[], &mut dx);
-                for (k, s) in slopes.iter_mut().enumerate() {
-                    let of = on_coordinates(&p, at.rigid, |state| dx[state].eps[k]);
-                    s.iter_mut().zip(of).for_each(|(s, f)| *s += share * f);
-                }
-            });
-        }
-        all
+    /// Index of an input of the plant among the model's.
+    fn input(&self, input: usize) -> Option<usize> {
+        let own = || self.inputs.get(input - MODEL_INPUTS.len()).map(|i| i.at);
+        MODEL_INPUTS.get(input).copied().or_else(own)
     }
 
-    /// Parameters of the model in hand.
-    fn parameters(&self, at: &KnownPoint<'_>) -> Vec<f64> {
+    /// Parameters of the model with these numbers; `own`: values that are others, by index.
+    pub fn parameters(&self, numbers: &[f64], own: &[(usize, f64)]) -> Vec<f64> {
         let mut p = self.nominal.to_vec();
-        at.own.iter().for_each(|(k, value)| p[*k] = *value);
-        for (n, x) in self.numbers.iter().zip(at.numbers) {
+        for (n, x) in self.numbers.iter().zip(numbers) {
             p[n.parameter] = n.value(*x);
         }
+        own.iter().for_each(|(k, value)| p[*k] = *value);
         p
     }
 
     /// In each direction that the motor slides in during a step, with the share of the step; at rest both count alike.
-    fn each_direction(&self, at: &KnownPoint<'_>, p: &[f64], mut f: impl FnMut(f64, &[f64], &[f64], &[i32])) {
+    fn each_direction(&self, at: &KnownPoint<'_>, mut f: impl FnMut(&SlidingPoint<'_>)) {
         let plant = &*self.models[usize::from(at.rigid)][0];
-        let sizes = plant.sizes();
+        let (sizes, p) = (plant.sizes(), at.parameters);
         let (s, n) = (at.state, p[joint::GEAR_RATIO]);
         let mut x = vec![s[0], s[1], s[0] - s[2], s[3] / n];
-        x.truncate(sizes.states);
+        x.truncate(self.base(at.rigid).states);
+        x.extend(at.inner);
+        x.resize(sizes.states, 0.0);
         let mut u = vec![0.0; sizes.inputs];
-        u[input::MOTOR_CURRENT] = at.input[0];
-        u[input::EXTERNAL_TORQUE] = at.input[1];
+        for (k, value) in at.input.iter().enumerate() {
+            if let Some(i) = self.input(k) {
+                u[i] = *value;
+            }
+        }
         let mut modes = vec![0; sizes.modes];
         if modes.len() > 1 {
             let before = modes.clone();
@@ -198,15 +386,29 @@ impl KnownEffects {
         }
         if !self.dry {
             modes[0] = trueup_models::friction::SMOOTH;
-            return f(1.0, &x, &u, &modes);
+            return f(&SlidingPoint { share: 1.0, x: &x, u: &u, modes: &modes });
         }
         for direction in [1, -1] {
             let share = 0.5 * (1.0 + f64::from(direction) * at.sign);
             if share > 0.0 {
                 modes[0] = direction;
-                f(share, &x, &u, &modes);
+                f(&SlidingPoint { share, x: &x, u: &u, modes: &modes });
             }
         }
+    }
+}
+
+/// Inputs of the joint among the model's, in the order of the plant's.
+const MODEL_INPUTS: [usize; 2] = [input::MOTOR_CURRENT, input::EXTERNAL_TORQUE];
+
+/// Slopes of the model's states by a state of the joint.
+fn model_state(state: usize, gear_ratio: f64) -> Vec<(usize, f64)> {
+    match state {
+        0 => vec![(0, 1.0), (2, 1.0)],
+        1 => vec![(1, 1.0)],
+        2 => vec![(2, -1.0)],
+        3 => vec![(3, 1.0 / gear_ratio)],
+        _ => Vec::new(),
     }
 }
 
@@ -220,10 +422,11 @@ fn on_coordinates(p: &[f64], rigid: bool, rate: impl Fn(usize) -> f64) -> [f64; 
 fn no_force(e: &PlacedEffect, dry: bool) -> Option<&'static str> {
     let component = e.choice.component();
     match component {
-        _ if e.spec().servo => Some("its drive is a reference, no current"),
-        _ if !e.spec().states.is_empty() => Some("it has states of its own"),
         _ if component.starts_with("sensor") => Some("it changes readings"),
-        "transmission" => Some("it changes the spring"),
+        "load" | "motor-friction" | "transmission" if !e.spec().states.is_empty() => {
+            Some("it has states that the trajectory does not show")
+        }
+        "transmission" if e.spec().modes > 0 => Some("it opens and closes"),
         "motor-friction" if !dry => Some("the model has no dry friction without it"),
         _ => None,
     }

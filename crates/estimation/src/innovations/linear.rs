@@ -24,6 +24,14 @@ impl Feedback {
     pub fn is_none(&self) -> bool {
         self.0.iter().all(|g| *g == 0.0)
     }
+    /// The sum of both.
+    pub fn with(&self, other: &Self) -> Self {
+        if other.0.is_empty() {
+            return self.clone();
+        }
+        let own = self.0.iter().copied().chain(std::iter::repeat(0.0));
+        Self(other.0.iter().zip(own).map(|(a, b)| a + b).collect())
+    }
 }
 
 /// What the plant with its latents is about a point.

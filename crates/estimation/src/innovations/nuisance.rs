@@ -6,6 +6,7 @@
 use super::column::{ColumnPart, FilterColumn};
 use super::evidence::AmplitudePriors;
 use super::frame::InnovationsFrame;
+use super::known_along::KnownSeed;
 use super::numeric::gradient;
 use super::plant::StepMeans;
 use super::rig::{AddedNumber, AddedTerm, RigNumber};
@@ -72,7 +73,7 @@ impl InnovationsFrame {
                 (0..forces).for_each(|c| s[c][t] = all[forces * k + c]);
             }
         }
-        self.add_effect_columns(recording, &mut series);
+        self.add_effect_columns(recording, &inputs, &mut series);
         let part = |s: Vec<Vec<f64>>| {
             let mut part = ColumnPart::default();
             for (c, values) in s.into_iter().enumerate() {
@@ -83,7 +84,11 @@ impl InnovationsFrame {
         let mut parts: Vec<ColumnPart> = series.into_iter().map(part).collect();
         for (p, k) in parts.iter_mut().zip(&self.unknown).filter(|(_, k)| **k >= parameters) {
             if let Some(of_rig) = self.rig_part(*k - parameters, recording, &inputs, &gear) {
-                *p = of_rig;
+                if self.plant.known_effects().is_none() {
+                    p.forces.clear();
+                }
+                p.forces.extend(of_rig.forces);
+                p.readings.extend(of_rig.readings);
             }
         }
         parts
@@ -98,7 +103,7 @@ impl InnovationsFrame {
         let shown = |t: usize| row(t).iter().zip(state(t)).map(|(h, x)| h * x).sum::<f64>();
         let c = &self.intake.channels[channel];
         let coordinate = &self.plant.coordinates()[self.plant.readings()[c.reading].coordinate];
-        let factor = self.intake.rig.of_reading(self.rig_numbers(), channel);
+        let factor = self.intake.rig.of_reading(self.rig_numbers(), channel, recording);
         let read: Vec<f64> = (0..r.nodes).map(shown).collect();
         let rate = if c.angle {
             r.state(coordinate.velocity).iter().map(|v| factor * v).collect()
@@ -111,6 +116,9 @@ impl InnovationsFrame {
     /// What adds to the readings of a recording, where its number is 1.
     fn added_part(&self, term: &AddedTerm, recording: usize) -> ColumnPart {
         let r = &self.runs[recording];
+        if term.only.as_ref().is_some_and(|only| !only.contains(&recording)) {
+            return ColumnPart::default();
+        }
         // (EST-19)
         match term.of {
             AddedNumber::ReadingOffset { channel, recording: own } if own == recording => {
@@ -126,29 +134,89 @@ impl InnovationsFrame {
                     return ColumnPart::default();
                 };
                 let force = &self.plant.input_forces()[k];
-                let [factor, _] = self.intake.rig.of_input(self.rig_numbers(), k);
-                let unit = term.size * factor * force.per_unit(&self.parameters_in(recording)) / r.dt;
+                let [factor, _] = self.intake.rig.of_input(self.rig_numbers(), k, recording);
+                let unit = term.size * factor / r.dt;
                 // It acted before the record has it: at its half a step later less that half a step before.
                 let [later, before] = [-0.5, 0.5].map(|x| input.delayed(x * r.dt));
-                let rise = later.iter().zip(&before).map(|(a, b)| unit * (a - b));
-                ColumnPart::force(force.coordinate, rise.collect())
+                let rise: Vec<f64> = later.iter().zip(&before).map(|(a, b)| unit * (a - b)).collect();
+                let mut part = self.known_part(recording, KnownSeed::Input(k, &rise), 1.0);
+                let per_unit = force.per_unit(&self.parameters_in(recording));
+                let direct = rise.iter().map(|x| per_unit * x).collect();
+                part.forces.extend(ColumnPart::force(force.coordinate, direct).forces);
+                part
+            }
+            AddedNumber::ServoState { state, recording: own } if own == recording => {
+                self.known_part(recording, KnownSeed::Start(state), term.size)
+            }
+            AddedNumber::ServoState { .. } => ColumnPart::default(),
+        }
+    }
+
+    /// Forces of known effects in the direction of a seed, times a size.
+    fn known_part(&self, recording: usize, seed: KnownSeed<'_>, size: f64) -> ColumnPart {
+        let mut part = ColumnPart::default();
+        let slopes = self.known_slopes(recording, &[seed]);
+        for (c, mut values) in slopes.into_iter().flatten().enumerate() {
+            values.iter_mut().for_each(|x| *x *= size);
+            part.forces.extend(ColumnPart::force(c, values).forces);
+        }
+        part
+    }
+
+    /// What known effects make of relative changes of their numbers and of what the rig has of inputs.
+    fn add_effect_columns(&self, recording: usize, inputs: &[Vec<f64>], series: &mut [Vec<Vec<f64>>]) {
+        let (numbers, parameters) = (self.rig_numbers(), self.plant.parameters().len());
+        if self.plant.known_effects().is_none() {
+            return;
+        }
+        let terms = self.unknown.iter().map(|k| k.checked_sub(parameters));
+        let changes: Vec<Option<(usize, Vec<f64>)>> =
+            terms.clone().map(|t| self.input_change(t?, recording, inputs)).collect();
+        let mut places = Vec::new();
+        let mut seeds = Vec::new();
+        for (at, (term, change)) in terms.zip(&changes).enumerate() {
+            let Some(term) = term else { continue };
+            match (self.intake.rig.terms[term].of, change) {
+                (RigNumber::Effect(number), _) => {
+                    places.push((at, numbers[term]));
+                    seeds.push(KnownSeed::Number(number));
+                }
+                (_, Some((input, by))) => {
+                    places.push((at, 1.0));
+                    seeds.push(KnownSeed::Input(*input, by));
+                }
+                _ => {}
+            }
+        }
+        // (EST-18)
+        for ((at, factor), slopes) in places.into_iter().zip(self.known_slopes(recording, &seeds)) {
+            for (sum, slope) in series[at].iter_mut().zip(slopes) {
+                sum.iter_mut().zip(slope).for_each(|(s, x)| *s += factor * x);
             }
         }
     }
 
-    /// Forces of relative changes of the numbers of known effects.
-    fn add_effect_columns(&self, recording: usize, series: &mut [Vec<Vec<f64>>]) {
-        let numbers = self.rig_numbers();
-        let parameters = self.plant.parameters().len();
-        let of = |k: usize| k.checked_sub(parameters).map(|term| (term, self.intake.rig.terms[term].of));
-        // (EST-18)
-        self.along_known(recording, |t, effects, at| {
-            let slopes = effects.slopes(at);
-            for (s, k) in series.iter_mut().zip(&self.unknown) {
-                let Some((term, RigNumber::Effect(number))) = of(*k) else { continue };
-                s.iter_mut().zip(slopes[number]).for_each(|(s, slope)| s[t] = numbers[term] * slope);
+    /// How an input changes over the steps with a relative change of a number of the rig, and which; `inputs`: means as in hand.
+    fn input_change(&self, term: usize, recording: usize, inputs: &[Vec<f64>]) -> Option<(usize, Vec<f64>)> {
+        let (rig, numbers) = (&self.intake.rig, self.rig_numbers());
+        let (t, number) = (&rig.terms[term], numbers[term]);
+        if !t.is_in(recording) {
+            return None;
+        }
+        match t.of {
+            RigNumber::InputGain(k) => {
+                let [_, taken] = rig.of_input(numbers, k, recording);
+                Some((k, inputs[k].iter().map(|u| u + taken).collect()))
             }
-        });
+            RigNumber::InputOffset(k) => {
+                let all = numbers.iter().zip(&rig.terms).map(|(n, t)| match t.of {
+                    RigNumber::GearRatio if rig.is_geared(k) => 1.0 / n,
+                    _ => 1.0,
+                });
+                Some((k, vec![-t.unit * number * all.product::<f64>(); inputs[k].len()]))
+            }
+            RigNumber::ReadingGain(_) | RigNumber::GearRatio | RigNumber::Effect(_) => None,
+        }
     }
 
     /// A relative change of a number of the rig in a recording, `None` of a known effect; `inputs`: means as in hand, `gear`: forces on
@@ -160,8 +228,7 @@ impl InnovationsFrame {
         inputs: &[Vec<f64>],
         gear: &[Vec<f64>],
     ) -> Option<ColumnPart> {
-        let (rig, numbers) = (&self.intake.rig, self.rig_numbers());
-        let (t, number) = (&rig.terms[term], numbers[term]);
+        let rig = &self.intake.rig;
         let theta = self.parameters_in(recording);
         let of_input = |k: usize, u: &dyn Fn(f64) -> f64| {
             let force = &self.plant.input_forces()[k];
@@ -169,19 +236,14 @@ impl InnovationsFrame {
             ColumnPart::force(force.coordinate, inputs[k].iter().map(|x| per_unit * u(*x)).collect())
         };
         // (EST-16)
-        Some(match t.of {
-            RigNumber::InputGain(k) => {
-                let [_, taken] = rig.of_input(numbers, k);
-                of_input(k, &|u| u + taken)
+        Some(match rig.terms[term].of {
+            RigNumber::InputGain(_) | RigNumber::InputOffset(_) => {
+                let (k, change) = self.input_change(term, recording, inputs)?;
+                let force = &self.plant.input_forces()[k];
+                let per_unit = force.per_unit(&theta);
+                ColumnPart::force(force.coordinate, change.iter().map(|x| per_unit * x).collect())
             }
-            RigNumber::InputOffset(k) => {
-                let all = numbers.iter().zip(&rig.terms).map(|(n, t)| match t.of {
-                    RigNumber::GearRatio if rig.is_geared(k) => 1.0 / n,
-                    _ => 1.0,
-                });
-                let unit = -t.unit * number * all.product::<f64>();
-                of_input(k, &|_| unit)
-            }
+            RigNumber::ReadingGain(_) if !rig.terms[term].is_in(recording) => return None,
             RigNumber::ReadingGain(c) => ColumnPart::reading(c, self.shown(recording, c)[0].clone()),
             RigNumber::GearRatio => {
                 let mut part = ColumnPart::default();

@@ -28,6 +28,8 @@ pub struct ForcedCoordinate {
     pub dry: Option<usize>,
     /// Torque at which it breaks away, in levels of its dry friction; 1 at least.
     pub breakaway: f64,
+    /// The same where that level is 0, N.m; 0: it never rests.
+    pub holds: f64,
 }
 
 /// A gear of which a plant's states are all on one side.
@@ -126,6 +128,14 @@ pub trait ForcedPlant {
     fn parameters(&self) -> &[BelievedParameter];
     /// Inputs by channel name, each with the parameter that scales it, the constant factor, and the coordinate on which it acts.
     fn input_forces(&self) -> &[InputForce];
+    /// Whether a channel is a reading or an input.
+    fn has_channel(&self, name: &str) -> bool {
+        self.readings().iter().any(|r| r.name == name) || self.input_forces().iter().any(|i| i.name == name)
+    }
+    /// The input that drives, without which nothing is known of a recording, by index.
+    fn required_input(&self) -> usize {
+        0
+    }
     /// Its gear; `None`: it has none.
     fn gear(&self) -> Option<GearTrain> {
         None

@@ -78,7 +78,7 @@ impl InnovationsFrame {
 
     /// All of it; `quick`: rest speed, white force and scale stay.
     pub fn settle(&mut self, quick: bool) {
-        let speeds = if self.dry_level() > 0.0 && !quick {
+        let speeds = if self.breakaway() > 0.0 && !quick {
             REST.map(|x| x * self.usual_speed).to_vec()
         } else {
             vec![self.rest]
@@ -125,7 +125,7 @@ impl InnovationsFrame {
         type Field = fn(&mut InnovationsFrame) -> &mut f64;
         let fields: [(Field, [f64; 4]); 3] =
             [(|f| &mut f.creep, CREEP), (|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
-        let bounded = self.dry_level() > 0.0 && self.least_rest >= REST[REST.len() - 1] * self.usual_speed;
+        let bounded = self.breakaway() > 0.0 && self.least_rest >= REST[REST.len() - 1] * self.usual_speed;
         for (value, grid) in fields.into_iter().skip(usize::from(!bounded)) {
             let quieter: Vec<f64> = self.q.iter().map(|q| (0.3 * q).max(INTENSITY[0])).collect();
             let tried = [self.q.clone(), quieter];
@@ -148,7 +148,7 @@ impl InnovationsFrame {
     /// Events that are misplaced: the force there is not known, where evidence likes that.
     fn settle_events(&mut self) {
         for _ in 0..2 {
-            if self.dry_level() <= 0.0 {
+            if self.breakaway() <= 0.0 {
                 return;
             }
             let (packed, priors) = self.packed(&[]);
@@ -183,7 +183,7 @@ impl InnovationsFrame {
     /// The largest torque held at rest; where evidence likes it, it is also the impulse of a release.
     fn settle_release(&mut self) {
         self.release = 1.0;
-        let level = self.dry_level() * self.plant.coordinates()[self.driven()].breakaway;
+        let level = self.breakaway();
         if level <= 0.0 || self.plant.elements().is_empty() {
             return;
         }
@@ -228,10 +228,9 @@ impl InnovationsFrame {
     fn held_torque(&self, recording: usize) -> Vec<f64> {
         let r = &self.runs[recording];
         let size = self.plant.states() + self.coordinates();
-        let means = self.input_means(recording, 0);
+        let drive = self.drive_torque(recording);
         let Some(force) = self.plant.input_forces().first() else { return vec![0.0; r.nodes] };
         let theta = self.parameters_in(recording);
-        let gain = force.per_unit(&theta);
         let torque = |t: usize| {
             let x = &r.states[size * t..size * (t + 1)];
             let along = |row: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
@@ -239,7 +238,7 @@ impl InnovationsFrame {
                 let (k, d) = (theta[e.stiffness], theta[e.damping]);
                 e.weights[force.coordinate] * (k * along(&e.deflection) + d * along(&e.rate))
             });
-            (gain * means[t] + elastic.sum::<f64>()).abs()
+            (drive[t] + elastic.sum::<f64>()).abs()
         };
         (0..r.nodes).map(torque).collect()
     }

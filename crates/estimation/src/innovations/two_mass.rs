@@ -47,6 +47,9 @@ const KNOWN: f64 = 0.01;
 /// Usual torque of a joint without dry friction, in root mean squares of the drive torque.
 const USUAL: f64 = 0.3;
 
+/// Inputs before those of known effects.
+const OWN_INPUTS: usize = 2;
+
 /// A share of the load's inertia on a spring of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadTip {
@@ -71,6 +74,10 @@ pub struct TwoMassPlant {
     ratio_deviation: Option<f64>,
     /// Static friction over Coulomb friction, 1 at least.
     breakaway: f64,
+    /// Static friction without Coulomb friction, N.m.
+    holds: f64,
+    /// A recording has dry friction of its own.
+    dry_somewhere: bool,
     known: Option<KnownEffects>,
     parameters: Vec<BelievedParameter>,
     coordinates: Vec<ForcedCoordinate>,
@@ -116,13 +123,15 @@ impl TwoMassPlant {
         let usual =
             if friction > 0.0 { friction } else { USUAL * parameters[p::TORQUE_CONSTANT].value * rms };
         let n = value(joint::GEAR_RATIO);
-        let sticks = case.number("staticFriction").filter(|_| friction > 0.0).unwrap_or(friction);
+        let sticks = case.number("staticFriction").unwrap_or(friction);
         let mut plant = Self {
             rigid,
             gear_ratio: n,
             tip: None,
             ratio_deviation: case.doubt("gearRatio"),
-            breakaway: if sticks > friction { sticks / friction } else { 1.0 },
+            breakaway: if sticks > friction && friction > 0.0 { sticks / friction } else { 1.0 },
+            holds: if friction > 0.0 { 0.0 } else { sticks },
+            dry_somewhere: false,
             known: None,
             parameters,
             coordinates: Vec::new(),
@@ -178,9 +187,24 @@ impl TwoMassPlant {
         plant
     }
 
-    /// The same with effects that the case declares.
+    /// The same with effects that the case declares, and their inputs.
     pub fn with_known(self, known: Option<KnownEffects>) -> Self {
-        Self { known, ..self }
+        let own = known.iter().flat_map(KnownEffects::inputs);
+        let own = own.map(|(name, _)| InputForce { name, gain: None, factor: 0.0, coordinate: MOTOR });
+        let inputs = self.inputs.iter().cloned().chain(own).collect();
+        Self { known, inputs, ..self }
+    }
+    /// The same with dry friction in some recordings.
+    pub fn with_dry_recordings(self) -> Self {
+        let mut plant = Self { dry_somewhere: true, ..self };
+        plant.arrange();
+        plant
+    }
+    /// The same, driven by torques of this root mean square, N.m, which size a joint without dry friction.
+    pub fn driven_by(self, torque: f64) -> Self {
+        let usual =
+            if self.parameters[p::COULOMB_FRICTION].value > 0.0 { self.usual } else { USUAL * torque };
+        Self { usual, ..self }
     }
     /// The same with a tip on the load.
     pub fn with_tip(&self, tip: LoadTip) -> Self {
@@ -204,7 +228,8 @@ impl TwoMassPlant {
             damping: p::DAMPING,
         };
         self.elements = if self.rigid { Vec::new() } else { vec![spring] };
-        let dry = (self.parameters[p::COULOMB_FRICTION].value > 0.0).then_some(p::COULOMB_FRICTION);
+        let dry = self.dry_somewhere || self.parameters[p::COULOMB_FRICTION].value > 0.0;
+        let dry = dry.then_some(p::COULOMB_FRICTION);
         let motor = ForcedCoordinate {
             name: "actuator",
             kind: FilterCoordinateKind::Motor,
@@ -212,6 +237,7 @@ impl TwoMassPlant {
             velocity: 1,
             dry,
             breakaway: self.breakaway,
+            holds: self.holds,
         };
         let load = ForcedCoordinate {
             name: "load",
@@ -220,6 +246,7 @@ impl TwoMassPlant {
             velocity: 3,
             dry: None,
             breakaway: 1.0,
+            holds: 0.0,
         };
         self.coordinates = vec![motor, load];
     }
@@ -285,6 +312,10 @@ impl ForcedPlant for TwoMassPlant {
     }
     fn input_forces(&self) -> &[InputForce] {
         &self.inputs
+    }
+    fn required_input(&self) -> usize {
+        let servo = self.known.as_ref().and_then(|k| k.inputs().position(|i| i.1));
+        servo.map_or(0, |k| OWN_INPUTS + k)
     }
     fn gear(&self) -> Option<GearTrain> {
         Some(GearTrain {

@@ -37,12 +37,22 @@ pub enum CaseSearchError {
     /// Its plant.
     #[error(transparent)]
     Plant(#[from] CasePlantError),
+    /// What was found cannot be put into the model.
+    #[error("{0}")]
+    Made(String),
     /// Nothing to compare with the model alone.
     #[error("{file}: no hypothesis of the innovations engine could be compared")]
     Nothing {
         /// The case.
         file: String,
     },
+}
+
+impl CaseSearchError {
+    /// Whether causes cannot be compared by these recordings, whatever compares them: what drives or what moves is not known.
+    pub fn is_final(&self) -> bool {
+        matches!(self, Self::Joint(JointSearchError::Nodes(_) | JointSearchError::Parameter { .. }))
+    }
 }
 
 /// An effect at one place where its fit ended.
@@ -78,7 +88,7 @@ pub struct FoundEffect {
     pub power: f64,
     /// The plant's parameters, behind them gains, offsets that are common and delays.
     pub theta: Vec<f64>,
-    /// Offsets of readings: names, recordings, values.
+    /// Offsets of readings, and gains and offsets that only some recordings have: names, recordings, values.
     pub offsets: Vec<(String, usize, f64)>,
     /// Places at which it acts.
     pub causes: Vec<FoundCause>,
@@ -123,17 +133,20 @@ fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
     let (null, sizes) = (&found.null, &found.null.sizes);
     let own = null.names.len();
     let of_rig = |theta: &[f64], zeros: &[f64]| -> (Vec<String>, Vec<f64>) {
-        null.rig.reported(&theta[own..], zeros).into_iter().unzip()
+        let unread = null.unread.values.iter().cloned();
+        null.rig.reported(&theta[own..], zeros).into_iter().chain(unread).unzip()
     };
     let values = |theta: &[f64], zeros: &[f64]| [&theta[..own], &of_rig(theta, zeros).1].concat();
-    let offsets = |zeros: &[f64]| null.rig.reported_offsets(zeros);
+    let offsets = |theta: &[f64], zeros: &[f64]| {
+        [null.rig.reported_of_single(&theta[own..], zeros), null.unread.offsets.clone()].concat()
+    };
     let key = |(id, place): (&'static str, &'static str)| -> ReportedEffect { (id, place.to_owned()) };
     let effect = |h: &FittedEffect| FoundEffect {
         key: key(h.key()),
         evidence: h.evidence,
         power: h.power(),
         theta: values(&h.fit.theta, &h.fit.zeros),
-        offsets: offsets(&h.fit.zeros),
+        offsets: offsets(&h.fit.theta, &h.fit.zeros),
         causes: vec![joint_cause(h, (h.id, &h.shape), &h.fit.amplitudes, &h.fit.theta, sizes)],
     };
     let together = |p: &&FittedPair| judged.set == [p.first, p.second].map(key);
@@ -146,7 +159,7 @@ fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
             evidence: p.evidence,
             power: power(&p.fit.q),
             theta: values(&p.fit.theta, &p.fit.zeros),
-            offsets: offsets(&p.fit.zeros),
+            offsets: offsets(&p.fit.theta, &p.fit.zeros),
             causes: vec![cause(h.id, &h.shape, a), cause(p.second.0, &p.shape, b)],
         })
     });
@@ -157,7 +170,7 @@ fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
             evidence: null.evidence,
             power: power(&null.q),
             theta: values(&null.theta, &null.zeros),
-            offsets: offsets(&null.zeros),
+            offsets: offsets(&null.theta, &null.zeros),
             causes: Vec::new(),
         },
         effects: found.effects.iter().map(effect).collect(),

@@ -52,8 +52,11 @@ impl UsualSizes {
             }
         };
         let most = |all: Vec<f64>| all.into_iter().fold(0.0, f64::max);
-        let samples =
-            |r: usize| current(&frame.intake.recordings[r]).map_or_else(Vec::new, |i| i.values.clone());
+        let samples = |r: usize| match current(&frame.intake.recordings[r]) {
+            _ if frame.has_servo() => drive(frame, r),
+            Some(i) => i.values.clone(),
+            None => Vec::new(),
+        };
         let range = |r: &Vec<f64>| {
             let (low, high) = r.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
             high - low
@@ -83,6 +86,16 @@ impl UsualSizes {
 
 fn current(r: &IntakeRecording) -> Option<&RecordedInput> {
     r.inputs.first().and_then(Option::as_ref)
+}
+
+/// What drives over the steps of a recording, as a current, A.
+fn drive(frame: &InnovationsFrame, recording: usize) -> Vec<f64> {
+    if !frame.has_servo() {
+        return frame.input_means(recording, 0);
+    }
+    let mut torque = frame.drive_torque(recording);
+    torque.iter_mut().for_each(|t| *t /= frame.theta[parameter::TORQUE_CONSTANT]);
+    torque
 }
 
 /// Turns of the motor per turn of the load; 1 where the load is not read.
@@ -139,13 +152,18 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
         let states = |first: usize| [first, first + 2].map(|s| r.state(s)).to_vec();
         let channels = frame.channels();
         let moments = |c: usize| (0..r.nodes).map(|t| r.moments[channels * t + c][0]).collect();
-        let of_rig = frame.intake.rig.of_input(frame.rig_numbers(), 0);
-        let input = current(recording).map(|i| i.corrected(of_rig));
+        let of_rig = frame.intake.rig.of_input(frame.rig_numbers(), 0, k);
+        let means = drive(frame, k);
+        let input = if frame.has_servo() {
+            Some(RecordedInput::of_steps(means.clone(), r.dt))
+        } else {
+            current(recording).map(|i| i.corrected(of_rig))
+        };
         let gain = frame.theta[parameter::TORQUE_CONSTANT];
         RunAlong {
             signs: r.signs.sign.clone(),
             moments: (0..channels).map(moments).collect(),
-            drives: vec![DriveAlong::recorded(gain, frame.input_means(k, 0), r.dt, input)],
+            drives: vec![DriveAlong::recorded(gain, means, r.dt, input)],
             own_forces: r.own.forces.clone(),
             own_readings: r.own.readings.clone(),
             ..RunAlong::new(times, vec![r.dt; r.nodes], PARTS, states(0), states(1))

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::rig::RigTerms;
+use trueup_estimation::innovations::unread::UnreadFigures;
 
 use super::joint_along::UsualSizes;
 
@@ -47,13 +48,15 @@ pub struct FittedNull {
     pub begin: Vec<f64>,
     /// Usual sizes along the trajectory with which they begin.
     pub sizes: UsualSizes,
+    /// Figures of channels that are not read.
+    pub unread: UnreadFigures,
 }
 
 /// Settles a frame and fits its parameters; leaves it where hypotheses begin.
 pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
     f.settle(false);
     let (packed, mut priors) = f.packed(&[]);
-    priors.deviation[..f.unknown.len() + f.intake.rig.added.len()].fill(HELD);
+    priors.deviation[..f.unknown.len() + f.intake.rig.assumed()].fill(HELD);
     let held = (packed, priors);
     let q = f.q.clone();
     let from = f.best_of(&held, &[q]);
@@ -116,5 +119,6 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
         latents,
         begin,
         sizes,
+        unread: UnreadFigures::default(),
     }
 }

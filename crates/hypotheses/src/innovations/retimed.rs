@@ -3,7 +3,8 @@
 
 use std::borrow::Cow;
 
-use trueup_signals::{Channel, Loaded};
+use trueup_estimation::innovations::rig::LateGroup;
+use trueup_signals::Loaded;
 
 /// Delays that are tried first, s: a fit from 0 may end on its way.
 const TRIED: [f64; 12] =
@@ -19,36 +20,27 @@ pub(super) struct LaterChannels {
     /// Step of the nodes, s.
     pub(super) step: f64,
     /// Channels whose delays are estimated, with what adds to the assumed delays, s; none without a fit.
-    pub(super) by: Vec<(String, f64)>,
+    pub(super) by: Vec<(LateGroup, f64)>,
 }
 
-fn all(loaded: &mut Loaded) -> impl Iterator<Item = &mut Channel> {
-    loaded.recordings.values_mut().flat_map(|r| &mut r.channels)
-}
-
-/// A case at the delays that the model alone has; `look`: what it has of a case, with a fit or without one.
+/// A case at the delays that the model alone has of these channels; `look`: what it has of a case, with a fit or without one.
 ///
 /// # Errors
 /// Those of `look`.
 pub(super) fn retimed<'a, E>(
     loaded: &'a Loaded,
+    late: Vec<LateGroup>,
     look: impl Fn(&Loaded, bool) -> Result<LaterChannels, E>,
 ) -> Result<Cow<'a, Loaded>, E> {
-    let mut late: Vec<String> = Vec::new();
-    for c in loaded.recordings.values().flat_map(|r| &r.channels).filter(|c| c.sensor.late.is_some()) {
-        if !late.contains(&c.name) {
-            late.push(c.name.clone());
-        }
-    }
     if late.is_empty() {
         return Ok(Cow::Borrowed(loaded));
     }
     let mut loaded = loaded.clone();
-    for name in &late {
+    for group in &late {
         let mut best = (look(&loaded, false)?.evidence, loaded.clone());
         for by in TRIED {
             let mut moved = loaded.clone();
-            all(&mut moved).filter(|c| c.name == *name).for_each(|c| c.sensor.delay += by);
+            group.delay(&mut moved, by);
             let evidence = look(&moved, false)?.evidence;
             if evidence > best.0 {
                 best = (evidence, moved);
@@ -62,10 +54,7 @@ pub(super) fn retimed<'a, E>(
         if by.iter().all(|(_, by)| by.abs() < settled * step) {
             break;
         }
-        for c in all(&mut loaded) {
-            let by = by.iter().find(|(name, _)| *name == c.name).map_or(0.0, |l| l.1);
-            c.sensor.delay += by.clamp(-longest, longest);
-        }
+        by.iter().for_each(|(group, by)| group.delay(&mut loaded, by.clamp(-longest, longest)));
     }
     Ok(Cow::Owned(loaded))
 }

@@ -7,12 +7,13 @@ use std::rc::Rc;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intake::{NodeIntake, NodesError};
 use trueup_estimation::innovations::intensity::power;
-use trueup_estimation::innovations::known_effects::{KnownEffects, UnfitEffect};
+use trueup_estimation::innovations::known_effects::{KnownEffects, KnownPoint, UnfitEffect};
 use trueup_estimation::innovations::linear::Feedback;
-use trueup_estimation::innovations::plant::ForcedPlant;
-use trueup_estimation::innovations::rig::root_mean_square;
-use trueup_estimation::innovations::two_mass::TwoMassPlant;
-use trueup_signals::{Channel, Loaded, ParameterValue};
+use trueup_estimation::innovations::plant::{ForcedPlant, StateReading};
+use trueup_estimation::innovations::rig::{LateGroup, root_mean_square};
+use trueup_estimation::innovations::two_mass::{TwoMassPlant, coordinate};
+use trueup_estimation::innovations::unread::{UnreadFigures, is_estimated, unread};
+use trueup_signals::{Channel, Loaded, ParameterValue, Recording};
 
 use super::candidate::{ScreenedShape, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
@@ -36,6 +37,12 @@ const LEAST: f64 = 4.0;
 const AFTER_RELEASE: [(f64, f64); 4] = [(0.02, 1.0), (0.05, 1.0), (0.05, 2.0), (0.1, 1.0)];
 /// Torque held at rest, in levels of dry friction, from which on there is a release.
 const RELEASE: f64 = 1.3;
+
+/// FMU variables of dry friction.
+const COULOMB: &str = "coulombFriction";
+const STATIC: &str = "staticFriction";
+/// Parameters that may be 0 in a recording.
+const MAY_BE_NONE: [&str; 3] = [COULOMB, "viscousFriction", "damping"];
 
 /// A case that cannot be searched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -102,26 +109,28 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
         return Err(JointSearchError::Model { file: file(), model: case.model.clone() });
     }
     let plant = TwoMassPlant::of(case, root_mean_square(loaded, "motorCurrent"));
-    let drives = ["motorCurrent", "externalTorque"];
-    let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
+    let train = loaded.train();
+    let value = |r: &Recording, name: &str| r.parameters.get(name).and_then(ParameterValue::number);
+    let slides = |r: &&Recording| value(r, COULOMB).is_some_and(|v| v > 0.0);
+    let plant = if train.iter().any(slides) { plant.with_dry_recordings() } else { plant };
+    let known = KnownEffects::of(case, plant.coordinates().iter().any(|c| c.dry.is_some() || c.holds > 0.0));
+    let known = known.map_err(|UnfitEffect(id, why)| JointSearchError::Effect { file: file(), id, why })?;
+    let servo = known.as_ref().map_or(0.0, |k| servo_torque(loaded, k, plant.readings()));
+    let plant = if servo > 0.0 { plant.driven_by(servo) } else { plant }.with_known(known);
+    let late = LateGroup::all(loaded);
     let known = [
         (
-            has_unread_figures(loaded, &plant),
-            "gains, offsets and delays of other channels than angles, rates and inputs",
+            has_strange_parameters(loaded, &plant),
+            "gear ratios, static frictions and inertias or stiffnesses of 0 of single recordings",
         ),
         (
-            has_rigs_apart(loaded, &|name| drives.contains(&name)),
-            "gains, offsets of inputs and delays that differ between recordings",
+            late.iter().any(|g| !plant.has_channel(&g.channel)),
+            "delays of other channels than angles, rates and inputs",
         ),
-        (sticks > 0.0 && slides <= 0.0, "static friction without Coulomb friction"),
-        (has_strange_parameters(loaded, &plant), "parameters of single recordings that are 0 in others"),
     ];
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointSearchError::Known { file: file(), what });
     }
-    let known = KnownEffects::of(case);
-    let known = known.map_err(|UnfitEffect(id, why)| JointSearchError::Effect { file: file(), id, why })?;
-    let plant = plant.with_known(known);
     if let Some(name) = plant.missing() {
         return Err(JointSearchError::Parameter { file: file(), name });
     }
@@ -129,7 +138,7 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
         let intake = Rc::new(NodeIntake::new(loaded, &plant)?);
         Ok(InnovationsFrame::new(&intake, Rc::new(plant.clone()), None))
     };
-    let loaded = retimed(loaded, |loaded, fits| -> Result<LaterChannels, NodesError> {
+    let loaded = retimed(loaded, late, |loaded, fits| -> Result<LaterChannels, NodesError> {
         let mut frame = made(loaded)?;
         let counted: usize = frame.runs.iter().map(|r| r.counted.iter().filter(|c| **c).count()).sum();
         let q = frame.q.clone();
@@ -142,10 +151,42 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
         let q = frame.q.clone();
         let fit = frame.fit(&|_| Vec::new(), &q, ROUNDS[0], true);
         let step = frame.runs.iter().map(|r| r.dt).fold(f64::INFINITY, f64::min);
-        let by = frame.intake.rig.later(&fit.zeros).into_iter().map(|(name, by)| (name.to_owned(), by));
-        Ok(LaterChannels { evidence: fit.evidence / counted.max(1) as f64, step, by: by.collect() })
+        let by = frame.intake.rig.later(&fit.zeros);
+        Ok(LaterChannels { evidence: fit.evidence / counted.max(1) as f64, step, by })
     })?;
     Ok((made(&loaded)?, plant))
+}
+
+/// Root mean square of the torque that a servo makes of what was read, N.m; 0: there is none.
+fn servo_torque(loaded: &Loaded, effects: &KnownEffects, readings: &[StateReading]) -> f64 {
+    let numbers = vec![1.0; effects.numbers.len()];
+    let Some(((drive, numbers), (name, _))) = effects.drive(&numbers).zip(effects.inputs().find(|i| i.1))
+    else {
+        return 0.0;
+    };
+    let parameters = drive.parameters(&numbers, &[]);
+    let (mut squares, mut count) = (0.0, 0);
+    for r in loaded.train() {
+        let read = readings.iter().filter(|x| x.angle).find_map(|x| Some((r.channel(x.name)?, x.factor)));
+        let Some((reference, (read, factor))) = r.channel(name).zip(read) else { continue };
+        let (wanted, angles) = (reference.believed(), read.believed());
+        for (t, angle) in read.time.iter().zip(&angles) {
+            let held = reference.time.partition_point(|x| x <= t).saturating_sub(1);
+            let (angle, wanted) = (factor * angle, wanted.get(held).copied().unwrap_or(0.0));
+            let at = KnownPoint {
+                time: 0.0,
+                parameters: &parameters,
+                state: &[angle, 0.0, angle, 0.0],
+                inner: &[],
+                input: &[0.0, 0.0, wanted],
+                sign: 0.0,
+                rigid: true,
+            };
+            squares += drive.motion(&at, &[]).0.forces.iter().sum::<f64>().powi(2);
+            count += 1;
+        }
+    }
+    (squares / f64::from(count.max(1))).sqrt()
 }
 
 /// Whether what is assumed of the same channel differs between recordings; an offset may, but that of `common` ones.
@@ -156,24 +197,26 @@ pub(super) fn has_rigs_apart(loaded: &Loaded, common: &dyn Fn(&str) -> bool) -> 
     all().any(|c| all().any(|o| o.name == c.name && rig(o) != rig(c)))
 }
 
-/// Whether something is estimated of a channel that no reading or input of the plant is.
-fn has_unread_figures(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
-    let known = |name: &str| {
-        plant.readings().iter().any(|r| r.name == name) || plant.input_forces().iter().any(|i| i.name == name)
-    };
-    let estimated =
-        |c: &Channel| c.sensor.gain.is_some() || c.sensor.offset.is_some() || c.sensor.late.is_some();
-    loaded.train().iter().flat_map(|r| &r.channels).any(|c| estimated(c) && !known(&c.name))
-}
-
-/// Whether a parameter of a recording is none that can be another there: it is not the plant's, or 0 here or there.
+/// Whether a parameter of a recording is none that can be another there: what is neither the plant's nor of a known effect, or an
+/// inertia, a stiffness or a torque constant of 0. Static friction is that of the case next to the Coulomb friction there.
 fn has_strange_parameters(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
-    let is_there = |name: &str| plant.parameters().iter().any(|p| p.name == name && p.value > 0.0);
-    let strange = |(name, value): (&String, &ParameterValue)| {
-        let above = value.number().is_some_and(|v| v > 0.0);
-        !(name.starts_with("initial") || above && is_there(name))
+    let own = |name: &str| plant.parameters().iter().find(|p| p.name == name);
+    let of_effect = |name: &str| plant.known_effects().is_some_and(|e| e.parameter(name).is_some());
+    let breakaway = plant.coordinates()[coordinate::MOTOR].breakaway;
+    let strange = |r: &Recording, name: &str, value: f64| match name {
+        STATIC => {
+            let slides = r.parameters.get(COULOMB).and_then(ParameterValue::number);
+            let slides = slides.or_else(|| loaded.case.number(COULOMB)).unwrap_or(0.0);
+            (value - breakaway * slides).abs() > 1e-9 * value.abs()
+        }
+        _ if of_effect(name) => false,
+        _ => own(name).is_none_or(|p| value <= 0.0 && !MAY_BE_NONE.contains(&p.name)),
     };
-    loaded.train().iter().any(|r| r.parameters.iter().any(strange))
+    let train = loaded.train();
+    let mut all = train.iter().flat_map(|r| r.parameters.iter().map(move |p| (r, p)));
+    all.any(|(r, (name, value))| {
+        !name.starts_with("initial") && value.number().is_none_or(|v| strange(r, name, v))
+    })
 }
 
 /// Searches a case.
@@ -181,17 +224,26 @@ fn has_strange_parameters(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
 /// # Errors
 /// See [`JointSearchError`].
 pub fn search_joint(loaded: &Loaded) -> Result<JointFindings, JointSearchError> {
-    // The frame has it, but what is reported comes from a last fit that may not begin there (decision 91).
-    if loaded.case.model == "TwoMassJoint" && loaded.case.doubt("gearRatio").is_some() {
-        let file = loaded.case.file.display().to_string();
-        return Err(JointSearchError::Known { file, what: "a gear ratio that is not known" });
-    }
     let (mut frame, plant) = frame_of(loaded)?;
-    let null = fit_null(&mut frame);
+    let mut null = fit_null(&mut frame);
+    null.unread = unread_of(loaded, &frame, &null);
     let mut candidates = all_shapes(&frame, &null.sizes);
     let alone = sift(&mut frame, &mut candidates, &null.begin, &[]);
     let frame = Rc::new(RefCell::new(frame));
     Ok(search_from(&frame, &plant, null, candidates, alone))
+}
+
+/// Figures of channels that the frame does not read, along the trajectory of the model alone.
+fn unread_of(loaded: &Loaded, frame: &InnovationsFrame, null: &FittedNull) -> UnreadFigures {
+    let train = loaded.train();
+    let mut channels = train.iter().flat_map(|r| &r.channels);
+    if channels.all(|c| !is_estimated(&c.sensor) || frame.plant.has_channel(&c.name)) {
+        return UnreadFigures::default();
+    }
+    let mut along = frame.clone();
+    along.theta.clone_from(&null.theta);
+    along.put_in_force(&[], &[], &null.zeros, &null.q);
+    unread(loaded, &along)
 }
 
 /// Goes on where a screen ended: `alone` is the evidence without any candidate.

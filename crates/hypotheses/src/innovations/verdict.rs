@@ -186,7 +186,7 @@ pub fn judge_by(
         EvidenceVerdict::Effects
     } else if null.latents > WORTH || null.farthest > ODD {
         EvidenceVerdict::Unknown
-    } else if null.evidence - null.nominal.0 < PARAMETERS {
+    } else if null.evidence + null.unread.gain - null.nominal.0 < PARAMETERS {
         EvidenceVerdict::NoGap
     } else {
         EvidenceVerdict::Parameters

@@ -4,10 +4,9 @@
 //! docking points acts on it.
 
 use super::MAX_PORTS;
-use super::frame::{ContactVector, ContactWrench, PointFrame, cross, dot, scale, sub};
+use super::frame::{ContactVector, ContactWrench, PointFrame, cross, dot, frame, scale, sub, two};
 use super::layout::{BodyInputs, BodyOutputs, BodyParameters, BodyStates};
 use super::presets::SIM2;
-use super::touch::{frame, two};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 

@@ -3,10 +3,9 @@
 //! Positive directions: inertial frame; angles, rates and torques from x to y.
 
 use super::bodies::{BodyMotionIndices, Inertia, carry, put, put_body, put_rates};
-use super::frame::{ContactWrench, PointFrame};
+use super::frame::{ContactWrench, PointFrame, frame, two};
 use super::layout::{ChaserInputs, ChaserOutputs, ChaserParameters, ChaserStates};
 use super::presets::{Capture, SIM2};
-use super::touch::{frame, two};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 

@@ -79,6 +79,19 @@ impl<T: Scalar> PointFrame<T> {
     }
 }
 
+/// Two values from there on.
+pub(super) fn two<T: Scalar>(values: &[T], at: usize) -> ContactVector<T> {
+    [values[at], values[at + 1]]
+}
+
+/// A body from its position in m, attitude in rad, velocity in m/s and rate in rad/s, which are from these indices on.
+pub(super) fn frame<T: Scalar>(
+    values: &[T],
+    [position, attitude, velocity, rate]: [usize; 4],
+) -> PointFrame<T> {
+    PointFrame::new(two(values, position), values[attitude], two(values, velocity), values[rate])
+}
+
 /// A force at a point, N, and a torque, N.m; inertial axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactWrench<T> {

@@ -1,12 +1,15 @@
 //! A gripper between an end effector and a target's port: what holds at every instant, and at events.
 
 use super::MAX_BALLS;
+use super::carriage::LOCKED;
 use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws, OPEN};
-use super::frame::{dot, sub};
+use super::frame::{dot, sub, two};
 use super::law::{self, FREE, touches};
-use super::layout::{Closing, Command, GripperStructure, Mount, Outputs, Parameters, PortShape, States};
+use super::layout::{
+    Closing, Command, GripperStructure, LOCKS, Mount, Outputs, Parameters, PortShape, States,
+};
 use super::outcome::{CaptureFacts, CaptureOutcome, caged};
-use super::touch::{ContactState, relative_motion, touch, two};
+use super::touch::{ContactState, relative_motion, touch};
 use super::view::{Gripper, GripperView};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{EventUpdate, ModelSizes};
@@ -16,6 +19,11 @@ impl Gripper {
         let GripperStructure { balls, mount, .. } = structure;
         if balls == 0 || balls > MAX_BALLS {
             return Err(format!("a gripper of {balls} balls: it has 1 to {MAX_BALLS}; give numberOfBalls"));
+        }
+        if mount == Mount::Carriages && balls < 3 {
+            return Err(format!(
+                "a gripper of {balls} balls has no rollers on both of its carriages: pack it with numberOfBalls=3 or more"
+            ));
         }
         if mount == Mount::Elastic && balls != 1 {
             return Err(format!(
@@ -40,12 +48,16 @@ impl Gripper {
     fn begun_mode(&self) -> usize {
         self.structure.balls + 2
     }
-    fn modes(&self) -> usize {
+    /// Of the carriages, behind all others.
+    pub(super) fn carriage_modes(&self) -> usize {
         self.structure.balls + 3
     }
-    /// Two for each ball, two of the jaws, one of the outcome.
+    fn modes(&self) -> usize {
+        self.structure.balls + 3 + if self.structure.sliding() { 2 } else { 0 }
+    }
+    /// Two for each ball, two of the jaws, one of the outcome; two for each carriage, one of their lock.
     fn indicators(&self) -> usize {
-        2 * self.structure.balls + 3
+        2 * self.structure.balls + 3 + if self.structure.sliding() { 5 } else { 0 }
     }
 
     /// Of a gripper alone.
@@ -68,7 +80,7 @@ impl Gripper {
     }
     /// Of the port's ball, m.
     pub(super) fn port_radius(&self, p: &[f64]) -> Option<f64> {
-        (self.structure.against == PortShape::Ball).then(|| p[self.parameters.port_radius])
+        (self.structure.against != PortShape::Plate).then(|| p[self.parameters.port_radius])
     }
 
     pub(super) fn jaws<T: Scalar>(&self, v: &GripperView<'_, T>) -> Jaws<T> {
@@ -84,10 +96,30 @@ impl Gripper {
             }
         }
     }
-    /// Of the motor, within its limit, N.m.
+    /// Of the motor against jawPosition, within its limit, N.m.
     fn motor_torque<T: Scalar>(&self, v: &GripperView<'_, T>) -> T {
         let most = v.p[self.parameters.motor_limit];
-        v.u[self.command.motor_torque].min(most).max(-most)
+        let own = v.u[self.command.motor_torque].min(most).max(-most);
+        if !self.structure.sliding() {
+            return own;
+        }
+        own * v.p[self.parameters.spindle_turns] * (2.0 * core::f64::consts::PI) // (CON-14)
+    }
+    /// The jaws are closed.
+    fn closed<T: Scalar>(&self, v: &GripperView<'_, T>, jaws: &Jaws<T>) -> bool {
+        match self.structure.closing {
+            Closing::Schedule | Closing::Motor => v.modes[self.jaws_mode()] == CLOSED,
+            Closing::Command => jaws.position.value() >= 1.0,
+        }
+    }
+    /// The carriages are to be locked, and closed jaws with them.
+    fn locks<T: Scalar>(&self, v: &GripperView<'_, T>, jaws: &Jaws<T>) -> bool {
+        self.structure.sliding() && v.p[self.parameters.rigidization].value() == LOCKS && self.closed(v, jaws) // (CON-14)
+    }
+    /// What moves jaws with a motor, N.m: at their stop and locked, contacts do not.
+    fn net_torque<T: Scalar>(&self, v: &GripperView<'_, T>, touch: &ContactState<T>) -> T {
+        let motor = self.motor_torque(v);
+        if self.locks(v, &touch.jaws) { motor } else { motor - touch.jaw_load }
     }
 
     pub(super) fn rates<T: Scalar>(&self, v: &GripperView<'_, T>, touch: &ContactState<T>, dx: &mut [T]) {
@@ -106,6 +138,11 @@ impl Gripper {
         }
         for i in [at.first_speed, at.first_angle, at.begin, at.last_contact] {
             dx[i] = T::zero();
+        }
+        if self.structure.sliding() {
+            for (c, slide) in touch.slides.iter().enumerate() {
+                dx[at.carriage + c] = slide.rate;
+            }
         }
         if self.structure.closing == Closing::Schedule {
             let closes = v.modes[self.jaws_mode()] == CLOSING;
@@ -137,6 +174,13 @@ impl Gripper {
         if self.structure.closing == Closing::Motor {
             y[at.jaw_energy] = v.p[self.parameters.jaw_inertia] * touch.jaws.rate * touch.jaws.rate * 0.5;
         }
+        if self.structure.sliding() {
+            for (c, slide) in touch.slides.iter().enumerate() {
+                y[at.carriage_position + c] = slide.position;
+            }
+            let locked = self.carriage_mode(v.modes, 0) == LOCKED;
+            y[at.operation] = T::constant(if locked { 2.0 } else { 1.0 });
+        }
         y[at.elastic_energy] = touch.elastic;
         y[at.dissipated_energy] = v.x[self.states.dissipated_energy];
         y[at.jaw_work] = v.x[self.states.jaw_work];
@@ -162,7 +206,7 @@ impl Gripper {
             z[2 * n + 1] = v.p[self.parameters.hold_force] - touch.jaw_force;
         }
         if self.structure.closing == Closing::Motor {
-            let (position, net) = (touch.jaws.position, self.motor_torque(v) - touch.jaw_load);
+            let (position, net) = (touch.jaws.position, self.net_torque(v, touch));
             match v.modes[self.jaws_mode()] {
                 CLOSED => z[2 * n] = -net, // they leave where it is above 0
                 OPEN => z[2 * n + 1] = net,
@@ -171,6 +215,10 @@ impl Gripper {
         }
         let same = self.outcome(v, touch) as i32 == v.modes[self.outcome_mode()];
         z[2 * n + 2] = T::constant(if same { 1.0 } else { -1.0 });
+        if self.structure.sliding() {
+            let locks = self.locks(v, &touch.jaws);
+            self.indicate_carriages(v, &touch.slides, locks, &mut z[2 * n + 3..]);
+        }
     }
 
     /// One pass of event iteration; `x` and `modes` are those that `v` shows.
@@ -197,7 +245,13 @@ impl Gripper {
             }
         }
         if self.structure.closing == Closing::Motor {
-            self.stops(v, here.jaw_load, x, modes, &mut done);
+            self.stops(v, self.net_torque(v, &here), x, modes, &mut done);
+        }
+        if self.structure.sliding() {
+            let locks = self.locks(v, &here.jaws);
+            let changed = self.update_carriages(v, &here.slides, locks, (&mut *x, &mut *modes));
+            done.modes |= changed;
+            done.states |= changed;
         }
         if v.modes[self.begun_mode()] == 0 {
             modes[self.begun_mode()] = 1;
@@ -223,13 +277,13 @@ impl Gripper {
     fn stops(
         &self,
         v: &GripperView<'_, f64>,
-        load: f64,
+        net: f64,
         x: &mut [f64],
         modes: &mut [i32],
         done: &mut EventUpdate,
     ) {
         let (at, mode) = (&self.states, &mut modes[self.jaws_mode()]);
-        let (position, rate, net) = (v.x[at.jaw], v.x[at.jaw_rate], self.motor_torque(v) - load);
+        let (position, rate) = (v.x[at.jaw], v.x[at.jaw_rate]);
         let into = |beyond: bool, way: f64| beyond && (way * rate > 0.0 || (rate == 0.0 && way * net >= 0.0));
         let next = match *mode {
             CLOSED if net < 0.0 => CLOSING,
@@ -262,7 +316,7 @@ impl Gripper {
     fn outcome<T: Scalar>(&self, v: &GripperView<'_, T>, touch: &ContactState<T>) -> CaptureOutcome {
         let at = &self.states;
         let n = self.structure.balls;
-        let (jaws, t) = (v.modes[self.jaws_mode()], v.t.value());
+        let t = v.t.value();
         let touches_palm = touches(v.modes[0]);
         let touching = self.touching(v.modes).count();
         let balls: [_; MAX_BALLS] = core::array::from_fn(|i| touch.balls[i].map(Scalar::value));
@@ -270,11 +324,8 @@ impl Gripper {
         let going = sub(v.port.velocity, v.host.velocity).map(Scalar::value);
         let since_contact = if touching > 0 { 0.0 } else { t - v.x[at.last_contact].value() };
         CaptureFacts {
-            closed: match self.structure.closing {
-                Closing::Schedule | Closing::Motor => jaws == CLOSED,
-                Closing::Command => touch.jaws.position.value() >= 1.0,
-            },
-            jammed: jaws == JAMMED,
+            closed: self.closed(v, &touch.jaws),
+            jammed: v.modes[self.jaws_mode()] == JAMMED,
             caged: caged(v.port.position.map(Scalar::value), &balls[..n]),
             speed: [self.relative_speed(v), v.x[at.first_speed].value()],
             turn: (v.port.attitude - v.host.attitude - v.x[at.first_angle]).value(),

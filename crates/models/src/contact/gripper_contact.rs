@@ -5,9 +5,10 @@
 //! What it gets wrong: points and balls, no shape of a ring; friction is smoothed; jaws without mass, which a schedule or a
 //! command moves however large the force, but for `holdForceLimit`; with a motor (CON-11) their inertia does not act back on the hand.
 
+use super::frame::frame;
 use super::layout::{Closing, GripperStructure, HostParameters, Mount, PortShape, Poses};
 use super::presets::SIM2;
-use super::touch::{frame, touch};
+use super::touch::touch;
 use super::view::{Gripper, GripperView};
 use super::{MAX_BALLS, parameters};
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
@@ -18,7 +19,7 @@ const STEPS_PER_PERIOD: f64 = 5.0;
 /// Most states of a gripper.
 pub(super) const MOST_STATES: usize = 24;
 /// Most modes.
-pub(super) const MOST_MODES: usize = MAX_BALLS + 3;
+pub(super) const MOST_MODES: usize = MAX_BALLS + 5;
 
 /// The structure of a gripper between two bodies that others move.
 #[derive(Clone, Debug)]
@@ -168,13 +169,15 @@ impl Gripper {
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
     pub(super) fn fault(&self, v: &GripperView<'_, f64>) -> Option<String> {
-        if self.structure.against != PortShape::Ball {
-            return None;
-        }
+        let what = match self.structure.against {
+            PortShape::Ball => "the port's ball are concentric",
+            PortShape::Bar => "the middle line of the port's bar meet",
+            PortShape::Plate => return None,
+        };
         let here = touch(self, v);
-        let ball = (0..self.structure.balls).find(|i| here.balls[*i] == v.port.position)?;
+        let ball = (0..self.structure.balls).find(|i| here.balls[*i] == self.nearest(v, here.balls[*i]))?;
         Some(format!(
-            "ball {} and the port's ball are concentric at t = {} s: their contact has no normal; \
+            "ball {} and {what} at t = {} s: their contact has no normal; \
              connect or set hostPosition and portPosition, or begin further apart",
             ball + 1,
             v.t

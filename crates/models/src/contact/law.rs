@@ -4,6 +4,7 @@
 //! force jumps by eta_n v_n where two balls meet; no memory of what the material took.
 
 use super::frame::{ContactVector, dot};
+use super::layout::HUNT_CROSSLEY;
 use trueup_numerics::Scalar;
 
 /// The balls do not touch, and approach or rest.
@@ -24,9 +25,9 @@ pub const fn touches(mode: i32) -> bool {
 
 /// The state of one pair: a ball of the gripper and what it may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactPair<T> {
+pub struct ContactPair<T, const D: usize = 2> {
     /// From the ball towards the other body, length 1, n.
-    pub normal: ContactVector<T>,
+    pub normal: [T; D],
     /// Depth delta in m, above 0 where they overlap.
     pub penetration: T,
     /// v_n in m/s, above 0 while they approach.
@@ -72,7 +73,7 @@ fn threshold(mode: i32) -> f64 {
 }
 
 /// The mode that follows for a pair in this state. Where its depth is 0 it touches if it approaches.
-pub fn next_mode<T: Scalar>(mode: i32, pair: &ContactPair<T>) -> i32 {
+pub fn next_mode<T: Scalar, const D: usize>(mode: i32, pair: &ContactPair<T, D>) -> i32 {
     let (depth, approach) = (pair.penetration.value() - threshold(mode), pair.approach.value());
     if depth.is_nan() {
         FREE
@@ -85,7 +86,7 @@ pub fn next_mode<T: Scalar>(mode: i32, pair: &ContactPair<T>) -> i32 {
 }
 
 /// Event indicators of a pair: its depth, and its approach.
-pub fn indicators<T: Scalar>(mode: i32, pair: &ContactPair<T>) -> [T; 2] {
+pub fn indicators<T: Scalar, const D: usize>(mode: i32, pair: &ContactPair<T, D>) -> [T; 2] {
     [pair.penetration - threshold(mode), pair.approach - turn(mode)] // (CON-3)
 }
 
@@ -101,6 +102,11 @@ pub struct ContactLaw<T> {
 }
 
 impl<T: Scalar> ContactLaw<T> {
+    /// By the parameters stiffness, normalDamping, damping and referencePenetration.
+    pub fn chosen(stiffness: T, damping: T, law: T, reference: T) -> Self {
+        let smooth = law.value() == HUNT_CROSSLEY;
+        Self { stiffness, damping, reference: smooth.then_some(reference) }
+    }
     /// Damping in N.s/m of a pair in this mode at this depth.
     pub fn damping(&self, mode: i32, penetration: T) -> T {
         match (mode, self.reference) {

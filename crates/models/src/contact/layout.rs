@@ -24,6 +24,8 @@ pub enum Mount {
     Rigid,
     /// By springs and dampers, axial (the hand's x) and lateral (y): the dummy gripper of one ball.
     Elastic,
+    /// P1 rigidly; the others are rollers of two carriages, one on each jaw, that slide on springs (CON-12).
+    Carriages,
 }
 
 /// What the balls may touch.
@@ -34,6 +36,8 @@ pub enum PortShape {
     Ball,
     /// A plate through the port, without end.
     Plate,
+    /// A bar along the port's y with round ends: a section of a docking ring (CON-13).
+    Bar,
 }
 
 /// What carries the hand of a `CaptureScene`, in the order of its choice.
@@ -43,6 +47,7 @@ pub static CHASER: Items = Items {
     items: &[
         ("body", "one rigid body with its arm"),
         ("planar", "the planar manipulator: the hand is at its tip, with the axes of its last link"),
+        ("spatial", "the robot `chaser` in space: the hand is at its tip, with the axes of its last body"),
     ],
 };
 
@@ -78,8 +83,17 @@ impl GripperStructure {
     fn elastic(&self) -> bool {
         self.mount == Mount::Elastic
     }
+    pub(super) fn sliding(&self) -> bool {
+        self.mount == Mount::Carriages
+    }
+    fn spindle(&self) -> bool {
+        self.driven() && self.sliding()
+    }
     fn plate(&self) -> bool {
         self.against == PortShape::Plate
+    }
+    fn bar(&self) -> bool {
+        self.against == PortShape::Bar
     }
 }
 
@@ -98,14 +112,49 @@ pub static CLOSING: Items = Items {
 pub static MOUNT: Items = Items {
     name: "EndBallMount",
     text: "How a ball is fixed to the hand",
-    items: &[("rigid", "rigidly"), ("elastic", "by springs and dampers, one ball only: the dummy gripper")],
+    items: &[
+        ("rigid", "rigidly"),
+        ("elastic", "by springs and dampers, one ball only: the dummy gripper"),
+        ("carriages", "P1 rigidly, the others as rollers of carriages that slide on the jaws by springs"),
+    ],
 };
 
 /// What the balls may touch, in the order of [`PortShape`].
 pub static AGAINST: Items = Items {
     name: "Against",
     text: "What the balls may touch",
-    items: &[("ball", "a ball about the port"), ("plate", "a plate through the port, without end")],
+    items: &[
+        ("ball", "a ball about the port"),
+        ("plate", "a plate through the port, without end"),
+        (
+            "bar",
+            "a bar along the port's y with round ends: a section of a docking ring; in space along portAxis",
+        ),
+        ("cylinder", "in space: a cylinder with flat ends"),
+        ("ring", "in space: a docking ring"),
+    ],
+};
+
+/// When carriages are locked (S2 section 3.2).
+pub static RIGIDIZATION: Items = Items {
+    name: "Rigidization",
+    text: "When the carriages are locked",
+    items: &[
+        ("closed", "while the jaws are closed, which they stay unless they are driven open"),
+        ("never", "never: they stay on their springs"),
+    ],
+};
+/// The item of [`RIGIDIZATION`] that locks them.
+pub const LOCKS: f64 = 1.0;
+
+/// The two modes of S2's gripper.
+pub static OPERATION: Items = Items {
+    name: "OperationMode",
+    text: "Mode of a gripper with carriages",
+    items: &[
+        ("soft-contact", "the carriages slide on their springs"),
+        ("rigidization", "carriages and jaws are locked"),
+    ],
 };
 
 /// Which damper the law has.
@@ -150,7 +199,14 @@ layout! {
     jaw_inertia "jawInertia" [] if s.driven(), "kg.m2", tunable(Positive), "Of jaws and drive, against jawPosition (CON-11)";
     jaw_friction "jawFriction" [] if s.driven(), "N.m.s", tunable(NotNegative), "Viscous, against the rate of jawPosition (CON-11)";
     motor_limit "motorTorqueLimit" [] if s.driven(), "N.m", tunable(Positive), "Largest motorTorque";
-    port_radius "portBallRadius" [] if !s.plate(), "m", Parameter::fixed(Positive), "r_j: the docking port's ball (CON-1)";
+    spindle_turns "spindleTurns" [] if s.spindle(), "1", Parameter::fixed(Positive), "Turns of the spindle, right and left thread, from open to closed; motorTorque acts on it (CON-14)";
+    carriage_direction "carriageDirection" [2] if s.sliding(), "1", FIXED, "Way of the carriage of P2, P4, .. in the hand's axes, taken with length 1; that of P3, P5, .. is mirrored (CON-12)";
+    carriage_stiffness "carriageStiffness" [] if s.sliding(), "N/m", tunable(NotNegative), "Spring between carriage and jaw, K_s (CON-12)";
+    carriage_damping "carriageDamping" [] if s.sliding(), "N.s/m", tunable(Positive), "Damper between carriage and jaw, C_s (CON-12)";
+    carriage_travel "carriageTravel" [] if s.sliding(), "m", Parameter::fixed(Positive), "To the stop on either side of the initial position (CON-12)";
+    rigidization "rigidization" [] if s.sliding(), "", Parameter::fixed(AllowedValues::Item(&RIGIDIZATION)), "When the carriages are locked (CON-14)";
+    port_radius "portBallRadius" [] if !s.plate(), "m", Parameter::fixed(Positive), "r_j: the docking port's ball, or half the bar's thickness (CON-1)";
+    bar_half "portBarHalfLength" [] if s.bar(), "m", Parameter::fixed(NotNegative), "From the port to the centre of the bar's round end, along the port's y (CON-13)";
     port_normal "portNormal" [2] if s.plate(), "1", FIXED, "Outward normal of the plate through the port, port's axes, taken with length 1";
     mount_stiffness "mountStiffness" [2] if s.elastic(), "N/m", tunable(Positive), "Of the end ball's mount, axial and lateral (CON-8)";
     mount_damping "mountDamping" [2] if s.elastic(), "N.s/m", tunable(NotNegative), "Of the end ball's mount, axial and lateral (CON-8)";
@@ -199,6 +255,8 @@ layout! {
     in_contact "inContact" [s.balls], "", Shows::Flag, "The ball touches (CON-3)";
     jaw_position "jawPosition" [], "1", Shows::All, "0 open, 1 closed";
     jaw_energy "jawKineticEnergy" [] if s.driven(), "J", Shows::All, "Of jaws and drive (CON-11)";
+    carriage_position "carriagePosition" [2] if s.sliding(), "m", Shows::State("carriagePosition"), "Carriages on their jaws along their way (CON-12)";
+    operation "operationMode" [] if s.sliding(), "", Shows::Item(&OPERATION), "Soft contact or rigidization (CON-14)";
     elastic_energy "elasticEnergy" [], "J", Shows::All, "Of contacts and mounts";
     dissipated_energy "dissipatedEnergy" [], "J", Shows::State("dissipatedEnergy"), "Taken by dampers and friction since the start";
     jaw_work "jawWork" [], "J", Shows::State("jawWork"), "Done by what moves the jaws since the start";
@@ -213,6 +271,7 @@ layout! {
     closing "closing" [] if s.scheduled(), "1", state("1/s", 1.0, Shows::Flag), "share of the closing time that is over";
     jaw "jaw" [] if s.driven(), "1", state("1/s", 1.0, Shows::Flag), "jaws: 0 open, 1 closed (CON-11)";
     jaw_rate "jawRate" [] if s.driven(), "1/s", state("1/s2", 0.1, Shows::Flag), "rate of the jaws (CON-11)";
+    carriage "carriagePosition" [2] if s.sliding(), "m", state("m/s", 1e-3, Shows::All), "carriages on their jaws along their way (CON-12)";
     dissipated_energy "dissipatedEnergy" [], "J", state("N.m/s", 1e-3, Shows::All), "energy taken by dampers and friction";
     jaw_work "jawWork" [], "J", state("N.m/s", 1e-3, Shows::All), "work of what moves the jaws";
     first_speed "firstSpeed" [], "m/s", state("m/s2", 1e-3, Shows::Flag), "relative speed of port and end effector at the start";

@@ -1,9 +1,8 @@
 //! Default values of the contact models, and what their parameters may not be.
 
-use super::frame::{dot, sub};
-use super::layout::{Closing, GripperStructure, Mount, Parameters, PortShape};
-use super::presets::Capture;
-use super::touch::two;
+use super::frame::{dot, sub, two};
+use super::layout::{Closing, GripperStructure, HUNT_CROSSLEY, LOCKS, Mount, Parameters, PortShape};
+use super::presets::{Capture, SIM1};
 use super::view::Gripper;
 
 /// Values of that capture in the order of [`Parameters`]; balls beyond three are further along the hand, in pairs.
@@ -36,16 +35,46 @@ pub(super) fn defaults(s: &GripperStructure, of: &Capture) -> Vec<f64> {
     }
     match s.against {
         PortShape::Ball => p[at.port_radius] = of.ball_radius,
+        PortShape::Bar => (p[at.port_radius], p[at.bar_half]) = (SIM1.radius, SIM1.bar_half),
         PortShape::Plate => p[at.port_normal] = -1.0,
     }
     if s.mount == Mount::Elastic {
         p[at.mount_stiffness..at.mount_stiffness + 2].fill(of.mount[0]);
         p[at.mount_damping..at.mount_damping + 2].fill(of.mount[1]);
     }
+    if s.sliding() {
+        carriages(s, &at, &mut p);
+    }
     p[at.target_mass] = of.target_mass;
     p[at.target_inertia] = of.target_inertia;
     p[at.target_center..at.target_center + 2].copy_from_slice(&of.target_center);
     p
+}
+
+/// Values of the gripper with carriages; further rollers are behind the third of their jaw.
+fn carriages(s: &GripperStructure, at: &Parameters, p: &mut [f64]) {
+    (p[at.stiffness], p[at.damping]) = (SIM1.stiffness, SIM1.damping);
+    [p[at.carriage_stiffness], p[at.carriage_damping]] = SIM1.spring;
+    p[at.carriage_travel] = SIM1.travel;
+    p[at.carriage_direction] = -1.0;
+    p[at.rigidization] = LOCKS;
+    for i in 0..s.balls {
+        (p[at.ball_radius + i], p[at.ball_mass + i]) = (SIM1.radius, SIM1.roller_mass);
+        let Some(k) = i.checked_sub(1) else { continue };
+        let (side, row) = (if k % 2 == 0 { 1.0 } else { -1.0 }, k / 2);
+        let last = SIM1.rollers.len() - 1;
+        let [x, y] = SIM1.rollers[row.min(last)];
+        let x = x + 2.4 * SIM1.radius * row.saturating_sub(last) as f64;
+        for (begin, out) in [(at.open, SIM1.stroke), (at.closed, 0.0)] {
+            (p[begin + 2 * i], p[begin + 2 * i + 1]) = (x, side * (y + out));
+        }
+    }
+    if s.closing == Closing::Schedule {
+        p[at.hold_force] = SIM1.hold_force;
+    }
+    if s.closing == Closing::Motor {
+        [p[at.spindle_turns], p[at.motor_limit]] = SIM1.spindle;
+    }
 }
 
 /// Parameters that contradict each other: the first of them, and the remedy.
@@ -70,6 +99,22 @@ pub(super) fn check(g: &Gripper, p: &[f64]) -> Result<(), (usize, String)> {
     }
     if s.against == PortShape::Plate && two(p, at.port_normal) == [0.0; 2] {
         return Err((at.port_normal, "a plate requires a normal; give a vector that is not 0".into()));
+    }
+    if s.sliding() {
+        if two(p, at.carriage_direction) == [0.0; 2] {
+            return Err((
+                at.carriage_direction,
+                "a carriage requires a way; give a vector that is not 0".into(),
+            ));
+        }
+        if p[at.friction] > 0.0 {
+            let why = "rollers of a carriage have no friction; give 0, or pack with endBallMount=rigid";
+            return Err((at.friction, why.into()));
+        }
+        if p[at.damping_law] == HUNT_CROSSLEY {
+            let why = "carriages have the damping printed; give that, or pack with endBallMount=rigid";
+            return Err((at.damping_law, why.into()));
+        }
     }
     if s.mount == Mount::Elastic {
         if two(p, at.open) != two(p, at.closed) {

@@ -44,6 +44,51 @@ pub struct Capture {
     pub port_offset: [f64; 2],
 }
 
+/// The gripper of S2 section 3.1 with carriages. It is not scaled with the rest, in S2 either.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CarriageGripper {
+    /// k between a roller and the ring, N/m.
+    pub stiffness: f64,
+    /// eta_n there, N.s/m.
+    pub damping: f64,
+    /// K_s in N/m and C_s in N.s/m between carriage and jaw.
+    pub spring: [f64; 2],
+    /// Of a carriage to its stops, m.
+    pub travel: f64,
+    /// Of the rollers and of half the bar, m.
+    pub radius: f64,
+    /// Of each roller with its share of the carriage, kg.
+    pub roller_mass: f64,
+    /// Rollers on P2's jaw, closed, from the end effector, m: between its ends, before the bar, behind it.
+    pub rollers: [[f64; 2]; 3],
+    /// Way of a jaw, m.
+    pub stroke: f64,
+    /// Bar to either side of the port, m.
+    pub bar_half: f64,
+    /// Force at which the jaws stop, N.
+    pub hold_force: f64,
+    /// Turns of the spindle over the stroke; its motor's limit, N.m.
+    pub spindle: [f64; 2],
+    /// The port from the end effector at the start, m.
+    pub port_offset: [f64; 2],
+}
+
+/// SIM1 of S2: the values of Table 4 within their ranges, stroke and time of Table 2; the rest is assumed.
+pub const SIM1: CarriageGripper = CarriageGripper {
+    stiffness: 5e4,
+    damping: 1e5,
+    spring: [100.0, 1000.0],
+    travel: 0.03,
+    radius: 0.01,
+    roller_mass: 0.5,
+    rollers: [[0.06, 0.05], [0.039, 0.03], [0.081, 0.03]],
+    stroke: 0.07,
+    bar_half: 0.03,
+    hold_force: 5000.0,
+    spindle: [35.0, 2.0],
+    port_offset: [0.075, 0.005],
+};
+
 /// SIM2 of S2.
 pub const SIM2: Capture = Capture {
     stiffness: 20000.0,

@@ -7,19 +7,20 @@
 
 use super::bodies::{BodyMotionIndices, Inertia, add_momenta, carry, put, put_rates};
 use super::chaser::{Chaser, RigidChaser};
-use super::frame::{ContactWrench, PointFrame, sub};
+use super::frame::{ContactWrench, PointFrame, frame, sub, two};
 use super::gripper_contact::{MOST_MODES, copies};
 use super::layout::{GripperStructure, Mount, PortShape, SceneOutputs, SceneParameters, SceneStates};
 use super::parameters;
-use super::touch::{ContactState, frame, touch, two};
+use super::presets::SIM1;
+use super::touch::{ContactState, touch};
 use super::view::{Gripper, GripperView};
 use crate::arm::{MAX_LINKS, input};
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
-/// Most inputs of a chaser.
-const MOST_INPUTS: usize = input::count(MAX_LINKS);
+/// Most inputs of a chaser, with those of an effect of each joint.
+const MOST_INPUTS: usize = input::count(MAX_LINKS) + MAX_LINKS;
 
 /// The structure of a capture.
 #[derive(Clone, Debug)]
@@ -48,6 +49,9 @@ impl<C: Chaser> CaptureScene<C> {
     pub fn new(chaser: C, structure: GripperStructure) -> Result<Self, String> {
         let gripper = Gripper::new(structure)?;
         let (begin, length) = (gripper.sizes(), chaser.sizes());
+        if length.inputs > MOST_INPUTS {
+            return Err(format!("a chaser has at most {MOST_INPUTS} inputs, not {}", length.inputs));
+        }
         let parameters = SceneParameters::new(&()).behind(begin.parameters + length.parameters);
         let outputs = SceneOutputs::new(&()).behind(begin.outputs + length.outputs);
         let states = SceneStates::new(&()).behind(begin.states + length.states);
@@ -68,6 +72,9 @@ impl<C: Chaser> CaptureScene<C> {
         p.extend(self.chaser.approaching());
         p.resize(at.count, 0.0);
         p[at.port_offset..at.port_offset + 2].copy_from_slice(&of.port_offset);
+        if self.gripper.structure.sliding() {
+            p[at.port_offset..at.port_offset + 2].copy_from_slice(&SIM1.port_offset);
+        }
         if self.gripper.structure.against == PortShape::Plate {
             // As far before the foremost ball as the port's ball before P1.
             let g = &self.gripper.parameters;

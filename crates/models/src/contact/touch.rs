@@ -1,9 +1,11 @@
 //! All contacts of a gripper at one instant: forces, energies, powers.
 
+use super::ball::{Ball, MovedBall, moved, pair};
+use super::carriage::{self, CarriageSlide};
 use super::closing::Jaws;
-use super::frame::{ContactVector, ContactWrench, PointFrame, add, cross, dot, scale, sub, turned};
-use super::law::{self, ContactLaw, ContactPair, touches};
-use super::layout::{GripperStructure, Mount, PortShape};
+use super::frame::{ContactVector, ContactWrench, PointFrame, add, cross, dot, scale, sub, turned, two};
+use super::law::{ContactLaw, ContactPair, touches};
+use super::layout::Mount;
 use super::view::{Gripper, GripperView};
 use super::{MAX_BALLS, layout};
 use trueup_numerics::Scalar;
@@ -34,6 +36,8 @@ pub(super) struct ContactState<T> {
     pub jaw_motion: T,
     /// Rates of the end ball's displacement (end effector's axes) and velocity.
     pub mounted: [ContactVector<T>; 2],
+    /// The carriages; at rest where there are none.
+    pub slides: [CarriageSlide<T>; 2],
 }
 
 impl<T: Scalar> ContactState<T> {
@@ -55,74 +59,37 @@ impl<T: Scalar> ContactState<T> {
             jaw_load: o,
             jaw_motion: o,
             mounted: [v; 2],
+            slides: [CarriageSlide::none(); 2],
         }
     }
 }
 
 /// The law with its constants.
 pub(super) fn law<T: Scalar>(p: &[T], at: &layout::Parameters) -> ContactLaw<T> {
-    let smooth = p[at.damping_law].value() == layout::HUNT_CROSSLEY;
-    ContactLaw {
-        stiffness: p[at.stiffness],
-        damping: p[at.damping],
-        reference: smooth.then(|| p[at.reference]),
-    }
-}
-
-/// The pair that a ball makes with the port's ball or plate.
-fn pair<T: Scalar>(
-    s: &GripperStructure,
-    p: &[T],
-    at: &layout::Parameters,
-    port: &PointFrame<T>,
-    ball: &Ball<T>,
-) -> ContactPair<T> {
-    let apart = sub(port.position, ball.place);
-    match s.against {
-        PortShape::Ball => {
-            law::balls(apart, sub(port.velocity, ball.velocity), ball.radius + p[at.port_radius])
-        }
-        PortShape::Plate => {
-            let normal = two(p, at.port_normal);
-            let length = dot(normal, normal).sqrt();
-            let outward = port.out(normal.map(|n| n / length));
-            law::plate(apart, sub(port.velocity_at(ball.place), ball.velocity), outward, ball.radius)
-        }
-    }
-}
-
-struct Ball<T> {
-    radius: T,
-    place: ContactVector<T>,
-    velocity: ContactVector<T>,
-}
-
-/// Two values from there on.
-pub(super) fn two<T: Scalar>(values: &[T], at: usize) -> ContactVector<T> {
-    [values[at], values[at + 1]]
-}
-
-/// A body from its position in m, attitude in rad, velocity in m/s and rate in rad/s, which are from these indices on.
-pub(super) fn frame<T: Scalar>(
-    values: &[T],
-    [position, attitude, velocity, rate]: [usize; 4],
-) -> PointFrame<T> {
-    PointFrame::new(two(values, position), values[attitude], two(values, velocity), values[rate])
+    ContactLaw::chosen(p[at.stiffness], p[at.damping], p[at.damping_law], p[at.reference])
 }
 
 /// Everything at that instant.
 pub(super) fn touch<T: Scalar>(g: &Gripper, v: &GripperView<'_, T>) -> ContactState<T> {
     let (at, law) = (&g.parameters, law(v.p, &g.parameters));
     let mut all = ContactState::none(g.jaws(v));
+    if g.structure.sliding() {
+        all.slides = carriage::slides(g, v, &law, &all.jaws);
+        for slide in &all.slides {
+            all.elastic += slide.energy;
+            all.loss += slide.loss;
+        }
+    }
     for i in 0..g.structure.balls {
-        let (open, closed) = (two(v.p, at.open + 2 * i), two(v.p, at.closed + 2 * i));
-        let way = sub(closed, open);
-        let centre = add(open, scale(all.jaws.position, way));
-        let moving = scale(all.jaws.rate, way);
-        let fixed = v.host.at(centre);
-        let radius = v.p[at.ball_radius + i];
-        let mut ball =
-            Ball { radius, place: fixed.position, velocity: add(fixed.velocity, v.host.out(moving)) };
+        let slide = carriage::of_ball(i).filter(|_| g.structure.sliding()).map(|c| &all.slides[c]);
+        let shift = slide.map(|s| scale(s.position, s.way));
+        let MovedBall { way, mut moving, fixed, mut ball } = moved(g, v, &all.jaws, i, shift);
+        let jaw = moving;
+        if let Some(slide) = slide {
+            moving = add(moving, scale(slide.rate, slide.way));
+            ball.velocity = add(fixed.velocity, v.host.out(moving)); // (CON-12)
+        }
+        let radius = ball.radius;
         let mut spring = [T::zero(); 2];
         if g.structure.mount == Mount::Elastic {
             spring = mounted(g, v, &law, &fixed, &mut ball, &mut all);
@@ -162,7 +129,7 @@ pub(super) fn touch<T: Scalar>(g: &Gripper, v: &GripperView<'_, T>) -> ContactSt
         if touches(mode) {
             all.loss += (normal_force - law.stiffness * pair.penetration) * pair.approach;
         }
-        all.jaw_power += dot(on_target, v.host.out(moving));
+        all.jaw_power += dot(on_target, v.host.out(jaw));
         all.jaw_load += dot(on_target, v.host.out(way)); // (CON-11)
         let length = dot(way, way).sqrt();
         if length.value() > 0.0 {

@@ -10,13 +10,13 @@ const ROUNDING: f64 = 1e-6;
 pub(super) const NOT_UNIT: f64 = 1e-3;
 
 /// A quaternion is not of length 1.
-pub(super) fn off_unit(q: Quaternion<f64>) -> bool {
+pub(crate) fn off_unit(q: Quaternion<f64>) -> bool {
     let off = (square(q).sqrt() - 1.0).abs();
     off > NOT_UNIT || off.is_nan()
 }
 
 /// What keeps a matrix from being a body's inertia about its centre of mass.
-pub(super) fn inertia_fault(i: &Matrix3<f64>) -> Option<String> {
+pub(crate) fn inertia_fault(i: &Matrix3<f64>) -> Option<String> {
     let size = i[0][0].abs() + i[1][1].abs() + i[2][2].abs();
     for (a, b) in [(0, 1), (0, 2), (1, 2)] {
         if (i[a][b] - i[b][a]).abs() > ROUNDING * size {

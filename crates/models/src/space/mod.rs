@@ -17,6 +17,7 @@ mod dynamics;
 pub mod end;
 pub mod flexible;
 mod flexure;
+mod hand;
 mod instant;
 pub mod joint_drive;
 pub mod layout;
@@ -40,6 +41,7 @@ pub mod tree;
 mod values;
 pub mod vector;
 
+pub(crate) use body_check::{inertia_fault, off_unit};
 pub use compiled::RobotScalar;
 pub use model::SpatialFreeFlyer;
 pub use prescribed::PrescribedAccelerations;

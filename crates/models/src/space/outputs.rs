@@ -63,7 +63,7 @@ impl SpatialFreeFlyer {
     }
 
     /// Attitudes of all bodies, not as matrices turned back: their signs do not jump.
-    fn attitudes<T: Scalar>(&self, at: &At<T>, now: &RobotInstant<T>) -> PerBody<Quaternion<T>> {
+    pub(super) fn attitudes<T: Scalar>(&self, at: &At<T>, now: &RobotInstant<T>) -> PerBody<Quaternion<T>> {
         let s = self.structure();
         let q = |v: &[T], begin: usize| normalized(four(v, begin));
         let base = if s.held {

@@ -100,6 +100,6 @@ pub(super) fn three<T: Copy>(v: &[T], at: usize) -> Vector3<T> {
 }
 
 /// Nine elements, row by row.
-pub(super) fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix3<T> {
+pub(crate) fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix3<T> {
     [three(v, at), three(v, at + 3), three(v, at + 6)]
 }

@@ -2,9 +2,11 @@
 
 mod arm;
 mod capture;
+mod carriages;
 mod end_ball;
 mod events;
 mod motor;
 mod properties;
 mod run;
 mod scaling;
+mod space;

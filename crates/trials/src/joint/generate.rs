@@ -6,6 +6,7 @@ use super::drive::{self, short};
 use super::law::JointLaw;
 use super::rig;
 use super::scene::{BelievedJoint, JointScene, NominalJoint};
+use super::sealed::SealedJoint;
 use super::size::{by_channel, floors, left, overall, size};
 use super::values::JointValues;
 use super::write::{key, write};
@@ -40,7 +41,7 @@ pub(crate) fn generate(split: TrialSplit, seed: u64, index: usize) -> Result<Tri
         // An effect that does not show on this drive gets a few drives, then the next one has its turn.
         let case = match split {
             TrialSplit::Rig => rig::attempt(seed, index, &mut d),
-            _ => attempt_one(split, seed, index, index + attempt / 8, &mut d),
+            _ => attempt_one(split, seed, index, index + attempt / 8, &mut d).map(|(case, _)| case),
         };
         if let Some(case) = case {
             return Ok(case);
@@ -49,13 +50,27 @@ pub(crate) fn generate(split: TrialSplit, seed: u64, index: usize) -> Result<Tri
     Err(TrialError::Useless { split: split.name(), seed, index })
 }
 
+/// A case and the rig that it was recorded on, which more can be recorded on.
+pub(crate) fn generate_rig(
+    split: TrialSplit,
+    seed: u64,
+    index: usize,
+) -> Result<(TrialCase, SealedJoint), TrialError> {
+    (0..ATTEMPTS)
+        .find_map(|attempt| {
+            let mut d = SeededDraw::new(&format!("joint/{}", split.name()), seed, index, attempt);
+            attempt_one(split, seed, index, index + attempt / 8, &mut d)
+        })
+        .ok_or(TrialError::Useless { split: split.name(), seed, index })
+}
+
 fn attempt_one(
     split: TrialSplit,
     seed: u64,
     index: usize,
     turn: usize,
     d: &mut SeededDraw,
-) -> Option<TrialCase> {
+) -> Option<(TrialCase, SealedJoint)> {
     let rests = d.chance(0.25);
     let color = if rests && d.chance(0.6) { d.uniform(0.3, 0.8) } else { 0.0 };
     let mut drive = drive::draw(d, color);
@@ -179,7 +194,7 @@ fn attempt_one(
     let mut case = write(&scene, &effects, &runs, &nominal, &believed, current_noise, rests, d);
     case.key = key(split, seed, index, &choices, &effects, ratio, truth, &values, mimic.map(|m| m.0), &s);
     case.key.drive = if scene.drive.small { "harmonic drive" } else { "geared motor" }.into();
-    Some(case)
+    Some((case, SealedJoint { scene, effects, truth, current_noise }))
 }
 
 /// Makes an effect look like another.

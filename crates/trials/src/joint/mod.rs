@@ -12,11 +12,13 @@ mod plant;
 mod rig;
 mod run;
 mod scene;
+mod sealed;
 mod size;
 mod values;
 mod write;
 
 pub(crate) use choice::{draw_pulses, spells};
 pub(crate) use drive::short;
-pub(crate) use generate::generate;
+pub(crate) use generate::{generate, generate_rig};
 pub(crate) use law::{Pulse, pulses};
+pub(crate) use sealed::SealedJoint;

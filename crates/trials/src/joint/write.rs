@@ -26,26 +26,7 @@ pub(super) fn write(
 ) -> TrialCase {
     let drive = &scene.drive;
     let reads = |name: String, run: &JointRecord, d: &mut SeededDraw| {
-        let mut columns = vec![TrialColumn {
-            name: "motorCurrent".into(),
-            values: run.current.iter().map(|u| u + current_noise * d.normal()).collect(),
-            unit_step: current_noise,
-        }];
-        for c in &drive.channels {
-            let meter = drive.meters[*c];
-            let mut last = d.normal();
-            let mut values: Vec<f64> = run
-                .time
-                .iter()
-                .map(|t| {
-                    let y = reading(effects, &run.track, *t, *c, scene.span);
-                    meter.read(y, &mut last, d)
-                })
-                .collect();
-            sense::drop_out(&mut values, drive.drop, d);
-            columns.push(TrialColumn { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
-        }
-        TrialRecording { name, time: run.time.clone(), columns }
+        recorded(scene, effects, current_noise, name, run, d)
     };
     let train = (0..3).map(|i| reads(format!("train-{}.csv", i + 1), &runs[i], d)).collect();
     let holdout =
@@ -117,6 +98,38 @@ pub(super) fn write(
             moved: BTreeMap::new(),
         },
     }
+}
+
+/// What the sensors show of a run.
+pub(super) fn recorded(
+    scene: &JointScene,
+    effects: &[JointLawEffect],
+    current_noise: f64,
+    name: String,
+    run: &JointRecord,
+    d: &mut SeededDraw,
+) -> TrialRecording {
+    let drive = &scene.drive;
+    let mut columns = vec![TrialColumn {
+        name: "motorCurrent".into(),
+        values: run.current.iter().map(|u| u + current_noise * d.normal()).collect(),
+        unit_step: current_noise,
+    }];
+    for c in &drive.channels {
+        let meter = drive.meters[*c];
+        let mut last = d.normal();
+        let mut values: Vec<f64> = run
+            .time
+            .iter()
+            .map(|t| {
+                let y = reading(effects, &run.track, *t, *c, scene.span);
+                meter.read(y, &mut last, d)
+            })
+            .collect();
+        sense::drop_out(&mut values, drive.drop, d);
+        columns.push(TrialColumn { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
+    }
+    TrialRecording { name, time: run.time.clone(), columns }
 }
 
 /// Two seconds with the brake on: the current is 0 and nothing moves.

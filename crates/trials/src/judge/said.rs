@@ -24,6 +24,8 @@ pub(crate) struct DiagnosisAnswer {
     #[serde(default)]
     pub(crate) parameters: BTreeMap<String, AnsweredAmplitude>,
     #[serde(default)]
+    pub(crate) unknown: AnsweredUnknown,
+    #[serde(default)]
     pub(crate) indistinguishable: Vec<Vec<String>>,
     /// What it took, where it is known.
     #[serde(skip)]
@@ -31,6 +33,12 @@ pub(crate) struct DiagnosisAnswer {
     /// It failed: no verdict at all.
     #[serde(skip)]
     pub(crate) failed: bool,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct AnsweredUnknown {
+    #[serde(default)]
+    pub(crate) probability: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

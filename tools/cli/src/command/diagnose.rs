@@ -71,6 +71,9 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
     if let Some(why) = found.record.as_ref().and_then(|r| r.instead.as_ref()) {
         voice::line(&format!("causes were compared by balances: {why}"));
     }
+    if let Some(why) = found.record.as_ref().and_then(|r| r.not_compared.as_ref()) {
+        voice::line(&format!("causes were not compared: {why}"));
+    }
     // Those of the case were reported when it was read.
     let grave = found.diagnosis.findings.iter().filter(|f| f.severity == OutcomeSeverity::Grave);
     grave.for_each(|f| voice::line(&format!("grave: {}: {}", f.file, f.text)));

@@ -112,7 +112,10 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
         let robot = args.robot.is_some() || args.preset.is_some();
         let ground = |m: &CatalogModel| args.robot.is_some() && m.name == catalog::ARM;
         let controls = |m: &CatalogModel| robot && m.name == catalog::CONTROLLER;
-        let fits = |m: &CatalogModel| misfit(*m).is_none() && !floats(m) && !ground(m) && !controls(m);
+        // Its chaser is rigid, in which no effect acts.
+        let rigid = |m: &CatalogModel| !args.effect.is_empty() && m.name == catalog::CAPTURE;
+        let fits =
+            |m: &CatalogModel| misfit(*m).is_none() && !floats(m) && !ground(m) && !controls(m) && !rigid(m);
         let fitting: Vec<CatalogModel> = catalog::models().filter(fits).collect();
         if fitting.is_empty() {
             return Err(CliError::Usage(

@@ -10,7 +10,7 @@ use trueup_trials::{
     write_card,
 };
 
-use crate::args::{TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
+use crate::args::{EngineArgument, TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
 use crate::error::CliError;
 use crate::output::{folder, folder_of, say};
 use crate::voice;
@@ -50,7 +50,36 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
 }
 
 pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
-    let program = match &a.program {
+    let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
+    folder_of("--results", &results)?;
+    let run = JudgedRun { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };
+    let failures = diagnose(&run, a.program.as_deref(), a.verdict_only, a.engine)?;
+    // Keys are opened once every diagnosis has spoken; a folder of cases alone has none.
+    if a.directory.join("keys").is_dir() {
+        let answers = Answers { trials: a.directory.clone(), results };
+        say(&summary(&answers.tabulate().map_err(failed)?, &answers.results))?;
+    }
+    if failures > 0 {
+        return Err(again(failures));
+    }
+    Ok(())
+}
+
+/// Why a run is not complete.
+pub(super) fn again(failures: usize) -> CliError {
+    CliError::Failed(format!(
+        "{failures} diagnoses failed (*.error next to the results gives the reasons); run it again to try them again"
+    ))
+}
+
+/// Hands the cases that have no result yet to a program, this one when none is named. Gives how many failed.
+pub(super) fn diagnose(
+    run: &JudgedRun<'_>,
+    program: Option<&Path>,
+    verdict_only: bool,
+    engine: Option<EngineArgument>,
+) -> Result<usize, CliError> {
+    let program = match program {
         // As a path: a bare name would be looked for in PATH.
         Some(file) => std::path::absolute(file).map_err(failed)?,
         None => std::env::current_exe().map_err(failed)?,
@@ -61,15 +90,10 @@ pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
             "there is no such program; name a build of trueup with --program",
         ));
     }
-    if !a.directory.join("cases").is_dir() {
-        return Err(CliError::at(
-            &a.directory,
-            "it has no folder `cases`; `trueup trial generate` makes one",
-        ));
+    if !run.trials.join("cases").is_dir() {
+        return Err(CliError::at(run.trials, "it has no folder `cases`; `trueup trial generate` makes one"));
     }
-    let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
-    folder_of("--results", &results)?;
-    let child = child::Child::new(&program, a.verdict_only, a.engine, a.limit)?;
+    let child = child::Child::new(&program, verdict_only, engine, run.limit.unwrap_or(f64::INFINITY))?;
     let mut failures = 0;
     let each = |name: &str, ran: &CaseEnd| match ran {
         CaseEnd::Done(took) => {
@@ -86,19 +110,8 @@ pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
             voice::line(&format!("{name}: {why}"));
         }
     };
-    let run = JudgedRun { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };
-    trueup_trials::run(&run, |case, out| child.diagnose(case, out), each).map_err(failed)?;
-    // Keys are opened once every diagnosis has spoken; a folder of cases alone has none.
-    if a.directory.join("keys").is_dir() {
-        let answers = Answers { trials: a.directory.clone(), results };
-        say(&summary(&answers.tabulate().map_err(failed)?, &answers.results))?;
-    }
-    if failures > 0 {
-        return Err(CliError::Failed(format!(
-            "{failures} diagnoses failed (*.error next to the results gives the reasons); run it again to try them again"
-        )));
-    }
-    Ok(())
+    trueup_trials::run(run, |case, out| child.diagnose(case, out), each).map_err(failed)?;
+    Ok(failures)
 }
 
 /// Cases, right ones and processor time, plant by plant.
