@@ -5,10 +5,7 @@ use crate::arm::TEST_BED;
 use crate::builder::{self, PlantTableBuilder};
 use crate::experiment::{CAPTURE_TOLERANCE, TOLERANCE};
 use crate::space_capture;
-use crate::structure::{
-    BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, RequestedStructure, SPATIAL, TOUCHES, carried_by, choices,
-    chosen,
-};
+use crate::structure::{BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, SPATIAL, TOUCHES, carried_by, chosen};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{BoundaryType, ModelTable, TableExperiment};
 use trueup_models::arm::layout::states;
@@ -169,19 +166,7 @@ impl Contact {
 /// What is fixed when packed.
 fn constants(b: &mut PlantTableBuilder, model: &str, values: &[usize]) {
     b.constant("dimension", BoundaryType::Integer, &[], &[2.0], "The model moves in the plane");
-    structural(b, model, values);
-}
-
-/// What is chosen of the structure.
-pub(crate) fn structural(b: &mut PlantTableBuilder, model: &str, values: &[usize]) {
-    for (choice, value) in choices(model).iter().zip(values) {
-        let kind = match choice.wanted {
-            RequestedStructure::Count(_) => BoundaryType::Integer,
-            RequestedStructure::Item(items) => b.items(items),
-        };
-        let text = format!("{} (fixed when packed)", choice.text);
-        b.constant(choice.name, kind, &[], &[*value as f64], &text);
-    }
+    b.structure(model, values);
 }
 
 /// In the order of a gripper's choices.

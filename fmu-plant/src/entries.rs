@@ -1,6 +1,7 @@
 //! Lists of a model's variables ([`trueup_models::layout`]) as a table.
 
 use crate::builder::PlantTableBuilder;
+use crate::structure::{RequestedStructure, choices};
 use trueup_fmi::table::{BoundaryType, Depends, Enumeration, LinearFactor};
 use trueup_models::layout::{
     AllowedValues, InputStart, Items, LayoutEntry, LayoutState, Parameter, Shows, TermFactor,
@@ -33,6 +34,17 @@ impl PlantTableBuilder {
     pub(crate) fn items(&mut self, items: &Items) -> BoundaryType {
         let own = Enumeration { name: items.name, description: items.text, items: items.items.to_vec() };
         self.enumeration(own)
+    }
+    /// What is chosen of the model's structure, by the numbers of its choices.
+    pub(crate) fn structure(&mut self, model: &str, values: &[usize]) {
+        for (choice, value) in choices(model).iter().zip(values) {
+            let kind = match choice.wanted {
+                RequestedStructure::Count(_) => BoundaryType::Integer,
+                RequestedStructure::Item(items) => self.items(items),
+            };
+            let text = format!("{} (fixed when packed)", choice.text);
+            self.constant(choice.name, kind, &[], &[*value as f64], &text);
+        }
     }
     /// Parameters with those start values, in order.
     pub(crate) fn parameters(&mut self, entries: &[LayoutEntry<Parameter>], start: &[f64]) {

@@ -1,7 +1,6 @@
 //! `CaptureScene` with a robot in space: its variable table and its configurations.
 
 use crate::builder::PlantTableBuilder;
-use crate::contact::structural;
 use crate::space;
 use crate::structure::{BALLS, CLOSES, MOUNTED, SPATIAL, TOUCHES, chosen};
 use trueup_fmi::configuration::Configuration;
@@ -68,7 +67,7 @@ pub(crate) fn table(m: &SpatialCaptureScene, start: &[f64]) -> ModelTable {
     let (s, robot) = (m.structure(), m.robot().structure());
     b.constant("dimension", BoundaryType::Integer, &[], &[3.0], "The model moves in space");
     let numbers = [SPATIAL as usize, s.balls, s.closing as usize + 1, 1, s.against as usize + 1];
-    structural(&mut b, "CaptureScene", &numbers);
+    b.structure("CaptureScene", &numbers);
     b.items(&COUPLING);
     space::constants(&mut b, robot);
     let (of_hand, rest) = start.split_at(HandParameters::new(s).count);

@@ -134,6 +134,28 @@ def test_torques_of_a_motion_cause_it(trueup, tmp_path):
         assert np.abs(run[name] - found[name]).max() < 2e-4 and np.abs(found[name]).max() > 1e-3, name
 
 
+def test_noise_of_angles_is_smoothed(trueup, tmp_path):
+    """As the sidecar declares it, or --noise; taken as exact it is in the torques, by its second differences."""
+    motion(tmp_path / "motion.csv")
+    exact = columns(tmp_path / "motion.csv")
+    draw = np.random.default_rng(5)
+    names = list(exact)[1:]
+    noisy = np.column_stack([exact["time"], *(exact[name] + 1e-4 * draw.normal(size=len(exact["time"])) for name in names)])
+    np.savetxt(tmp_path / "noisy.csv", noisy, delimiter=",", header=",".join(exact), comments="")
+    (tmp_path / "declared.csv").write_text((tmp_path / "noisy.csv").read_text())
+    (tmp_path / "declared.toml").write_text("[channels.jointAngle]\nnoise = 1e-4\n")
+    torque = {}
+    for name, options in (("motion", []), ("noisy", ["--noise", 1e-4]), ("declared", []), ("rough", ["--noise", 0])):
+        file = "noisy.csv" if name == "rough" else f"{name}.csv"
+        done = trueup("inverse", file, "-o", f"{name}.out.csv", *options, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        torque[name] = columns(tmp_path / f"{name}.out.csv")["jointTorque[1]"]
+    error = {name: np.sqrt(np.mean((t - torque["motion"]) ** 2) / np.mean(torque["motion"] ** 2)) for name, t in torque.items()}
+    print(error)
+    assert np.array_equal(torque["noisy"], torque["declared"])
+    assert error["noisy"] < 0.1 and error["rough"] > 1
+
+
 @pytest.mark.parametrize("version", (2, 3))
 def test_an_fmu_has_inverse_dynamics_as_output(trueup, tmp_path, version):
     """One rigid link on a fixed base: tau = (I + m r^2) a + m g r cos(q)."""

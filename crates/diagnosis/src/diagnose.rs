@@ -344,7 +344,13 @@ fn by_innovations(
 ) -> Result<Diagnosed, DiagnoseError> {
     report_progress(SEARCHED, "fitting and running freely what was found");
     let EngineDecision { found, decision, own, compared } = by_engine;
-    let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
+    // Behind a servo the engine may end far from where a free run can begin.
+    let given = search.case.subject.servo(0).map(|_| {
+        let theta = search.compare(&found.plain.stated).start();
+        search.polish(&FittedSet { theta, ..found.plain.clone() }, POLISH)
+    });
+    let polished = given.into_iter().chain([search.polish(&found.plain, POLISH)]);
+    let (models, ground) = ground(search, &found, polished, options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = FreeRunComparison { ground: &ground, contenders: &[], effort: options.effort };
     let plant = search.case.subject.plant;

@@ -6,6 +6,7 @@ use trueup_identification::identify::ExperimentDesign;
 
 /// Two of the tests fitted, a third held out.
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn with_bristles_a_test_that_was_not_fitted_is_reproduced() {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), &TRUTH, &OFFSETS, 3);

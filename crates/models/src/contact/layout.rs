@@ -269,8 +269,8 @@ layout! {
     /// Where states of a gripper begin.
     States of LayoutState, s: GripperStructure:
     closing "closing" [] if s.scheduled(), "1", state("1/s", 1.0, Shows::Flag), "share of the closing time that is over";
-    jaw "jaw" [] if s.driven(), "1", state("1/s", 1.0, Shows::Flag), "jaws: 0 open, 1 closed (CON-11)";
-    jaw_rate "jawRate" [] if s.driven(), "1/s", state("1/s2", 0.1, Shows::Flag), "rate of the jaws (CON-11)";
+    jaw "jaw" [] if s.driven(), "1", state("1/s", 1.0, Shows::All), "jaws: 0 open, 1 closed (CON-11)";
+    jaw_rate "jawRate" [] if s.driven(), "1/s", state("1/s2", 0.1, Shows::All), "rate of the jaws (CON-11)";
     carriage "carriagePosition" [2] if s.sliding(), "m", state("m/s", 1e-3, Shows::All), "carriages on their jaws along their way (CON-12)";
     dissipated_energy "dissipatedEnergy" [], "J", state("N.m/s", 1e-3, Shows::All), "energy taken by dampers and friction";
     jaw_work "jawWork" [], "J", state("N.m/s", 1e-3, Shows::All), "work of what moves the jaws";

@@ -262,7 +262,7 @@ impl CaseEntry {
             return Err("it has items, but no verdict".into());
         }
         let claims = self.verdict == "effects" || self.verdict == "ambiguous";
-        if claims != !self.effects.is_empty() {
+        if claims == self.effects.is_empty() {
             return Err(match claims {
                 true => format!("its verdict is `{}`, but there is no row `effect`", self.verdict),
                 false => format!("its verdict is `{}`, but there are rows `effect`", self.verdict),

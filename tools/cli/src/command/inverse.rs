@@ -112,8 +112,10 @@ impl Motion {
 
 /// Samples of an angle that a curve takes.
 const LEAST: usize = 5;
-/// Samples at either end beyond which the motion goes on along their cubic.
+/// Samples at either end beyond which the motion goes on along their cubic; of noisy angles a share of all, whose curvature is known
+/// better.
 const END: usize = 8;
+const NOISY_END: usize = 8;
 
 /// The smoothest curve within the noise. A natural spline has no acceleration at its ends, so it begins and ends beyond the motion.
 fn curve(times: &[f64], values: &[f64], noise: f64) -> Option<Spline> {
@@ -130,7 +132,7 @@ fn curve(times: &[f64], values: &[f64], noise: f64) -> Option<Spline> {
         Some(t.iter().filter(|t| **t != from).map(point).collect())
     };
     let n = times.len();
-    let end = END.min(n);
+    let end = if noise > 0.0 { END.max(n / NOISY_END) } else { END }.min(n);
     let (mut before, mut after) = (beyond(0..end, times[0])?, beyond(n - end..n, times[n - 1])?);
     before.reverse();
     after.reverse();
