@@ -324,7 +324,7 @@ fn evidence(
     Ok((decision, JudgedCase::from(&findings.judged)))
 }
 
-/// The same where these recordings can tell nothing about causes.
+/// The same where these recordings determine nothing about causes.
 fn not_compared(mut found: Diagnosed, why: &str) -> Diagnosed {
     found.diagnosis.notes.push(format!("causes were not compared: {why}"));
     if let Some(record) = &mut found.record {

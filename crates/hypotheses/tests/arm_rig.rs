@@ -53,7 +53,7 @@ struct MadeArm<'a> {
 }
 
 impl MadeArm<'_> {
-    /// Two recordings of 2 s, and what the case says in addition to the true values of an arm without effects.
+    /// Two recordings of 2 s, and what the case has in addition to the true values of an arm without effects.
     fn case(&self, lines: &str) -> Loaded {
         let plant = build(&PlantStructure {
             model: "PlanarManipulator".into(),

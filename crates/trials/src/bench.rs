@@ -1,6 +1,6 @@
 //! The sealed benchmark: cases whose hold-out readings and keys are withheld, submissions of one CSV, proper scores.
 //!
-//! `public/` is what an entrant gets: cases, `asked.csv` (when outputs are to be predicted), `seals.csv` (SHA-256 of every key) and
+//! `public/` is what an entrant gets: cases, `requested.csv` (when outputs are to be predicted), `seals.csv` (SHA-256 of every key) and
 //! `bench.toml`. `sealed/` is a folder of trials with the keys and whole recordings; it is published when the entries are in.
 
 pub(crate) mod card;

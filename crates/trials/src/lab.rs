@@ -1,6 +1,6 @@
-//! A sealed rig that runs what is proposed: a joint of the blind trials whose cause is known to nobody, with limits.
+//! A sealed rig that runs what is proposed: a joint of the blind trials whose cause is not published, with limits.
 //!
-//! `case/` is a case for `trueup diagnose`, to which every round adds a recording for fitting; `limits.toml` says what may be
+//! `case/` is a case for `trueup diagnose`, to which every round adds a recording for fitting; `limits.toml` has what may be
 //! proposed; `rounds.csv` counts rounds; `sealed/` holds the key.
 
 use std::fs;
@@ -28,7 +28,7 @@ pub struct LabLimits {
     pub motor_current: f64,
     /// Load angles between which the drive stays switched on, rad: the recorded range, and its width more on both sides.
     pub load_angle: [f64; 2],
-    /// Load angle at which the joint stands when an experiment begins, rad.
+    /// Load angle at which the joint is at rest when an experiment begins, rad.
     pub begin: f64,
     /// Longest experiment, s.
     pub seconds: f64,

@@ -22,7 +22,7 @@ fn made_up(directory: &Path, keys: &[(&str, TrialSplit, &str, &[&str])]) {
     fs::create_dir_all(sealed.join("keys")).unwrap();
     fs::create_dir_all(&public).unwrap();
     let (mut seals, mut tiers) = (String::from("case,key_sha256\n"), String::from("case,tier\n"));
-    let mut asked = String::from("case,recording,time\n");
+    let mut requested = String::from("case,recording,time\n");
     for (name, split, verdict, effects) in keys {
         let key = TruthKey {
             case: (*name).into(),
@@ -54,7 +54,7 @@ fn made_up(directory: &Path, keys: &[(&str, TrialSplit, &str, &[&str])]) {
             let t = 0.1 * f64::from(k);
             rows += &format!("{t:.5},0.0,{t:.4}\n");
             if k > 2 {
-                asked += &format!("{name},holdout-1.csv,{t:.5}\n");
+                requested += &format!("{name},holdout-1.csv,{t:.5}\n");
             }
         }
         fs::write(case.join("holdout-1.csv"), rows).unwrap();
@@ -63,7 +63,7 @@ fn made_up(directory: &Path, keys: &[(&str, TrialSplit, &str, &[&str])]) {
     fs::write(sealed.join("seals.csv"), &seals).unwrap();
     fs::write(public.join("seals.csv"), &seals).unwrap();
     fs::write(public.join("cases.csv"), tiers).unwrap();
-    fs::write(public.join("asked.csv"), asked).unwrap();
+    fs::write(public.join("requested.csv"), requested).unwrap();
     let notice = BenchNotice {
         format: BENCH_FORMAT.into(),
         tiers: vec![BenchTier::Joint],
@@ -132,7 +132,7 @@ fn scores_are_those_of_their_formulas() {
     assert!(page.contains("| - within twice the floor | 100.0 % (1/1;"), "{page}");
 }
 
-/// Whoever believes p gains nothing by saying something else: in the mean over truths drawn from p the Brier score of p is the least.
+/// In the mean over truths drawn from p the Brier score is least for p itself.
 #[test]
 fn an_honest_probability_has_the_best_brier_score() {
     let brier = |q: f64, truth: &str| {
@@ -171,7 +171,7 @@ fn what_is_wrong_with_an_entry_is_named_with_its_line() {
             "joint-0,parameter,stiffness,,,,1,3,2\n",
             "line 2: the interval of `stiffness` ends before it begins",
         ),
-        ("joint-0,output,loadAngle,,holdout-1.csv,0.15,1,,\n", "line 2: 0.15 s was not asked for"),
+        ("joint-0,output,loadAngle,,holdout-1.csv,0.15,1,,\n", "line 2: 0.15 s was not requested"),
         (
             "joint-0,output,loadAngle,,train-1.csv,0.5,1,,\n",
             "line 2: `train-1.csv` is no hold-out recording of joint-0",
@@ -253,8 +253,9 @@ fn a_public_case_ends_its_hold_out_readings_early_and_holds_no_key() {
         assert!(!fs::read_to_string(entry.unwrap().path()).unwrap().contains(&key.effects[0]));
     }
     let (part, all) = (read(&shown, "holdout-1.csv"), read(&whole, "holdout-1.csv"));
-    let asked = read(&public, "asked.csv");
-    let times: Vec<f64> = asked.lines().skip(1).filter_map(|l| l.rsplit(',').next()?.parse().ok()).collect();
+    let requested = read(&public, "requested.csv");
+    let times: Vec<f64> =
+        requested.lines().skip(1).filter_map(|l| l.rsplit(',').next()?.parse().ok()).collect();
     let end: f64 = all.lines().last().unwrap().split(',').next().unwrap().parse().unwrap();
     assert!(
         (100..=400).contains(&times.len()) && times.iter().all(|t| *t > 0.2 * end - 1e-9),

@@ -14,8 +14,8 @@ use crate::{Folders, files};
 
 /// Share of a hold-out recording in which readings are shown: where it begins has to be found from them.
 const OPENING: f64 = 0.2;
-/// Times of a hold-out recording at which outputs are asked for, at most.
-const ASKED: usize = 200;
+/// Times of a hold-out recording at which outputs are requested, at most.
+const REQUESTED: usize = 200;
 
 /// What to make.
 #[derive(Clone, Debug)]
@@ -61,19 +61,19 @@ pub fn make_bench(
             }
         }
     }
-    let (mut tiers, mut asked) = (String::from("case,tier\n"), String::from("case,recording,time\n"));
-    // In the order of their names, so that the times of the files tell nothing of the splits.
+    let (mut tiers, mut requested) = (String::from("case,tier\n"), String::from("case,recording,time\n"));
+    // In the order of their names, so that the times of the files do not show the splits.
     for (name, tier) in &listed {
         let _ = writeln!(tiers, "{name},{}", tier.name());
         for (recording, time) in publish(&sealed, &public, name, *tier)? {
-            let _ = writeln!(asked, "{name},{recording},{time:.5}");
+            let _ = writeln!(requested, "{name},{recording},{time:.5}");
         }
     }
     files::seal(&sealed)?;
     let seals = files::text(&sealed.join("seals.csv"))?;
     files::whole(&public.join("seals.csv"), &seals)?;
     files::whole(&public.join("cases.csv"), &tiers)?;
-    files::whole(&public.join("asked.csv"), &asked)?;
+    files::whole(&public.join("requested.csv"), &requested)?;
     files::whole(&public.join("README.md"), README)?;
     let notice = BenchNotice {
         format: BENCH_FORMAT.into(),
@@ -109,7 +109,7 @@ fn kept_seed(sealed: &Path, order: &BenchOrder) -> Result<u64, TrialError> {
     Ok(seed)
 }
 
-/// Copies a case, without the readings of its hold-out recordings after their openings. Gives the times that are asked for.
+/// Copies a case, without the readings of its hold-out recordings after their openings. Gives the times that are requested.
 fn publish(
     sealed: &Path,
     public: &Path,
@@ -119,22 +119,22 @@ fn publish(
     let (from, cases) = (sealed.join("cases").join(name), public.join("cases"));
     files::folder(&cases)?;
     let part = files::fresh(&cases, name)?;
-    let mut asked = Vec::new();
+    let mut requested = Vec::new();
     for file in files::list(&from)? {
         let (source, target) = (from.join(&file), part.join(&file));
         if file.starts_with("holdout") {
             let (text, times) = masked(&files::text(&source)?, tier);
             files::whole(&target, &text)?;
-            asked.extend(times.into_iter().map(|t| (file.clone(), t)));
+            requested.extend(times.into_iter().map(|t| (file.clone(), t)));
         } else {
             fs::copy(&source, &target).map_err(|e| TrialError::at(&target, e))?;
         }
     }
     files::settle(&part, &cases.join(name))?;
-    Ok(asked)
+    Ok(requested)
 }
 
-/// A recording whose readings are empty after its opening, and times after that, at most [`ASKED`], spread evenly over its rows.
+/// A recording whose readings are empty after its opening, and times after that, at most [`REQUESTED`], spread evenly over its rows.
 fn masked(text: &str, tier: BenchTier) -> (String, Vec<f64>) {
     let mut lines = text.lines();
     let header = lines.next().unwrap_or_default();
@@ -156,7 +156,7 @@ fn masked(text: &str, tier: BenchTier) -> (String, Vec<f64>) {
         }
         out.push('\n');
     }
-    let step = hidden.len().div_ceil(ASKED).max(1);
+    let step = hidden.len().div_ceil(REQUESTED).max(1);
     let times = hidden.into_iter().skip(step - 1).step_by(step).collect();
     (out, times)
 }
@@ -175,7 +175,7 @@ their length. Is something missing from the model, and what? An entry is one CSV
 | answer | no-gap, parameters, unknown, an effect's id, or two joined by `+` | value: its probability; a case's sum is at most 1 |
 | effect | an effect's id that the verdict claims, likeliest first | place: component, or `component/joint`; value: its probability |
 | parameter | a parameter of the model, or `id.parameter` of an effect | value, and low and high of its 95 % interval |
-| output | a reading of a hold-out recording | recording, time (of asked.csv), value as predicted |
+| output | a reading of a hold-out recording | recording, time (of requested.csv), value as predicted |
 | cost | | value: processor seconds |
 
 Only `verdict` is required. `trueup fmu list` has the effects' ids. Check an entry and get a receipt with its hash, before the keys

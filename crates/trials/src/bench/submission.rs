@@ -37,7 +37,7 @@ pub(crate) struct EnteredValue {
     pub(crate) interval: Option<[f64; 2]>,
 }
 
-/// What an entry says of one case.
+/// What an entry has of one case.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CaseEntry {
     pub(crate) verdict: String,
@@ -62,8 +62,8 @@ pub struct BenchEntry {
 pub(crate) struct PublicBench {
     pub(crate) notice: BenchNotice,
     pub(crate) tiers: BTreeMap<String, BenchTier>,
-    /// Times that are asked for, by case and recording, in 1e-5 s.
-    pub(crate) asked: BTreeMap<(String, String), BTreeSet<i64>>,
+    /// Times that are requested, by case and recording, in 1e-5 s.
+    pub(crate) requested: BTreeMap<(String, String), BTreeSet<i64>>,
 }
 
 /// A time as the files have it, in 1e-5 s.
@@ -81,16 +81,16 @@ pub(crate) fn answer_name(ids: &[&str]) -> String {
 impl PublicBench {
     pub(crate) fn read(public: &Path) -> Result<Self, TrialError> {
         let notice = BenchNotice::read(public)?;
-        let (cases, times) = (public.join("cases.csv"), public.join("asked.csv"));
+        let (cases, times) = (public.join("cases.csv"), public.join("requested.csv"));
         let mut tiers = BTreeMap::new();
         for row in rows::<(String, BenchTier)>(&cases)? {
             tiers.insert(row.0, row.1);
         }
-        let mut asked: BTreeMap<_, BTreeSet<i64>> = BTreeMap::new();
+        let mut requested: BTreeMap<_, BTreeSet<i64>> = BTreeMap::new();
         for (case, recording, time) in rows::<(String, String, f64)>(&times)? {
-            asked.entry((case, recording)).or_default().insert(ticks(time));
+            requested.entry((case, recording)).or_default().insert(ticks(time));
         }
-        Ok(Self { notice, tiers, asked })
+        Ok(Self { notice, tiers, requested })
     }
 }
 
@@ -104,7 +104,7 @@ impl BenchEntry {
     ///
     /// # Errors
     /// What is wrong, with file and line: an item that there is not, a case twice or of another benchmark, probabilities that do
-    /// not add up, outputs at times that were not asked for; a case without a verdict.
+    /// not add up, outputs at times that were not requested; a case without a verdict.
     pub fn read(public: &Path, file: &Path) -> Result<Self, TrialError> {
         Self::of(&PublicBench::read(public)?, file)
     }
@@ -146,7 +146,7 @@ impl BenchEntry {
             bench.tiers.keys().filter(|c| !cases.contains_key(*c)).map(String::as_str).collect();
         if let Some(first) = without.first() {
             let why = format!(
-                "{} of {} cases have no verdict, {first} is the first; an entry answers every case, `unknown` where it cannot tell",
+                "{} of {} cases have no verdict, {first} is the first; an entry answers every case, `unknown` where it has no answer",
                 without.len(),
                 bench.tiers.len()
             );
@@ -228,16 +228,16 @@ impl CaseEntry {
             "output" => {
                 let (name, value) = (named()?, value()?);
                 let time = ticks(row.time.ok_or("`output` has no time")?);
-                let times = bench.asked.get(&(row.case.clone(), row.recording.clone()));
+                let times = bench.requested.get(&(row.case.clone(), row.recording.clone()));
                 let times = times.ok_or_else(|| {
                     format!(
-                        "`{}` is no hold-out recording of {}; asked.csv lists them",
+                        "`{}` is no hold-out recording of {}; requested.csv lists them",
                         row.recording, row.case
                     )
                 })?;
                 if !times.contains(&time) {
                     return Err(format!(
-                        "{} s was not asked for; asked.csv has the times",
+                        "{} s was not requested; requested.csv has the times",
                         row.time.unwrap_or(0.0)
                     ));
                 }
@@ -269,10 +269,11 @@ impl CaseEntry {
             });
         }
         for ((recording, reading), given) in &self.outputs {
-            let asked = bench.asked.get(&(name.to_owned(), recording.clone())).map_or(0, BTreeSet::len);
-            if given.len() < asked {
+            let requested =
+                bench.requested.get(&(name.to_owned(), recording.clone())).map_or(0, BTreeSet::len);
+            if given.len() < requested {
                 return Err(format!(
-                    "{} of {asked} times of `{reading}` in {recording} have an output; give all or none of a reading",
+                    "{} of {requested} times of `{reading}` in {recording} have an output; give all or none of a reading",
                     given.len()
                 ));
             }

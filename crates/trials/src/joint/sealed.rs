@@ -13,7 +13,7 @@ use crate::sense;
 
 /// Step of the truth, s.
 const FINE: f64 = 1e-4;
-/// It stands free for this long before an experiment, s.
+/// The drive is off for this long before an experiment, s.
 const RUN_IN: f64 = 1.5;
 /// Half of what a time stamp shows, s: what is written as the same time is the same.
 const HALF_STAMP: f64 = 5e-6;
