@@ -69,7 +69,7 @@ fn answers(said: &DiagnosisAnswer) -> BTreeMap<String, f64> {
     if said.failed {
         return BTreeMap::from([("unknown".into(), 1.0)]);
     }
-    let unknown = said.unknown.probability.unwrap_or(0.0).clamp(0.0, 1.0);
+    let unknown = said.unknown.as_ref().and_then(|u| u.probability).unwrap_or(0.0).clamp(0.0, 1.0);
     let mut add = |name: String, p: f64| *all.entry(name).or_default() += p;
     add("unknown".into(), unknown);
     let claimed: Vec<&str> = said.effects.iter().map(|e| e.id.as_str()).collect();

@@ -24,7 +24,7 @@ pub(crate) struct DiagnosisAnswer {
     #[serde(default)]
     pub(crate) parameters: BTreeMap<String, AnsweredAmplitude>,
     #[serde(default)]
-    pub(crate) unknown: AnsweredUnknown,
+    pub(crate) unknown: Option<AnsweredUnknown>,
     #[serde(default)]
     pub(crate) indistinguishable: Vec<Vec<String>>,
     /// What it took, where it is known.

@@ -51,7 +51,6 @@ fn make(a: &BenchMake) -> Result<(), CliError> {
 fn enter(a: &BenchRun) -> Result<(), CliError> {
     BenchNotice::read(&a.public).map_err(failed)?;
     let results = a.results.clone().unwrap_or_else(|| a.output.with_extension("results"));
-    folder_of("--results", &results)?;
     let run = JudgedRun { trials: &a.public, results: &results, shard: a.shard, limit: Some(a.limit) };
     let failures = trial::diagnose(&run, a.program.as_deref(), true, a.engine)?;
     if failures > 0 {

@@ -51,7 +51,6 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
 
 pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
     let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
-    folder_of("--results", &results)?;
     let run = JudgedRun { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };
     let failures = diagnose(&run, a.program.as_deref(), a.verdict_only, a.engine)?;
     // Keys are opened once every diagnosis has spoken; a folder of cases alone has none.
@@ -93,6 +92,7 @@ pub(super) fn diagnose(
     if !run.trials.join("cases").is_dir() {
         return Err(CliError::at(run.trials, "it has no folder `cases`; `trueup trial generate` makes one"));
     }
+    folder_of("--results", run.results)?;
     let child = child::Child::new(&program, verdict_only, engine, run.limit.unwrap_or(f64::INFINITY))?;
     let mut failures = 0;
     let each = |name: &str, ran: &CaseEnd| match ran {
