@@ -57,20 +57,15 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     let options = DiagnoseOptions {
         seed: args.seed,
-        engine: args.engine.map(Into::into),
         capped,
         force: args.force,
         watch: args.watch,
         all_readings: args.all_readings,
         verdict_only: args.verdict_only,
-        ..DiagnoseOptions::default()
     };
     sensors(&loaded);
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
     let mut found = found.map_err(|e| CliError::at(&loaded.case.file, e))?;
-    if let Some(why) = found.record.as_ref().and_then(|r| r.instead.as_ref()) {
-        voice::line(&format!("causes were compared by balances: {why}"));
-    }
     if let Some(why) = found.record.as_ref().and_then(|r| r.not_compared.as_ref()) {
         voice::line(&format!("causes were not compared: {why}"));
     }
