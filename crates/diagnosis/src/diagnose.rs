@@ -217,10 +217,7 @@ fn evidence(
 
 /// The same where these recordings determine nothing about causes.
 fn not_compared(mut found: Diagnosed, why: &str) -> Diagnosed {
-    found.diagnosis.notes.push(format!("causes were not compared: {why}"));
-    if let Some(record) = &mut found.record {
-        record.not_compared = Some(why.to_owned());
-    }
+    found.diagnosis.not_compared = Some(why.to_owned());
     found
 }
 

@@ -400,6 +400,9 @@ pub struct Diagnosis {
     /// The verdict is `unknown` because of a grave finding, whatever the evidence for another one.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub capped: bool,
+    /// Why no causes were compared, so that the verdict is `unknown`; `None`: they were, or a grave finding is in the way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_compared: Option<String>,
     /// What was noticed, the worst first.
     #[serde(default)]
     pub findings: Vec<NoticedMistake>,

@@ -85,7 +85,7 @@ fn an_arm_of_which_too_little_is_recorded_has_its_candidates_listed() {
     assert_eq!((d.verdict, d.effects.len()), (Verdict::Unknown, 0), "{:?}", d.notes);
     assert!(found.augmented.is_none());
     let record = found.record.unwrap();
-    assert!(record.innovations.is_some(), "{:?}", record.not_compared);
+    assert!(record.innovations.is_some(), "{:?}", d.not_compared);
     let first = &d.candidates[0];
     assert_eq!(
         (first.id.as_str(), first.component.as_str(), first.joint),

@@ -151,6 +151,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
         }),
         augmented: Some(vec!["TwoMassJoint.augmented.fmi3.fmu".into()]),
         capped: false,
+        not_compared: None,
         findings: vec![NoticedMistake {
             severity: OutcomeSeverity::Warning,
             kind: "stuck".into(),

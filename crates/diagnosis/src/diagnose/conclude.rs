@@ -198,6 +198,7 @@ pub(super) fn conclude(
         watch: options.watch.then(|| watch::watch(search, &tuned.complete)),
         augmented: None,
         capped: options.capped,
+        not_compared: None,
         findings: noticed.into_iter().chain(far).collect(),
         inputs: None,
         notes,

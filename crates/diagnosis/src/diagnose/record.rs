@@ -24,9 +24,6 @@ pub struct DecisionRecord {
     /// The judgement; `None`: no causes were compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub innovations: Option<JudgedCase>,
-    /// Why no causes were compared.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub not_compared: Option<String>,
     /// Excess of the nominal model as it is: power of the equation errors over that of a perfect model, less 1.
     pub raw_excess: f64,
     /// Gaps of free runs without effects.
@@ -81,7 +78,6 @@ impl DecisionRecord {
         Self {
             schema: SCHEMA.into(),
             innovations: None,
-            not_compared: None,
             raw_excess,
             free,
             plain: RecordedSet::of(&found.plain),

@@ -16,7 +16,7 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
         escape(&sentence(d))
     ));
     super::intake::doubts(page, d);
-    if d.verdict == Verdict::Unknown && !d.capped {
+    if d.verdict == Verdict::Unknown && !d.capped && d.not_compared.is_none() {
         evidence(page, d);
     }
     if !d.effects.is_empty() {
