@@ -37,10 +37,10 @@ impl EngineModel {
     }
     /// Rates of the states where these rows of an arm's equations have accelerations that are given, whatever force that takes.
     /// The motor and load of a joint interact by the spring alone.
-    pub fn rates_led<T: ArmScalar>(&self, at: At<T>, prescribed: &[(usize, T)], dx: &mut [T]) {
+    pub fn rates_prescribed<T: ArmScalar>(&self, at: At<T>, prescribed: &[(usize, T)], dx: &mut [T]) {
         match self {
             Self::Joint(m) => T::rates(m.plant(), at, &[], dx),
-            Self::Arm(m) => T::rates_led(m, at, prescribed, dx),
+            Self::Arm(m) => T::rates_prescribed(m, at, prescribed, dx),
         }
     }
     /// The row of an arm's equations whose acceleration changes this state.

@@ -223,14 +223,18 @@ impl Hybrid for FlexibleArm {
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
-        self.bodies.rates_led(own, PrescribedAccelerations { base: None, joints: &[], motors: &stuck }, dx);
+        self.bodies.rates_prescribed(
+            own,
+            PrescribedAccelerations { base: None, joints: &[], motors: &stuck },
+            dx,
+        );
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
         let mut held: PerJoint<T> = (0..self.joints()).map(|_| T::zero()).collect();
-        self.bodies.outputs_led(
+        self.bodies.outputs_prescribed(
             own,
             PrescribedAccelerations { base: None, joints: &[], motors: &stuck },
             y,
@@ -278,8 +282,8 @@ impl StiffPart for FlexibleArm {
             STUCK => Brake::Stuck,
             _ => Brake::Viscous(at.p[self.parameter.viscous_friction + j]),
         };
-        let led = PrescribedAccelerations { base: None, joints: &[], motors: &stuck };
-        self.bodies.factor_stiff(&own, led, (g, brake), room, dx)
+        let prescribed = PrescribedAccelerations { base: None, joints: &[], motors: &stuck };
+        self.bodies.factor_stiff(&own, prescribed, (g, brake), room, dx)
     }
 
     fn solve(&self, room: &[f64], y: &mut [f64]) {

@@ -116,7 +116,7 @@ fn inwards<T: Scalar>(
         let mut stiff = T::zero();
         match drive.rotor {
             Rotor::Driven(torque) => rotor = axpy(sigma * torque, k, rotor),
-            Rotor::Led(acceleration) => {
+            Rotor::Prescribed(acceleration) => {
                 rotor = axpy(reach * acceleration, k, rotor);
                 stiff = sigma * reach;
             }
@@ -126,7 +126,7 @@ fn inwards<T: Scalar>(
         carrier.add_outwards(mine, &at.frame);
         let mut on_parent;
         match drive.moves {
-            Moves::Led(acceleration) => {
+            Moves::Prescribed(acceleration) => {
                 force = force.plus(joint.column(mine, axis).times(acceleration));
                 on_parent = at.frame.outwards(force);
                 if geared {
@@ -174,14 +174,14 @@ fn outwards<T: Scalar>(
         let parent = now.carrier_acceleration(carrier, all[carrier], found.modal);
         let k = &kept[i];
         let joint = match drive.moves {
-            Moves::Led(acceleration) => acceleration,
+            Moves::Prescribed(acceleration) => acceleration,
             // `axis` is as the carrier sees it, its rotor included.
             Moves::Driven(_) => (k.rest - parent.power(k.axis)) * k.inverse,
         };
         found.joint[i - 1] = joint;
         found.rotor[i - 1] = match drive.rotor {
             Rotor::Geared => joint,
-            Rotor::Led(acceleration) => {
+            Rotor::Prescribed(acceleration) => {
                 drive.inertia * (acceleration + drive.share * dot(at.axis, parent.angular))
             }
             Rotor::Driven(torque) => torque / drive.inertia - drive.share * dot(at.axis, parent.angular),

@@ -20,15 +20,15 @@ impl SpatialFreeFlyer {
     pub(crate) fn rates_under<T: Scalar>(
         &self,
         at: At<T>,
-        led: PrescribedAccelerations<'_, T>,
+        prescribed: PrescribedAccelerations<'_, T>,
         force: &[T],
         dx: &mut [T],
     ) {
         let mut now = RobotInstant::new();
         now.set(self, &at);
         now.push(self, force);
-        now.lead(self, &led);
-        self.accelerate_led(&now, &at, &led, dx, &mut []);
+        now.prescribe(self, &prescribed);
+        self.accelerate_prescribed(&now, &at, &prescribed, dx, &mut []);
     }
 
     /// What was chosen of its joints.
@@ -140,11 +140,11 @@ impl PlantModel for SpatialFreeFlyer {
 pub trait RobotScalar: PlantScalar {
     /// See [`SpatialFreeFlyer::mass_matrix`].
     fn mass_matrix(robot: &SpatialFreeFlyer, at: &At<Self>, m: &mut [Self]) -> usize;
-    /// See [`SpatialFreeFlyer::rates_led`].
-    fn rates_led(
+    /// See [`SpatialFreeFlyer::rates_prescribed`].
+    fn rates_prescribed(
         robot: &SpatialFreeFlyer,
         at: At<Self>,
-        led: PrescribedAccelerations<'_, Self>,
+        prescribed: PrescribedAccelerations<'_, Self>,
         dx: &mut [Self],
     );
 }
@@ -157,13 +157,13 @@ macro_rules! robot_scalar {
                 robot.mass_matrix(at, m)
             }
             #[inline(never)]
-            fn rates_led(
+            fn rates_prescribed(
                 robot: &SpatialFreeFlyer,
                 at: At<Self>,
-                led: PrescribedAccelerations<'_, Self>,
+                prescribed: PrescribedAccelerations<'_, Self>,
                 dx: &mut [Self],
             ) {
-                robot.rates_led(at, led, dx);
+                robot.rates_prescribed(at, prescribed, dx);
             }
         }
     )*};

@@ -68,7 +68,7 @@ impl SpatialFreeFlyer {
         now.set(self, &At { x, ..at });
         now.rest(self.structure.held);
         for (j, change) in motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
-            now.drives[*j].rotor = Rotor::Led(*change);
+            now.drives[*j].rotor = Rotor::Prescribed(*change);
         }
         self.accelerate(&now, &At { x, ..at }, jump);
         jump[..self.state.base_velocity].fill(0.0);
@@ -81,8 +81,13 @@ impl SpatialFreeFlyer {
 
     /// Rates of the states where some accelerations are given.
     #[inline(never)]
-    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: PrescribedAccelerations<'_, T>, dx: &mut [T]) {
-        self.rates_with_torques(at, led, dx, &mut []);
+    pub fn rates_prescribed<T: Scalar>(
+        &self,
+        at: At<T>,
+        prescribed: PrescribedAccelerations<'_, T>,
+        dx: &mut [T],
+    ) {
+        self.rates_with_torques(at, prescribed, dx, &mut []);
     }
 
     /// The same, and the torques on the prescribed motors in addition to those of their springs, N.m, joint side, where there is room
@@ -91,28 +96,28 @@ impl SpatialFreeFlyer {
     pub fn rates_with_torques<T: Scalar>(
         &self,
         at: At<T>,
-        led: PrescribedAccelerations<'_, T>,
+        prescribed: PrescribedAccelerations<'_, T>,
         dx: &mut [T],
         needed: &mut [T],
     ) {
         let mut now = RobotInstant::new();
         now.set(self, &at);
-        now.lead(self, &led);
-        self.accelerate_led(&now, &at, &led, dx, needed);
+        now.prescribe(self, &prescribed);
+        self.accelerate_prescribed(&now, &at, &prescribed, dx, needed);
     }
 
-    /// The same at an instant that leads those.
-    pub(super) fn accelerate_led<T: Scalar>(
+    /// The same at an instant with those prescribed.
+    pub(super) fn accelerate_prescribed<T: Scalar>(
         &self,
         now: &RobotInstant<T>,
         at: &At<T>,
-        led: &PrescribedAccelerations<'_, T>,
+        prescribed: &PrescribedAccelerations<'_, T>,
         dx: &mut [T],
         needed: &mut [T],
     ) {
         let rotor = self.accelerate(now, at, dx);
         needed.fill(T::zero());
-        for (j, acceleration) in led.motors {
+        for (j, acceleration) in prescribed.motors {
             let Some(k) = self.spring[*j] else { continue };
             dx[self.state.motor_velocity + k] = *acceleration;
             if let Some(needed) = needed.get_mut(*j) {
@@ -187,11 +192,11 @@ impl Hybrid for SpatialFreeFlyer {
     fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        self.rates_led(at, PrescribedAccelerations::none(), dx);
+        self.rates_prescribed(at, PrescribedAccelerations::none(), dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        self.outputs_led(at, PrescribedAccelerations::none(), y, &mut []);
+        self.outputs_prescribed(at, PrescribedAccelerations::none(), y, &mut []);
     }
 
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}

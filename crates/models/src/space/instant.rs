@@ -192,16 +192,20 @@ impl<T: Scalar> RobotInstant<T> {
     }
 
     /// Some accelerations are given.
-    pub(super) fn lead(&mut self, model: &SpatialFreeFlyer, led: &PrescribedAccelerations<'_, T>) {
+    pub(super) fn prescribe(
+        &mut self,
+        model: &SpatialFreeFlyer,
+        prescribed: &PrescribedAccelerations<'_, T>,
+    ) {
         let base = self.placed[0];
-        if let Some((linear, angular)) = led.base.filter(|_| !model.structure().held) {
+        if let Some((linear, angular)) = prescribed.base.filter(|_| !model.structure().held) {
             let own = transposed_times(&base.frame.rotation, linear);
             let (v, omega) = (base.velocity.linear, base.velocity.angular);
             self.held = Some(SpatialMotion { angular, linear: add(own, cross(v, omega)) });
         }
-        led.joints.iter().for_each(|(j, a)| self.drives[*j].moves = Moves::Led(*a));
-        for (j, a) in led.motors.iter().filter(|(j, _)| model.motor_row(*j).is_some()) {
-            self.drives[*j].rotor = Rotor::Led(*a);
+        prescribed.joints.iter().for_each(|(j, a)| self.drives[*j].moves = Moves::Prescribed(*a));
+        for (j, a) in prescribed.motors.iter().filter(|(j, _)| model.motor_row(*j).is_some()) {
+            self.drives[*j].rotor = Rotor::Prescribed(*a);
         }
     }
 

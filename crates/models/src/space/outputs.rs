@@ -19,17 +19,17 @@ use trueup_numerics::hybrid::At;
 impl SpatialFreeFlyer {
     /// Outputs where some accelerations are given; `needed` as of [`Self::rates_with_torques`].
     #[inline(never)]
-    pub fn outputs_led<T: Scalar>(
+    pub fn outputs_prescribed<T: Scalar>(
         &self,
         at: At<T>,
-        led: PrescribedAccelerations<'_, T>,
+        prescribed: PrescribedAccelerations<'_, T>,
         y: &mut [T],
         needed: &mut [T],
     ) {
         let at = &at;
         let mut now = RobotInstant::new();
         now.set(self, at);
-        now.lead(self, &led);
+        now.prescribe(self, &prescribed);
         let frames = now.frames(self);
         let base = &frames[0];
         let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
@@ -141,7 +141,7 @@ impl SpatialFreeFlyer {
         // Of a prescribed rotor the torque was found.
         needed.fill(T::zero());
         for (j, (found, drive)) in rotor.iter_mut().zip(&now.drives).enumerate() {
-            if let Rotor::Led(acceleration) = drive.rotor {
+            if let Rotor::Prescribed(acceleration) = drive.rotor {
                 if let Some(needed) = needed.get_mut(j) {
                     *needed = *found;
                 }
