@@ -19,6 +19,7 @@ pub use experiment::schedule;
 pub use flexible_arm::{of_arm, with_links};
 pub use model::PlantModelTable;
 pub use space::{is_robot, of_design};
+pub use space_capture::capture_of_design;
 pub use space_controller::controller_of_design;
 pub use structure::{RequestedStructure, StructureOption, choices};
 

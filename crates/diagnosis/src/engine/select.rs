@@ -47,7 +47,7 @@ impl SearchEffort {
     pub fn on(self, plant: PlantKind) -> Self {
         match plant {
             PlantKind::Joint => self,
-            PlantKind::Arm => Self {
+            PlantKind::Arm | PlantKind::Space => Self {
                 refits: self.refits.min(5),
                 beam: 1,
                 most: self.most.min(3),

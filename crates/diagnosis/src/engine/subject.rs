@@ -89,7 +89,7 @@ impl DiagnosisSubject {
             effect::PlantKind::Joint => TwoMassJoint::new(self.flexible[0], &effects)
                 .map(EngineModel::joint)
                 .map_err(|e| e.to_string()),
-            effect::PlantKind::Arm => {
+            effect::PlantKind::Arm | effect::PlantKind::Space => {
                 let arm = PlanarManipulator::on_base(self.fixed_base, &self.flexible, &effects);
                 let arm = arm.map_err(|e| e.to_string())?.with_payload(self.payload);
                 Ok(EngineModel::Arm(Arc::new(Compiled::new(arm))))
@@ -116,7 +116,9 @@ impl DiagnosisSubject {
     pub fn motor_input(&self, site: usize) -> usize {
         match self.plant {
             effect::PlantKind::Joint => joint::input::MOTOR_CURRENT,
-            effect::PlantKind::Arm => arm::input::joint_torque(self.joints()) + site,
+            effect::PlantKind::Arm | effect::PlantKind::Space => {
+                arm::input::joint_torque(self.joints()) + site
+            }
         }
     }
     /// The input that is the reference of a joint's servo, if it has one.

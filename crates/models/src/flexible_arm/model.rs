@@ -6,7 +6,7 @@ use super::structure::FlexibleArmStructure;
 use crate::friction::{self, Levels, STUCK};
 use crate::space::layout::{self as space, States};
 use crate::space::stiff::Brake;
-use crate::space::{MAX_TIPS, PrescribedAccelerations, SpatialFreeFlyer};
+use crate::space::{MAX_TIPS, PrescribedAccelerations, SpatialFreeFlyer, StickSlip};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes, StiffPart};
@@ -92,14 +92,6 @@ impl FlexibleArm {
     pub fn joints(&self) -> usize {
         self.structure.robot.bodies()
     }
-    /// Row of the rate of what friction brakes at a joint: its motor's, of a rigid joint its own.
-    pub(super) fn rate_row(&self, joint: usize) -> usize {
-        let row = &self.state;
-        self.bodies
-            .motor_row(joint)
-            .map_or(row.joint_velocity + joint, |m| row.motor_velocity + m - row.motor_angle)
-    }
-
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors

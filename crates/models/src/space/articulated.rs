@@ -26,7 +26,8 @@ struct KeptBody<T> {
 pub struct SweepResult<'a, T> {
     /// Of the joints, rad/s2 (m/s2).
     pub joint: &'a mut [T],
-    /// Of the rotors, joint side, rad/s2; of the prescribed ones: the torque that it takes, N.m.
+    /// Of the rotors, joint side, rad/s2; of a prescribed one, and of one that turns with a prescribed joint: the torque that the
+    /// motion takes, N.m (N).
     pub rotor: &'a mut [T],
     /// Of the modes, m/s2 (rad/s2).
     pub modal: &'a mut [T],
@@ -45,13 +46,13 @@ pub fn accelerations<T: Scalar>(
         inertia: PerBody::new(),
         bias: PerBody::new(),
         kept: PerBody::new(),
-        acceleration: PerBody::new(),
         bending: Bending::new(),
     };
+    let mut acceleration = PerBody::new();
     inwards(at, applied, &mut m);
     let root = held.unwrap_or_else(|| solve(&m.inertia[0], m.bias[0]));
-    m.acceleration.push(root);
-    outwards(at, &m.kept, &m.bending, &mut m.acceleration, &mut out);
+    acceleration.push(root);
+    outwards(at, &m, &mut acceleration, &mut out);
     root
 }
 
@@ -60,7 +61,6 @@ struct SweepMemory<T> {
     inertia: PerBody<Articulated<T>>,
     bias: PerBody<SpatialWrench<T>>,
     kept: PerBody<KeptBody<T>>,
-    acceleration: PerBody<SpatialMotion<T>>,
     bending: Bending<T>,
 }
 
@@ -69,7 +69,7 @@ struct SweepMemory<T> {
 fn inwards<T: Scalar>(
     now: &RobotSnapshot<'_, T>,
     applied: &[SpatialWrench<T>],
-    SweepMemory { inertia, bias, kept, bending, .. }: &mut SweepMemory<T>,
+    SweepMemory { inertia, bias, kept, bending }: &mut SweepMemory<T>,
 ) {
     let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
@@ -163,8 +163,7 @@ fn inwards<T: Scalar>(
 #[inline(never)]
 fn outwards<T: Scalar>(
     now: &RobotSnapshot<'_, T>,
-    kept: &[KeptBody<T>],
-    bending: &Bending<T>,
+    SweepMemory { inertia, bias, kept, bending }: &SweepMemory<T>,
     all: &mut PerBody<SpatialMotion<T>>,
     found: &mut SweepResult<'_, T>,
 ) {
@@ -188,6 +187,11 @@ fn outwards<T: Scalar>(
         };
         let mut own = at.frame.inwards(parent).plus(at.bias);
         tree.joint[i - 1].add_to(scale(joint, bodies[i].axis), &mut own);
+        if let (Moves::Prescribed(_), Rotor::Geared) = (drive.moves, drive.rotor) {
+            let met = inertia[i].times(own).plus(bias[i]);
+            let turned = drive.inertia * (joint + drive.share * dot(at.axis, parent.angular));
+            found.rotor[i - 1] = tree.joint[i - 1].power(bodies[i].axis, &met) + turned; // (SFF-11)
+        }
         if let Some(end) = flexing.end(i) {
             resolve(&end, own, bending, found.modal);
         }

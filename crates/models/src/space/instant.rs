@@ -165,6 +165,10 @@ impl<T: Scalar> RobotInstant<T> {
         }
     }
 
+    /// The axis of the joint of this body (from 1), own axes.
+    pub(super) fn axis(&self, body: usize) -> Vector3<T> {
+        self.bodies[body].axis
+    }
     /// Velocity of what hangs on this body, its axes and origin.
     pub(super) fn carrier_velocity(&self, body: usize) -> SpatialMotion<T> {
         let own = self.placed[body].velocity;
@@ -292,8 +296,17 @@ fn apply<T: Scalar>(
         let force = three(at.u, input.base_force);
         all[0] = all[0].plus(turned(&s.tree, placed, 0, force, three(at.u, input.base_torque)));
     }
+    // On the base, and at the first tip.
+    let by_effects = model.effect_wrenches(at, &placed[0]);
+    if let Some((w, _)) = by_effects {
+        all[0] = all[0].plus(turned(&s.tree, placed, 0, w.force, w.torque));
+    }
     for (a, tip) in s.tips.iter().enumerate() {
-        let (force, torque) = (three(at.u, input.tip_force + 3 * a), three(at.u, input.tip_torque + 3 * a));
+        let (mut force, mut torque) =
+            (three(at.u, input.tip_force + 3 * a), three(at.u, input.tip_torque + 3 * a));
+        if let (0, Some((_, w))) = (a, by_effects) {
+            (force, torque) = (add(force, w.force), add(torque, w.torque));
+        }
         if force.iter().chain(&torque).all(|c| c.vanishes()) {
             continue;
         }

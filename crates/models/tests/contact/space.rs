@@ -15,8 +15,6 @@ use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::driver::DriverOptions;
 use trueup_numerics::hybrid::{At, Hybrid};
 
-const NONE: &[&str] = &[];
-
 /// A capture in space with its variables and their values.
 struct SpaceSim {
     scene: SpatialCaptureScene,
@@ -30,7 +28,7 @@ impl SpaceSim {
     fn of(design: &RobotDesign, s: SpatialGripperStructure) -> Self {
         let robot = SpatialFreeFlyer::new(design.structure()).unwrap();
         let of = robot.structure().clone();
-        let scene = SpatialCaptureScene::new(robot, s, NONE).unwrap();
+        let scene = SpatialCaptureScene::new(robot, s).unwrap();
         let states = [HandStates::list(&s), States::list(&of), TargetStates::list(&())].concat();
         Self {
             p: scene.defaults(&design.parameters()),
@@ -185,6 +183,42 @@ fn the_planar_limit_is_the_planar_scene() {
         println!("planar limit at {} instants: {name} within {off:.1e} of {most:.1e}", instants.len());
         assert!(off < limit * most.max(unit) && most > 1e-3 && instants.len() > 100);
     }
+    // That it is rounding: 2048 m from the origin the last digit is 1024 times as large, and so is what the wrenches differ by, on average
+    // over the instants; nothing else knows where the origin is.
+    let wrenches = |shift: f64| {
+        let far = shifted(&flat, &planar, shift);
+        let all = (0..planar.t.len()).step_by(3).flat_map(|k| {
+            let [_, wrench, ..] = at_once(&flat, &sim, &far, k);
+            wrench
+        });
+        let off: Vec<f64> = all.map(|(a, b)| (a - b).abs()).collect();
+        off.iter().sum::<f64>() / off.len() as f64
+    };
+    let (near, far) = (wrenches(0.0), wrenches(2048.0));
+    println!("planar limit, wrenches on average: {near:.1e} N, {far:.1e} N at 2048 m: {:.0} times", far / near);
+    assert!((far / near / 1024.0).ln().abs() < 4.0_f64.ln());
+}
+
+/// The same instants of a planar run elsewhere.
+fn shifted(flat: &Sim<trueup_models::arm::PlanarManipulator>, planar: &Moments, by: f64) -> Moments {
+    use trueup_models::contact::layout::{SceneStates, States as FlatStates};
+    let arm = FlatStates::new(&GripperStructure::default()).count;
+    let target = SceneStates::new(&()).behind(arm + 12).target_position;
+    let u = vec![0.0; flat.scene.sizes().inputs];
+    let mut all = Moments {
+        t: planar.t.clone(),
+        x: planar.x.clone(),
+        y: planar.y.clone(),
+        modes: planar.modes.clone(),
+        event: planar.event.clone(),
+    };
+    for k in 0..all.t.len() {
+        all.x[k][arm] += by;
+        all.x[k][target] += by;
+        let at = At { t: all.t[k], x: &all.x[k], u: &u, p: &flat.p, modes: &all.modes[k] };
+        flat.scene.outputs(at, &mut all.y[k]);
+    }
+    all
 }
 
 /// Depths, wrenches on hand and port, accelerations of the target and of the arm, in the plane and in space where the scene in space is where the
@@ -316,14 +350,12 @@ fn what_cannot_be_had_in_space_is_refused() {
     use trueup_models::contact::Closing;
     for (s, said) in [(structure(9, Closing::Schedule), "1 to 8"), (structure(3, Closing::Motor), "no motor")]
     {
-        assert!(SpatialCaptureScene::new(robot(), s, NONE).unwrap_err().contains(said));
+        assert!(SpatialCaptureScene::new(robot(), s).unwrap_err().contains(said));
     }
     let mut bare = presets::chaser();
     bare.tips.clear();
     let bare = SpatialFreeFlyer::new(bare.structure()).unwrap();
-    assert!(
-        SpatialCaptureScene::new(bare, SpatialGripperStructure::default(), NONE).unwrap_err().contains("tip")
-    );
+    assert!(SpatialCaptureScene::new(bare, SpatialGripperStructure::default()).unwrap_err().contains("tip"));
     let of = |against| SpaceSim::bent(SpatialGripperStructure { against, ..Default::default() });
     // As they are by default all of them begin apart.
     for against in
