@@ -46,13 +46,15 @@ pub fn accelerations<T: Scalar>(
         inertia: PerBody::new(),
         bias: PerBody::new(),
         kept: PerBody::new(),
+        acceleration: PerBody::new(),
         bending: Bending::new(),
     };
-    let mut acceleration = PerBody::new();
     inwards(at, applied, &mut m);
     let root = held.unwrap_or_else(|| solve(&m.inertia[0], m.bias[0]));
-    acceleration.push(root);
-    outwards(at, &m, &mut acceleration, &mut out);
+    m.acceleration.push(root);
+    if outwards(at, &m.kept, &m.bending, &mut m.acceleration, &mut out) {
+        prescribed(at, &m, &mut out);
+    }
     root
 }
 
@@ -61,6 +63,7 @@ struct SweepMemory<T> {
     inertia: PerBody<Articulated<T>>,
     bias: PerBody<SpatialWrench<T>>,
     kept: PerBody<KeptBody<T>>,
+    acceleration: PerBody<SpatialMotion<T>>,
     bending: Bending<T>,
 }
 
@@ -69,7 +72,7 @@ struct SweepMemory<T> {
 fn inwards<T: Scalar>(
     now: &RobotSnapshot<'_, T>,
     applied: &[SpatialWrench<T>],
-    SweepMemory { inertia, bias, kept, bending }: &mut SweepMemory<T>,
+    SweepMemory { inertia, bias, kept, bending, .. }: &mut SweepMemory<T>,
 ) {
     let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
@@ -159,21 +162,26 @@ fn inwards<T: Scalar>(
     }
 }
 
-/// From the base, whose acceleration is the first of `all`, to the tips.
+/// From the base, whose acceleration is the first of `all`, to the tips. Whether a joint is prescribed.
 #[inline(never)]
 fn outwards<T: Scalar>(
     now: &RobotSnapshot<'_, T>,
-    SweepMemory { inertia, bias, kept, bending }: &SweepMemory<T>,
+    kept: &[KeptBody<T>],
+    bending: &Bending<T>,
     all: &mut PerBody<SpatialMotion<T>>,
     found: &mut SweepResult<'_, T>,
-) {
+) -> bool {
+    let mut some = false;
     let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     for i in 1..=tree.bodies() {
         let (carrier, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
         let parent = now.carrier_acceleration(carrier, all[carrier], found.modal);
         let k = &kept[i];
         let joint = match drive.moves {
-            Moves::Prescribed(acceleration) => acceleration,
+            Moves::Prescribed(acceleration) => {
+                some = true;
+                acceleration
+            }
             // `axis` is as the carrier sees it, its rotor included.
             Moves::Driven(_) => (k.rest - parent.power(k.axis)) * k.inverse,
         };
@@ -187,11 +195,6 @@ fn outwards<T: Scalar>(
         };
         let mut own = at.frame.inwards(parent).plus(at.bias);
         tree.joint[i - 1].add_to(scale(joint, bodies[i].axis), &mut own);
-        if let (Moves::Prescribed(_), Rotor::Geared) = (drive.moves, drive.rotor) {
-            let met = inertia[i].times(own).plus(bias[i]);
-            let turned = drive.inertia * (joint + drive.share * dot(at.axis, parent.angular));
-            found.rotor[i - 1] = tree.joint[i - 1].power(bodies[i].axis, &met) + turned; // (SFF-11)
-        }
         if let Some(end) = flexing.end(i) {
             resolve(&end, own, bending, found.modal);
         }
@@ -200,6 +203,24 @@ fn outwards<T: Scalar>(
     for (j, on) in flexing.loose() {
         let met = flexing.force[j] - flexing.bias[j] - all[on].power(flexing.coupling[j]);
         found.modal[j] = met * flexing.modes[j].inverse; // (SFF-6)
+    }
+    some
+}
+
+/// What prescribed joints with geared rotors take: the articulated inertia is what each of them meets.
+#[cold]
+#[inline(never)]
+fn prescribed<T: Scalar>(now: &RobotSnapshot<'_, T>, m: &SweepMemory<T>, found: &mut SweepResult<'_, T>) {
+    let RobotSnapshot { tree, bodies, placed, drives, .. } = *now;
+    for i in 1..=tree.bodies() {
+        let drive = &drives[i - 1];
+        if let (Moves::Prescribed(acceleration), Rotor::Geared) = (drive.moves, drive.rotor) {
+            let carrier = tree.parent[i - 1];
+            let parent = now.carrier_acceleration(carrier, m.acceleration[carrier], found.modal);
+            let met = m.inertia[i].times(m.acceleration[i]).plus(m.bias[i]);
+            let turned = drive.inertia * (acceleration + drive.share * dot(placed[i].axis, parent.angular));
+            found.rotor[i - 1] = tree.joint[i - 1].power(bodies[i].axis, &met) + turned; // (SFF-11)
+        }
     }
 }
 

@@ -155,6 +155,8 @@ impl SpatialFreeFlyer {
     }
 
     /// A joint with its motor.
+    #[cold]
+    #[inline(never)]
     pub(super) fn affected_drive<T: Scalar>(&self, at: &At<T>, j: usize) -> JointDrive<T> {
         let d = self.drive_train(at, j);
         let sticks = self.friction_mode(at.modes, j) == STUCK;
@@ -180,10 +182,7 @@ impl SpatialFreeFlyer {
         &self,
         at: &At<T>,
         base: &PlacedBody<T>,
-    ) -> Option<(SpatialWrench<T>, SpatialWrench<T>)> {
-        if self.effects.is_empty() {
-            return None;
-        }
+    ) -> (SpatialWrench<T>, SpatialWrench<T>) {
         let rotation = base.frame.rotation;
         let b = FlyerBase {
             t: at.t,
@@ -191,10 +190,12 @@ impl SpatialFreeFlyer {
             velocity: times(&rotation, base.velocity.linear),
             rate: times(&rotation, base.velocity.angular),
         };
-        Some((self.effects.space_base(at, &b), self.effects.space_tip(at, &b)))
+        (self.effects.space_base(at, &b), self.effects.space_tip(at, &b))
     }
 
     /// Energy of springs and effects, J.
+    #[cold]
+    #[inline(never)]
     pub(super) fn affected_energy<T: Scalar>(&self, at: &At<T>) -> T {
         let mut sum = T::zero();
         for j in 0..self.structure.bodies() {
@@ -208,6 +209,8 @@ impl SpatialFreeFlyer {
     }
 
     /// Rates of the effects' states.
+    #[cold]
+    #[inline(never)]
     pub(super) fn effect_rates<T: Scalar>(&self, at: &At<T>, dx: &mut [T]) {
         for j in 0..self.structure.bodies() {
             let d = self.drive_train(at, j);
@@ -222,6 +225,8 @@ impl SpatialFreeFlyer {
     }
 
     /// Their initial states, behind those of the robot.
+    #[cold]
+    #[inline(never)]
     pub(super) fn start_effects<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         for j in 0..self.structure.bodies() {
             let d = self.drive_train(&At { t: T::zero(), x, u: &[], p, modes: &[] }, j);
@@ -287,6 +292,8 @@ impl SpatialFreeFlyer {
     }
 
     /// Outputs of friction and effects, and what sensors show of the others. `needed`: torques that prescribed motions take.
+    #[cold]
+    #[inline(never)]
     pub(super) fn effect_outputs<T: Scalar>(&self, at: &At<T>, needed: &[T], y: &mut [T]) {
         for j in 0..self.structure.bodies() {
             let d = self.drive_train(at, j);

@@ -296,25 +296,49 @@ fn apply<T: Scalar>(
         let force = three(at.u, input.base_force);
         all[0] = all[0].plus(turned(&s.tree, placed, 0, force, three(at.u, input.base_torque)));
     }
-    // On the base, and at the first tip.
-    let by_effects = model.effect_wrenches(at, &placed[0]);
-    if let Some((w, _)) = by_effects {
-        all[0] = all[0].plus(turned(&s.tree, placed, 0, w.force, w.torque));
-    }
     for (a, tip) in s.tips.iter().enumerate() {
-        let (mut force, mut torque) =
-            (three(at.u, input.tip_force + 3 * a), three(at.u, input.tip_torque + 3 * a));
-        if let (0, Some((_, w))) = (a, by_effects) {
-            (force, torque) = (add(force, w.force), add(torque, w.torque));
-        }
+        let (force, torque) = (three(at.u, input.tip_force + 3 * a), three(at.u, input.tip_torque + 3 * a));
         if force.iter().chain(&torque).all(|c| c.vanishes()) {
             continue;
         }
-        let mut w = turned(&s.tree, placed, *tip, force, torque);
-        let offset = three(at.p, p.tip_offset + 3 * a);
-        w.torque = add(w.torque, cross(bent.ends.displaced(*tip, offset), w.force));
-        all[*tip] = all[*tip].plus(w);
-        bent.push(*tip, w);
+        at_tip(model, at, (a, *tip), placed, (force, torque), (all, bent));
+    }
+    if !model.effects().is_empty() {
+        affect(model, at, placed, (all, bent));
+    }
+}
+
+/// A force and a torque in inertial axes at tip `a`, which is on this body.
+#[inline]
+fn at_tip<T: Scalar>(
+    model: &SpatialFreeFlyer,
+    at: &At<T>,
+    (a, body): (usize, usize),
+    placed: &[PlacedBody<T>],
+    (force, torque): (Vector3<T>, Vector3<T>),
+    (all, bent): (&mut [SpatialWrench<T>], &mut DeformedAppendages<T>),
+) {
+    let mut w = turned(&model.structure().tree, placed, body, force, torque);
+    let offset = three(at.p, model.parameter.tip_offset + 3 * a);
+    w.torque = add(w.torque, cross(bent.ends.displaced(body, offset), w.force));
+    all[body] = all[body].plus(w);
+    bent.push(body, w);
+}
+
+/// Puts on the base and on the body of the first tip what effects put there.
+#[cold]
+#[inline(never)]
+fn affect<T: Scalar>(
+    model: &SpatialFreeFlyer,
+    at: &At<T>,
+    placed: &[PlacedBody<T>],
+    (all, bent): (&mut [SpatialWrench<T>], &mut DeformedAppendages<T>),
+) {
+    let (on_base, on_tip) = model.effect_wrenches(at, &placed[0]);
+    let tree = &model.structure().tree;
+    all[0] = all[0].plus(turned(tree, placed, 0, on_base.force, on_base.torque));
+    if let Some(body) = model.structure().tips.first() {
+        at_tip(model, at, (0, *body), placed, (on_tip.force, on_tip.torque), (all, bent));
     }
 }
 

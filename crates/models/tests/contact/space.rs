@@ -195,7 +195,10 @@ fn the_planar_limit_is_the_planar_scene() {
         off.iter().sum::<f64>() / off.len() as f64
     };
     let (near, far) = (wrenches(0.0), wrenches(2048.0));
-    println!("planar limit, wrenches on average: {near:.1e} N, {far:.1e} N at 2048 m: {:.0} times", far / near);
+    println!(
+        "planar limit, wrenches on average: {near:.1e} N, {far:.1e} N at 2048 m: {:.0} times",
+        far / near
+    );
     assert!((far / near / 1024.0).ln().abs() < 4.0_f64.ln());
 }
 
