@@ -10,3 +10,4 @@ mod properties;
 pub(crate) mod run;
 mod scaling;
 mod space;
+mod space_effects;

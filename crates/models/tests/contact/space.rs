@@ -8,7 +8,7 @@ use trueup_models::contact::spatial::layout::{
     HandOutputs, HandParameters, HandStates, TargetOutputs, TargetParameters, TargetStates,
 };
 use trueup_models::contact::spatial::{SolidShape, SpatialCaptureScene, SpatialGripperStructure};
-use trueup_models::layout::{LayoutEntry, Parameter, Shows};
+use trueup_models::layout::{LayoutEntry, LayoutState, Parameter, Shows};
 use trueup_models::space::design::RobotDesign;
 use trueup_models::space::layout::{Outputs, Parameters, States};
 use trueup_models::space::{SpatialFreeFlyer, presets};
@@ -16,9 +16,9 @@ use trueup_numerics::driver::DriverOptions;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// A capture in space with its variables and their values.
-struct SpaceSim {
-    scene: SpatialCaptureScene,
-    p: Vec<f64>,
+pub(super) struct SpaceSim {
+    pub(super) scene: SpatialCaptureScene,
+    pub(super) p: Vec<f64>,
     parameters: Vec<LayoutEntry<Parameter>>,
     outputs: Vec<LayoutEntry<Shows>>,
     nominal: Vec<f64>,
@@ -26,35 +26,68 @@ struct SpaceSim {
 
 impl SpaceSim {
     fn of(design: &RobotDesign, s: SpatialGripperStructure) -> Self {
-        let robot = SpatialFreeFlyer::new(design.structure()).unwrap();
+        Self::affected(design, s, &[])
+    }
+    /// The same with effects, whose parameters, states and readings have no names here.
+    pub(super) fn affected(design: &RobotDesign, s: SpatialGripperStructure, effects: &[&str]) -> Self {
+        let robot = SpatialFreeFlyer::with_effects(design.structure(), effects).unwrap();
         let of = robot.structure().clone();
+        let own = [design.parameters(), robot.effect_defaults()].concat();
+        let (parameters, outputs) = robot.friction_lists();
+        let unnamed = own.len() - design.parameters().len() - length(&parameters);
+        let states = robot.sizes().states - length(&States::list(&of));
         let scene = SpatialCaptureScene::new(robot, s).unwrap();
-        let states = [HandStates::list(&s), States::list(&of), TargetStates::list(&())].concat();
+        let nominal = |list: Vec<LayoutEntry<LayoutState>>| {
+            list.into_iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect::<Vec<_>>()
+        };
+        let rest = LayoutEntry {
+            name: "of effects",
+            dimensions: vec![unnamed],
+            unit: "",
+            kind: Parameter::initial(),
+            text: "",
+        };
         Self {
-            p: scene.defaults(&design.parameters()),
+            p: scene.defaults(&own),
             scene,
-            parameters: [HandParameters::list(&s), Parameters::list(&of), TargetParameters::list(&())]
-                .concat(),
-            outputs: [HandOutputs::list(&s), Outputs::list(&of), TargetOutputs::list(&())].concat(),
-            nominal: states.into_iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect(),
+            parameters: [
+                HandParameters::list(&s),
+                Parameters::list(&of),
+                parameters,
+                vec![rest],
+                TargetParameters::list(&()),
+            ]
+            .concat(),
+            outputs: [HandOutputs::list(&s), Outputs::list(&of), outputs, TargetOutputs::list(&())].concat(),
+            nominal: [
+                nominal(HandStates::list(&s)),
+                nominal(States::list(&of)),
+                vec![0.01; states],
+                nominal(TargetStates::list(&())),
+            ]
+            .concat(),
         }
     }
-    fn set(mut self, name: &str, values: &[f64]) -> Self {
+    pub(super) fn set(mut self, name: &str, values: &[f64]) -> Self {
         set(&self.parameters, &mut self.p, name, values);
         self
     }
-    fn run(&self, times: &[f64], options: DriverOptions) -> Moments {
+    pub(super) fn run(&self, times: &[f64], options: DriverOptions) -> Moments {
         let u = vec![0.0; self.scene.sizes().inputs];
         self.scene.check(&self.p).unwrap();
         run(&self.scene, &self.p, &u, times, &self.nominal, options)
     }
-    fn output(&self, name: &str) -> usize {
+    pub(super) fn output(&self, name: &str) -> usize {
         place(&self.outputs, name)
     }
     /// The chaser of S2, its arm bent (golden facts C17 ..).
     fn bent(s: SpatialGripperStructure) -> Self {
         Self::of(&presets::chaser(), s).set("initialJointAngle", &[0.3, -0.9, 1.4, 0.2, -0.6, 0.5])
     }
+}
+
+fn length<K>(list: &[LayoutEntry<K>]) -> usize {
+    list.iter().map(LayoutEntry::len).sum()
 }
 
 /// Momentum within 1e-10 and energy within 1e-9 J over a capture in space: every shape, friction, a target that turns about all axes.
