@@ -216,45 +216,19 @@ fn the_planar_limit_is_the_planar_scene() {
         println!("planar limit at {} instants: {name} within {off:.1e} of {most:.1e}", instants.len());
         assert!(off < limit * most.max(unit) && most > 1e-3 && instants.len() > 100);
     }
-    // That it is rounding: 2048 m from the origin the last digit is 1024 times as large, and so is what the wrenches differ by, on average
-    // over the instants; nothing else knows where the origin is.
-    let wrenches = |shift: f64| {
-        let far = shifted(&flat, &planar, shift);
-        let all = (0..planar.t.len()).step_by(3).flat_map(|k| {
-            let [_, wrench, ..] = at_once(&flat, &sim, &far, k);
-            wrench
-        });
-        let off: Vec<f64> = all.map(|(a, b)| (a - b).abs()).collect();
-        off.iter().sum::<f64>() / off.len() as f64
-    };
-    let (near, far) = (wrenches(0.0), wrenches(2048.0));
-    println!(
-        "planar limit, wrenches on average: {near:.1e} N, {far:.1e} N at 2048 m: {:.0} times",
-        far / near
-    );
-    assert!((far / near / 1024.0).ln().abs() < 4.0_f64.ln());
-}
-
-/// The same instants of a planar run elsewhere.
-fn shifted(flat: &Sim<trueup_models::arm::PlanarManipulator>, planar: &Moments, by: f64) -> Moments {
-    use trueup_models::contact::layout::{SceneStates, States as FlatStates};
-    let arm = FlatStates::new(&GripperStructure::default()).count;
-    let target = SceneStates::new(&()).behind(arm + 12).target_position;
-    let u = vec![0.0; flat.scene.sizes().inputs];
-    let mut all = Moments {
-        t: planar.t.clone(),
-        x: planar.x.clone(),
-        y: planar.y.clone(),
-        modes: planar.modes.clone(),
-        event: planar.event.clone(),
-    };
-    for k in 0..all.t.len() {
-        all.x[k][arm] += by;
-        all.x[k][target] += by;
-        let at = At { t: all.t[k], x: &all.x[k], u: &u, p: &flat.p, modes: &all.modes[k] };
-        flat.scene.outputs(at, &mut all.y[k]);
+    // That it is rounding: the planar scene against itself, its first joint begun one last digit further (6e-17 rad), is as far off.
+    let again = flat.set("initialJointAngle", &[0.4_f64.next_up(), -0.7, 0.5]);
+    let moved = again.run(&times, TIGHT);
+    let mut itself = 0.0f64;
+    for t in &times {
+        let (a, b) = (&planar.y[rows(&planar, *t)], &moved.y[rows(&moved, *t)]);
+        for (name, n) in [("basePosition", 2), ("jointAngle", 3), ("jointVelocity", 3)] {
+            let at = again.output(name);
+            itself = (0..n).map(|i| (a[at + i] - b[at + i]).abs()).fold(itself, f64::max);
+        }
     }
-    all
+    println!("the planar scene against itself with a last digit changed: arm {itself:.1e}");
+    assert!(itself > 0.1 * arm, "{itself:e} {arm:e}");
 }
 
 /// Depths, wrenches on hand and port, accelerations of the target and of the arm, in the plane and in space where the scene in space is where the
