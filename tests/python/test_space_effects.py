@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fmpy import simulate_fmu
+from fmpy import read_model_description, simulate_fmu
 
 STOP = 4.0
 EFFECTS = ("motor-friction", "load-friction", "external-force:tip", "sensor-drift:baseAngularVelocity")
@@ -67,3 +67,20 @@ def test_what_cannot_act_is_refused_in_one_line_with_the_reason(trueup, tmp_path
     done = trueup("fmu", "pack", "SpatialFreeFlyer", *(a for e in effects for a in ("--effect", e)), "-o", tmp_path)
     assert done.returncode != 0 and message in done.stderr and effects[0] in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
     assert not list(tmp_path.iterdir())
+
+
+URDF = """<robot name="arm"><link name="hub"><inertial><mass value="50"/><inertia ixx="4" iyy="4" izz="4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="boom"><inertial><origin xyz="0.5 0 0"/><mass value="3"/><inertia ixx="0.1" iyy="0.3" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="shoulder" type="continuous"><parent link="hub"/><child link="boom"/><axis xyz="0 0 1"/><dynamics damping="0.3" friction="0.2"/></joint></robot>"""
+
+
+def test_friction_of_a_robots_file_is_that_of_its_effect(trueup, tmp_path):
+    (tmp_path / "arm.urdf").write_text(URDF)
+    pack = ("fmu", "pack", "SpatialFreeFlyer", "--robot", "arm.urdf", "--fmi", "3", "-o", "out")
+    done = trueup(*pack, "--effect", "motor-friction", cwd=tmp_path)
+    assert done.returncode == 0 and "friction" not in done.stderr, done.stderr
+    (fmu,) = (tmp_path / "out").iterdir()
+    start = {v.name: v.start for v in read_model_description(str(fmu)).modelVariables}
+    assert [float(start[n]) for n in ("coulombFriction", "staticFriction", "viscousFriction")] == [0.2, 0.2, 0.3]
+    done = trueup(*pack, cwd=tmp_path)
+    assert done.returncode == 0 and "shoulder" in done.stderr or "boom" in done.stderr, "what is left out is reported"

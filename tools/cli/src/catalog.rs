@@ -102,6 +102,11 @@ fn places(effect: &'static Spec) -> Vec<&'static str> {
     names
 }
 
+/// One of these effects brings the friction of motors to a robot in space.
+pub(crate) fn bring_friction(ids: &[String]) -> bool {
+    ids.iter().filter_map(|id| EffectChoice::parse(id, PlantKind::Space).ok()).any(|c| c.spec().friction)
+}
+
 /// Why an effect of that id does not act in this model, whose chaser is a robot in space or not.
 pub(crate) fn misfit(model: &str, in_space: bool, id: &str) -> Option<String> {
     let plant = plant_of(model, in_space)?;

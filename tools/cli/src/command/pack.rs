@@ -164,7 +164,7 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
     // An arm of FlexibleArm is on the ground anyway.
     let ground = model.name == catalog::ARM;
     let floats = robot.floats.iter().filter(|_| !args.held && !ground);
-    let without = robot.without_friction.iter().filter(|_| !ground);
+    let without = robot.without_friction.iter().filter(|_| !ground && !catalog::bring_friction(&args.effect));
     robot.notes.iter().chain(floats).chain(without).for_each(|note| crate::voice::note(note));
     robot.design.held |= args.held || ground;
     if !args.flexible.is_empty() {
@@ -173,11 +173,11 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
     Ok(Some(robot))
 }
 
-/// What its joints lose, as start values of an arm on the ground: a joint at rest starts to move at its break-away torque. Dry
-/// friction acts on the motors of flexible joints; that of rigid ones is named.
-fn frictions(robot: &crate::robot::RobotFile) -> Vec<(String, f64)> {
+/// What its joints lose, as start values: a joint at rest starts to move at its break-away torque. Of an arm on the ground dry friction
+/// acts on the motors of flexible joints; that of rigid ones is named.
+fn frictions(robot: &crate::robot::RobotFile, ground: bool) -> Vec<(String, f64)> {
     let links = || robot.friction.iter().zip(&robot.design.links).enumerate();
-    let rigid = links().filter(|(_, (f, l))| f.coulomb != 0.0 && !l.motor.flexible);
+    let rigid = links().filter(|(_, (f, l))| ground && f.coulomb != 0.0 && !l.motor.flexible);
     let named: Vec<_> = rigid.map(|(_, (_, l))| l.name.as_str()).collect();
     if !named.is_empty() {
         crate::voice::note(&format!(
@@ -188,7 +188,7 @@ fn frictions(robot: &crate::robot::RobotFile) -> Vec<(String, f64)> {
     links()
         .flat_map(|(k, (f, l))| {
             let of = |name: &str| format!("{name}[{}]", k + 1);
-            let dry = if l.motor.flexible { f.coulomb } else { 0.0 };
+            let dry = if l.motor.flexible || !ground { f.coulomb } else { 0.0 };
             [(of("viscousFriction"), f.viscous), (of("coulombFriction"), dry), (of("staticFriction"), dry)]
         })
         .collect()
@@ -245,7 +245,7 @@ fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliE
             let design = fmu_library::with_links(robot.design.clone(), &chosen).map_err(refused)?;
             design.unstiffened().iter().for_each(|note| crate::voice::note(note));
             let mut own = fmu_library::of_arm(&design, &chosen).map_err(refused)?;
-            let lossy = frictions(&robot).into_iter().filter(|(_, value)| *value != 0.0);
+            let lossy = frictions(&robot, true).into_iter().filter(|(_, value)| *value != 0.0);
             let chosen = lossy.chain(robot.start);
             chosen.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
             Configuration { effects, ..own }
@@ -263,7 +263,10 @@ fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliE
                     false => fmu_library::of_design(&robot.design),
                 }
                 .map_err(refused)?;
-                let start = robot.start.into_iter();
+                // Of a file without friction the effect's small start values stay.
+                let lossy = catalog::bring_friction(&effects).then(|| frictions(&robot, false));
+                let lossy = lossy.filter(|all| all.iter().any(|(_, value)| *value != 0.0));
+                let start = lossy.into_iter().flatten().chain(robot.start);
                 start.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
                 Configuration { effects, ..own }
             }
