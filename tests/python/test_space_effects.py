@@ -30,7 +30,7 @@ def test_friction_takes_its_work_and_a_force_its_impulse(packed, version, interf
     values = {
         "initialJointAngle": [0.3, -0.9, 1.4, 0.2, -0.6, 0.5], "coulombFriction": np.full(6, 2.0), "staticFriction": np.full(6, 3.0), "viscousFriction": np.full(6, 1.0),
         "loadFriction": np.zeros(6), "loadViscousFriction": np.full(6, 0.5), "initialJointVelocity": [0.2, -0.15, 0.25, -0.3, 0.15, 0.35],
-        "tipPushForceX": 6.0, "tipPushForceY": 0.0, "tipPushForceZ": -4.0, "tipPushStart": 1.0, "tipPushDuration": 0.5, "driftRate": np.full(3, 0.01),
+        "tipPushForceX": 6.0, "tipPushForceY": 0.0, "tipPushForceZ": -4.0, "tipPushStart": 1.0, "tipPushDuration": 0.5, "baseAngularVelocityDriftRate": np.full(3, 0.01),
     }  # fmt: skip
     vectors = {"linearMomentum": 3, "frictionTorque": 6, "motorVelocity": 6, "jointVelocity": 6, "sticking": 6}
     names = list(vectors) if version == 3 else [f"{n}[{k + 1}]" for n, count in vectors.items() for k in range(count)]
