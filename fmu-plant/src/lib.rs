@@ -63,6 +63,7 @@ mod tests {
             ("PlanarManipulator", vec![true, false, true, true, false], arm),
             ("SpatialFreeFlyer", vec![], vec![]),
             ("SpatialFreeFlyer", vec![true, false, true, false, false, true], vec![]),
+            ("SpatialFreeFlyer", vec![], all(effect::PlantKind::Space)),
             ("FlexibleArm", vec![], vec![]),
             ("SpaceController", vec![], vec![]),
         ];
@@ -108,6 +109,11 @@ mod tests {
                 effects: all(effect::PlantKind::Joint),
                 structure: vec![(GEARBOX_CHOICE.to_owned(), vec![TWO_STAGES])],
                 ..Configuration::of("TwoMassJoint")
+            },
+            Configuration {
+                effects: all(effect::PlantKind::Space),
+                structure: vec![("chaser".to_owned(), vec![3])],
+                ..Configuration::of("CaptureScene")
             },
             Configuration {
                 joint_flexible: vec![true, false],
