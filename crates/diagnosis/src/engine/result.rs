@@ -36,7 +36,7 @@ impl FittedSet {
     pub fn excess(&self) -> f64 {
         search::excess(&self.octaves) + self.prior2 / self.count()
     }
-    /// Its equation error has nothing that is plain, so that it drags no parameter.
+    /// Its equation error has nothing that is plain, so that it biases no parameter.
     pub fn misses_little(&self) -> bool {
         self.excess() < PLAIN
     }
