@@ -1,5 +1,6 @@
 //! Free-running simulations: the last polish of a fit, and the gap on recordings that were never fitted.
 
+mod remembered;
 mod settle;
 mod windows;
 
@@ -7,7 +8,8 @@ use std::convert::Infallible;
 
 use super::unknown::UnknownPrior;
 use nalgebra::DMatrix;
-use trueup_identification::lsq::{SolverOptions, solve};
+use remembered::RememberedRuns;
+use trueup_identification::lsq::SolverOptions;
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::OutputChannel;
@@ -397,9 +399,9 @@ impl CaseSearch<'_> {
                 let problem =
                     BalanceProblem { allowed: fitted_replay.allowed.clone(), ..self.alone(complete, &noisy) };
                 // Part of the noise goes into the first states.
-                let theta = solve(&problem, &fitted_replay.theta, options)
-                    .map_or_else(|_| fitted_replay.theta.clone(), |found| found.x);
-                problem.shown(0, &theta)
+                let runs = RememberedRuns::default();
+                let theta = runs.minimum(&problem, &fitted_replay.theta, options);
+                runs.shown(&problem, &theta.unwrap_or_else(|_| fitted_replay.theta.clone()), false)
             })?;
             Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
         };

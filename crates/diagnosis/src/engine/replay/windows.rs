@@ -8,6 +8,7 @@ use trueup_identification::predict::PredictError;
 use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::Measure;
 
+use super::remembered::RememberedRuns;
 use super::settle::nearer;
 use super::{CompleteModel, FittedReplay, ModelKey, NEAR, ReplayedReadings};
 use crate::engine::coordinate::median_step;
@@ -103,13 +104,13 @@ impl CaseSearch<'_> {
             for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
                 prior.deviation *= VAGUELY;
             }
-            let start = problem.start();
-            let mut best = self.settle_from(&mut problem, start, &run);
+            let (start, runs) = (problem.start(), RememberedRuns::default());
+            let mut best = self.settle_from((&mut problem, &runs), start, &run);
             // It may end away from the best where something sticks or goes through play.
             if best.as_ref().is_ok_and(|b| b.0 >= NEAR * self.noise(&run))
                 && let Ok(start) = self.grown(&problem, &run)
             {
-                best = nearer(best, self.settle_from(&mut problem, start, &run));
+                best = nearer(best, self.settle_from((&mut problem, &runs), start, &run));
             }
             let fitted_replay = best?.1;
             Ok(Window { of, fitted_replay, run: run.clone() })
