@@ -5,7 +5,7 @@ use trueup_signals::Loaded;
 
 use super::claim::{augmented, candidates, effects, elsewhere, indistinguishable, parameters};
 use super::contest::{ContendingSet, POLISH};
-use super::estimate::{ReportedEstimate, SetEstimate};
+use super::estimate::{ReportedEstimate, SetEstimate, leaves_noise};
 use super::ground::ComparisonBasis;
 use super::held_out::{closed_alone, held_out};
 use super::place::{locate_gap, look};
@@ -87,39 +87,43 @@ pub(super) fn conclude(
     // Of a set that was found by evidence its own values come first, unless gains, offsets or delays are estimated: the interval about
     // them would be that of the balances there. Behind a servo no torque is measured: priors of sizes would decide the scale of all.
     let servo = case.subject.servo(0).is_some();
+    let scaled = |own: &FittedSet| servo || own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
+    let is_own = |own: &FittedSet, of: &FittedSet| same(&own.stated.set, &of.stated.set) && !scaled(own);
     let reported = |prescribed: &FittedSet, free: &[&FreeRunFit]| {
-        let scaled =
-            |own: &FittedSet| servo || own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
-        let alike = |own: &&FittedSet| same(&own.stated.set, &prescribed.stated.set);
-        let own = by_evidence.as_ref().filter(|own| alike(own) && !scaled(own));
+        let own = by_evidence.as_ref().filter(|own| is_own(own, prescribed));
         let prescribed: Vec<&FittedSet> = own.into_iter().chain([prescribed]).collect();
         ReportedEstimate::of(search, window, &prescribed, free)
     };
     let mut claim: Option<(ReportedEstimate, SimulatedRuns)> = None;
     if matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
-        let polished = match freely(&found.best) {
+        // Where the values that were found leave no more than noise over windows, no free run is fitted: it can do no better.
+        let enough = window.zip(by_evidence.as_ref().filter(|own| is_own(own, &found.best)));
+        let enough = enough.is_some_and(|(seconds, own)| leaves_noise(search, seconds, own, options.seed));
+        let polished = (!enough).then(|| match freely(&found.best) {
             Some(c) => c.polished(),
             None => search.polish(&found.best, LAST),
+        });
+        let free = |polished: &FreeRunFit| match freely(&found.best) {
+            Some(c) => Ok(c.shown.clone()),
+            None => search.replay(&polished.complete, runs).map_err(nominal),
         };
-        let free = match freely(&found.best) {
-            Some(c) => c.shown.clone(),
-            None => search.replay(&polished.complete, runs).map_err(nominal)?,
-        };
-        let own = reported(&found.best, &[&polished]);
+        let own = reported(&found.best, &polished.iter().collect::<Vec<_>>());
         let own = own.ok_or_else(|| DiagnoseError::Nominal("what was found has no fit".into()))?;
         // A claim by evidence has no need of a free run through stick and slip.
-        let refused = match window.filter(|_| by_evidence.is_some()) {
-            Some(seconds) => refusal::in_windows(&ground, seconds, &tuned.complete, &own),
-            None => refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free),
+        let refused = match (window.filter(|_| by_evidence.is_some()), &polished) {
+            (Some(seconds), _) => refusal::in_windows(&ground, seconds, &tuned.complete, &own),
+            (None, Some(polished)) => {
+                refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free(polished)?)
+            }
+            (None, None) => None,
         };
         if let Some(why) = refused {
             decision.cap();
             notes.push(why);
         } else {
-            let shown = if own.free == Some(0) {
-                SimulatedRuns { complete: own.complete.clone(), shown: free }
-            } else {
-                ran(own.complete.clone())?
+            let shown = match polished.filter(|_| own.free == Some(0)) {
+                Some(polished) => SimulatedRuns { complete: own.complete.clone(), shown: free(&polished)? },
+                None => ran(own.complete.clone())?,
             };
             claim = Some((own, shown));
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 use trueup_identification::lsq::{LeastSquares, ResidualEvaluation};
 use trueup_identification::parallel;
-use trueup_identification::predict::{PredictError, PredictionPlan, predict};
+use trueup_identification::predict::{KeptLaws, PredictError, PredictionPlan, predict, predict_again};
 use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation};
 use trueup_identification::sensors::SensorSet;
 use trueup_models::arm::ArmScalar;
@@ -15,7 +15,7 @@ use trueup_signals::PriorGuess;
 
 use super::balance::{GriddedRecording, Links};
 pub use super::compared::Compared;
-use super::compared::MOST_STEPS;
+use super::compared::plan_of;
 use super::subject::EngineModel;
 pub use super::unknown::{BalanceTarget, BalanceUnknown};
 
@@ -56,6 +56,8 @@ pub struct BalanceProblem<'a> {
     pub belief: Option<&'a Belief>,
     /// Orders of a shaft: which unknown (its logarithm is searched), and the angle that the shaft turns through (rad).
     pub orders: Vec<(usize, f64)>,
+    /// Laws of the model, where several problems differ in where it begins.
+    pub laws: Option<&'a KeptLaws>,
 }
 
 impl<'a> BalanceProblem<'a> {
@@ -72,6 +74,7 @@ impl<'a> BalanceProblem<'a> {
             held: BTreeMap::new(),
             allowed: Vec::new(),
             belief: None,
+            laws: None,
         }
     }
 }
@@ -180,7 +183,7 @@ impl BalanceProblem<'_> {
                 _ => {}
             }
         }
-        let plan = PredictionPlan::new(&shifted, self.model.sizes().inputs).within(MOST_STEPS);
+        let plan = plan_of(&shifted, self.model.sizes().inputs);
         Some((shifted, plan))
     }
 
@@ -218,7 +221,11 @@ impl BalanceProblem<'_> {
     ) -> Result<Vec<T>, PredictError> {
         let (data, plan) = shifted.map_or((&self.runs[run].run, &self.runs[run].plan), |(r, p)| (r, p));
         let map = sensors.inputs_of();
-        let mut found = predict(self.model.plant(), plan, p, &map, data.at_rest)?;
+        let plant = self.model.plant();
+        let mut found = match self.laws {
+            Some(laws) => predict_again(plant, plan, p, &map, data.at_rest, laws)?,
+            None => predict(plant, plan, p, &map, data.at_rest)?,
+        };
         for (c, channel) in data.channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
             for (y, measured) in found.y[range].iter_mut().zip(&channel.y) {

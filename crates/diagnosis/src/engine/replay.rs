@@ -8,10 +8,10 @@ use std::convert::Infallible;
 
 use super::unknown::UnknownPrior;
 use nalgebra::DMatrix;
-use remembered::RememberedRuns;
+use remembered::{LinearisedFit, RememberedRuns};
 use trueup_identification::lsq::SolverOptions;
 use trueup_identification::parallel;
-use trueup_identification::predict::PredictError;
+use trueup_identification::predict::{KeptLaws, PredictError};
 use trueup_identification::run::OutputChannel;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::Measure;
@@ -359,7 +359,10 @@ impl CaseSearch<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        let make = || self.floors_around(complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS));
+        let make = || {
+            let laws = KeptLaws::default();
+            self.floors_around(&laws, complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS))
+        };
         match self.part_of(runs) {
             Some(part) => self.memory.get_or((ModelKey::of(complete), part, seed), make),
             None => make(),
@@ -371,12 +374,27 @@ impl CaseSearch<'_> {
         [&self.case.train, &self.case.holdout].iter().position(|own| std::ptr::eq(&own[..], runs))
     }
 
+    /// What is unknown of one recording, with the deviations that its fit allowed.
+    fn as_fitted<'b>(
+        &self,
+        (complete, laws): (&'b CompleteModel, &'b KeptLaws),
+        run: &'b Compared,
+        fitted_replay: &FittedReplay,
+    ) -> BalanceProblem<'b> {
+        BalanceProblem {
+            allowed: fitted_replay.allowed.clone(),
+            laws: Some(laws),
+            ..self.alone(complete, run)
+        }
+    }
+
     /// The same around recordings that are determined already; noise is drawn so often from this seed.
     ///
     /// # Errors
     /// The model cannot be simulated.
-    pub fn floors_around(
+    pub(super) fn floors_around(
         &self,
+        laws: &KeptLaws,
         complete: &CompleteModel,
         runs: &[Compared],
         fitted_replay: &[FittedReplay],
@@ -392,13 +410,20 @@ impl CaseSearch<'_> {
                 radius: 10.0,
                 ..SolverOptions::default()
             };
+            // Part of the noise goes into the first states.
+            let base = self.as_fitted((complete, laws), run, fitted_replay);
+            let known = RememberedRuns::default();
+            let theta = known.minimum(&base, &fitted_replay.theta, options);
+            let theta = theta.unwrap_or_else(|_| fitted_replay.theta.clone());
+            let around = LinearisedFit::new(&base, &known, &theta)?;
             let carried = crate::floor::carried(&inputs, &noise, draws as usize, seed, |inputs| {
                 let mut noisy = run.run.clone();
                 noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
                 let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
-                let problem =
-                    BalanceProblem { allowed: fitted_replay.allowed.clone(), ..self.alone(complete, &noisy) };
-                // Part of the noise goes into the first states.
+                let problem = self.as_fitted((complete, laws), &noisy, fitted_replay);
+                if let Some(around) = &around {
+                    return around.shown(&problem);
+                }
                 let runs = RememberedRuns::default();
                 let theta = runs.minimum(&problem, &fitted_replay.theta, options);
                 runs.shown(&problem, &theta.unwrap_or_else(|_| fitted_replay.theta.clone()), false)

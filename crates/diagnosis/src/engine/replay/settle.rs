@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use trueup_identification::lsq::{SolverOptions, minimise};
 use trueup_identification::parallel;
-use trueup_identification::predict::PredictError;
+use trueup_identification::predict::{KeptLaws, PredictError};
 
 use super::remembered::RememberedRuns;
 use super::{CompleteModel, FittedReplay, ModelKey, NEAR, ReplayedReadings};
@@ -120,7 +120,8 @@ impl CaseSearch<'_> {
     }
 
     fn settle_anew(&self, complete: &CompleteModel, run: &Compared) -> Result<FittedReplay, PredictError> {
-        let mut problem = self.alone(complete, run);
+        let laws = KeptLaws::default();
+        let mut problem = BalanceProblem { laws: Some(&laws), ..self.alone(complete, run) };
         // The smallest gap, whatever the prior; what nothing shows still stays near.
         for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
             prior.deviation *= VAGUELY;
@@ -160,6 +161,7 @@ impl CaseSearch<'_> {
             let part = run.until(share, problem.model.sizes().inputs);
             let mut begun = BalanceProblem {
                 unknowns: problem.unknowns.clone(),
+                laws: problem.laws,
                 ..BalanceProblem::free(problem.model, problem.nominal.clone(), std::slice::from_ref(&part))
             };
             theta = self.evenly((&mut begun, &RememberedRuns::default()), theta, &part, (6, 1e-3))?;
