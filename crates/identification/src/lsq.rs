@@ -377,6 +377,25 @@ mod tests {
         assert!((found.cost - 0.025213093946805685).abs() < 1e-9 && found.at_bound == [0, -1]);
     }
 
+    /// Where a fit ends does not depend on whether derivatives are computed there; of a fit that moves they are one evaluation more.
+    #[test]
+    fn a_minimum_without_the_last_derivatives_is_the_same() {
+        let counts = std::cell::Cell::new(0);
+        let counted = |x: &[f64]| {
+            counts.set(counts.get() + 1);
+            rosenbrock(x)
+        };
+        let free = Of(counted, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
+        for (max_iterations, cost_tolerance) in [(2, 1e-9), (3, 1e-9), (60, 0.5), (60, 1e-9)] {
+            let options = SolverOptions { max_iterations, cost_tolerance, ..SolverOptions::default() };
+            let whole = solve(&free, &[-1.2, 1.0], options).unwrap();
+            let all = counts.replace(0);
+            assert_eq!(minimise(&free, &[-1.2, 1.0], options).unwrap(), (whole.x, whole.cost));
+            let saved = all - counts.replace(0);
+            assert!(saved == 1 || whole.stop == Stop::Gradient, "{max_iterations}: {saved}");
+        }
+    }
+
     /// a sin(k q) + b cos(k q) over an angle q: ln k, and amplitudes that end 40 units from where they begin.
     struct Ripple {
         turned: f64,
