@@ -9,12 +9,8 @@ use trueup_plant::Lanes;
 use crate::plants::joint;
 
 /// Parameters of which each has a derivative of its own.
-const BEGINS: [usize; 4] = [
-    p::INITIAL_MOTOR_ANGLE,
-    p::INITIAL_MOTOR_VELOCITY,
-    p::INITIAL_LOAD_ANGLE,
-    p::INITIAL_LOAD_VELOCITY,
-];
+const BEGINS: [usize; 4] =
+    [p::INITIAL_MOTOR_ANGLE, p::INITIAL_MOTOR_VELOCITY, p::INITIAL_LOAD_ANGLE, p::INITIAL_LOAD_VELOCITY];
 
 /// Two seconds through stick and slip, samples of the current and readings at times of their own.
 fn plan(jitter: f64) -> PredictionPlan {

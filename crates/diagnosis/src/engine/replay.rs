@@ -8,7 +8,7 @@ use std::convert::Infallible;
 
 use super::unknown::UnknownPrior;
 use nalgebra::DMatrix;
-use remembered::{LinearisedFit, RememberedRuns};
+use remembered::RememberedRuns;
 use trueup_identification::lsq::SolverOptions;
 use trueup_identification::parallel;
 use trueup_identification::predict::{KeptLaws, PredictError};
@@ -374,20 +374,6 @@ impl CaseSearch<'_> {
         [&self.case.train, &self.case.holdout].iter().position(|own| std::ptr::eq(&own[..], runs))
     }
 
-    /// What is unknown of one recording, with the deviations that its fit allowed.
-    fn as_fitted<'b>(
-        &self,
-        (complete, laws): (&'b CompleteModel, &'b KeptLaws),
-        run: &'b Compared,
-        fitted_replay: &FittedReplay,
-    ) -> BalanceProblem<'b> {
-        BalanceProblem {
-            allowed: fitted_replay.allowed.clone(),
-            laws: Some(laws),
-            ..self.alone(complete, run)
-        }
-    }
-
     /// The same around recordings that are determined already; noise is drawn so often from this seed.
     ///
     /// # Errors
@@ -410,20 +396,16 @@ impl CaseSearch<'_> {
                 radius: 10.0,
                 ..SolverOptions::default()
             };
-            // Part of the noise goes into the first states.
-            let base = self.as_fitted((complete, laws), run, fitted_replay);
-            let known = RememberedRuns::default();
-            let theta = known.minimum(&base, &fitted_replay.theta, options);
-            let theta = theta.unwrap_or_else(|_| fitted_replay.theta.clone());
-            let around = LinearisedFit::new(&base, &known, &theta)?;
             let carried = crate::floor::carried(&inputs, &noise, draws as usize, seed, |inputs| {
                 let mut noisy = run.run.clone();
                 noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
                 let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
-                let problem = self.as_fitted((complete, laws), &noisy, fitted_replay);
-                if let Some(around) = &around {
-                    return around.shown(&problem);
-                }
+                let problem = BalanceProblem {
+                    allowed: fitted_replay.allowed.clone(),
+                    laws: Some(laws),
+                    ..self.alone(complete, &noisy)
+                };
+                // Part of the noise goes into the first states.
                 let runs = RememberedRuns::default();
                 let theta = runs.minimum(&problem, &fitted_replay.theta, options);
                 runs.shown(&problem, &theta.unwrap_or_else(|_| fitted_replay.theta.clone()), false)

@@ -3,8 +3,6 @@
 
 use std::cell::RefCell;
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-
 use trueup_identification::lsq::{LeastSquares, ResidualEvaluation, SolverOptions, minimise};
 use trueup_identification::predict::PredictError;
 
@@ -65,55 +63,6 @@ impl RememberedRuns {
     ) -> Result<Vec<f64>, PredictError> {
         let weights = problem.weights(0);
         Ok(minimise(&RememberedProblem { problem, runs: self, weights }, start, options)?.0)
-    }
-}
-
-/// The least squares of a recording about the end of a fit: where it ends if readings or inputs are a little different.
-pub(super) struct LinearisedFit {
-    theta: Vec<f64>,
-    residuals: DVector<f64>,
-    /// Of what is estimated.
-    columns: DMatrix<f64>,
-    free: Vec<usize>,
-    information: Cholesky<f64, Dyn>,
-}
-
-impl LinearisedFit {
-    /// About a point; `None`: the recording does not determine all that is estimated.
-    pub(super) fn new(
-        problem: &BalanceProblem<'_>,
-        runs: &RememberedRuns,
-        theta: &[f64],
-    ) -> Result<Option<Self>, PredictError> {
-        let weighted = RememberedProblem { problem, runs, weights: problem.weights(0) };
-        let at = weighted.evaluate(theta, true)?;
-        let Some(all) = at.jacobian else { return Ok(None) };
-        let (lower, upper) = problem.bounds();
-        let norm = |k: &usize| all.column(*k).norm_squared();
-        let moves = |k: &usize| lower[*k] < upper[*k] && norm(k) > 0.0 && norm(k).is_finite();
-        let free: Vec<usize> = (0..theta.len()).filter(moves).collect();
-        let columns = all.select_columns(&free);
-        let information = Cholesky::new(columns.tr_mul(&columns));
-        let made =
-            |information| Self { theta: theta.to_vec(), residuals: at.residuals, columns, free, information };
-        Ok(information.map(made))
-    }
-
-    /// What another problem of the same recording shows where its fit ends, one step from here; here, where that is no gain.
-    pub(super) fn shown(&self, problem: &BalanceProblem<'_>) -> Result<Vec<Vec<f64>>, PredictError> {
-        let runs = RememberedRuns::default();
-        let weighted = RememberedProblem { problem, runs: &runs, weights: problem.weights(0) };
-        let here = weighted.evaluate(&self.theta, false)?.residuals;
-        let step = self.information.solve(&self.columns.tr_mul(&(&here - &self.residuals)));
-        let (lower, upper) = problem.bounds();
-        let mut theta = self.theta.clone();
-        self.free
-            .iter()
-            .zip(step.iter())
-            .for_each(|(k, s)| theta[*k] = (theta[*k] - s).clamp(lower[*k], upper[*k]));
-        let there = weighted.evaluate(&theta, false);
-        let better = there.is_ok_and(|there| there.residuals.norm_squared() < here.norm_squared());
-        runs.shown(problem, if better { &theta } else { &self.theta }, false)
     }
 }
 
