@@ -16,13 +16,13 @@ const MODELS: usize = 4;
 
 /// A linear map, row by row: the entries that belong to states, then those of what has no derivatives.
 #[derive(Clone, Debug, Default)]
-struct Rows {
+struct SplitRows {
     /// Of each row: where its entries begin, where those of what has no derivatives do, and where they end.
     bounds: Vec<[usize; 3]>,
     entries: Vec<(usize, f64)>,
 }
 
-impl Rows {
+impl SplitRows {
     /// Of `rows` rows over `states` states and what follows them.
     fn new(sparse: &Sparse<f64>, rows: usize, states: usize) -> Self {
         let mut own = Self::default();
@@ -51,10 +51,10 @@ impl Rows {
 #[derive(Debug)]
 pub(crate) struct ConstantLaw {
     law: LinearStepLaw<f64>,
-    rates: Rows,
-    readout: Rows,
+    rates: SplitRows,
+    readout: SplitRows,
     /// By the bits of the step size.
-    maps: Vec<(u64, Rows)>,
+    maps: Vec<(u64, SplitRows)>,
     /// The last that was used.
     recent: usize,
     /// Longest step, s.
@@ -72,8 +72,8 @@ pub(crate) struct StepStates<T>([Vec<T>; 2]);
 impl ConstantLaw {
     pub(crate) fn new(law: LinearStepLaw<f64>, wanted: usize) -> Self {
         let (states, inputs) = (law.states, law.inputs);
-        let rates = Rows::new(&law.rates, states, states);
-        let readout = Rows::new(&law.readout, wanted, states);
+        let rates = SplitRows::new(&law.rates, states, states);
+        let readout = SplitRows::new(&law.readout, wanted, states);
         let (longest, rest) = (law.longest, vec![1.0; 2 * inputs + 1]);
         Self { law, rates, readout, maps: Vec::new(), recent: 0, longest, states, inputs, rest }
     }
@@ -100,7 +100,8 @@ impl ConstantLaw {
                 None => {
                     self.recent = self.maps.len();
                     let columns = self.states + 2 * self.inputs + 1;
-                    self.maps.push((bits, Rows::new(&self.law.map(columns, h), self.states, self.states)));
+                    self.maps
+                        .push((bits, SplitRows::new(&self.law.map(columns, h), self.states, self.states)));
                 }
             }
         }

@@ -15,8 +15,6 @@ use crate::plan::PredictionPlan;
 
 /// Step times largest eigenvalue of an affine law: short enough that no event is stepped over.
 pub(crate) const AFFINE_STEP: f64 = 0.4;
-/// The same for Runge-Kutta: phase error 1e-6 per radian.
-pub(crate) const RUNGE_KUTTA_STEP: f64 = 0.1;
 /// Terms of the Taylor series at most: 0.4^14/14! is below rounding.
 const TERMS: usize = 14;
 /// What is left out of the series, relative to 1.

@@ -3,12 +3,14 @@
 use trueup_numerics::Scalar;
 use trueup_numerics::order::ascending;
 
-use crate::law::RUNGE_KUTTA_STEP;
 use crate::run::{IdentificationRun, InputInterpolation};
 use crate::sensors::InputMap;
 
 /// Steps between two nodes after which a simulation gives up.
 const MOST_STEPS: f64 = 5000.0;
+
+/// Step of Runge-Kutta times largest eigenvalue: phase error 1e-6 per radian.
+const RUNGE_KUTTA_STEP: f64 = 0.1;
 
 /// An instant at which something happens.
 #[derive(Clone, Debug)]
