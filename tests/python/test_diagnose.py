@@ -327,7 +327,7 @@ def test_the_innovations_engine_makes_a_whole_diagnosis(tmp_path, trials):
     assert any(keys[case]["verdict"] == "no-gap" for case in joints)
     for case in joints:
         out = tmp_path / case.name
-        made = run("diagnose", case, "-o", out, "--engine", "innovations")
+        made = run("diagnose", case, "-o", out)
         assert made.returncode == 0, made.stderr
         told = json.loads((out / "diagnosis.json").read_text())
         decided = json.loads((out / "decision.json").read_text())

@@ -152,8 +152,7 @@ interpolation = "hold"
 [channels.motorAngle]
 noise = {NOISE}
 """)
-    # The innovations engine lets a drift begin in every recording again, and reports `unknown` here.
-    said = diagnosed(tmp_path, "--engine", "balances")
+    said = diagnosed(tmp_path)
     assert said["verdict"] == "effects" and [e["id"] for e in said["effects"]] == ["friction-drift"]
     with (tmp_path / "out" / "first-states.csv").open() as f:
         first = {r["variable"]: float(r["value"]) for r in csv.DictReader(f)}

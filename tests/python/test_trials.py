@@ -17,10 +17,10 @@ def done(process):
 
 @pytest.fixture(scope="module")
 def trials(trueup, tmp_path_factory):
-    """A joint without a gap, diagnosed for its verdict alone, by the engine whose decisions can be made again."""
+    """A joint without a gap, diagnosed for its verdict alone."""
     folder = tmp_path_factory.mktemp("trials") / "t"
     done(trueup("trial", "generate", "-o", folder, *CASE))
-    said = done(trueup("trial", "run", folder, "--verdict-only", "--engine", "balances")).stdout
+    said = done(trueup("trial", "run", folder, "--verdict-only")).stdout
     assert said.startswith("joint: 1 of 1 cases right; processor time "), said
     return folder
 
@@ -45,17 +45,9 @@ def test_a_verdict_alone_has_no_page_and_no_fmu(trials):
     found = sorted(path.name for path in (trials / "results" / case.name).iterdir())
     assert found == ["decision.json", "diagnosis.json", "trial.toml"]
     decision = json.loads((trials / "results" / case.name / "decision.json").read_text())
-    assert decision["schema"] == "trueup.decision/1" and decision["sets"]
+    assert decision["schema"] == "trueup.decision/2" and decision["sets"]
     posterior = decision["plain"]["posterior"]
     assert {"name", "value", "unit", "deviation"} == set(posterior[0]) and all(u["deviation"] >= 0 for u in posterior)
-
-
-def test_what_is_decided_again_is_the_same(trueup, trials):
-    said = done(trueup("trial", "decide", trials, "--results", trials / "again")).stdout
-    assert "McNemar's exact test of 0 discordant cases: p = 1.000" in said
-    assert rows(trials / "results" / "table.csv") == rows(trials / "again" / "table.csv")
-    said = done(trueup("trial", "compare", trials, trials / "again")).stdout
-    assert said.startswith("joint: 1 cases by both")
 
 
 def program(path, text):
@@ -95,7 +87,6 @@ def test_mistakes(trueup, trials, tmp_path):
         (("generate", "-o", tmp_path / "x", "--corpus", tmp_path / "none.csv"), "there is no such corpus"),
         (("run", trials, "--limit", "0"), "write seconds, 1 or more, as in 120"),
         (("generate", "-o", tmp_path / "x", "--plant", "joint"), "--split"),
-        (("decide", tmp_path, "--results", tmp_path / "y"), "neither a folder of trials"),
     ]:
         wrong = trueup("trial", *arguments)
         assert wrong.returncode in (1, 2) and words in wrong.stderr, (arguments, wrong.stderr)

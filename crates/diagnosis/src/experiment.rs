@@ -3,7 +3,7 @@
 //! Every input is played to the most likely model, which is read with the sensors' noise; then the model and its rivals are
 //! fitted to that recording as they would be to a real one, within what the recordings at hand leave open. The input that is
 //! proposed has the greatest lead of the truth over the best rival (T-optimal design: A.C. Atkinson, V.V. Fedorov,
-//! Biometrika 62, 1975), by the same odds that decide a verdict.
+//! Biometrika 62, 1975), by the odds of the residual powers of their equation errors.
 
 mod menu;
 
@@ -18,12 +18,12 @@ use trueup_identification::parallel;
 use trueup_identification::run::{IdentificationRun, InputDrive, OutputChannel};
 use trueup_signals::Recording;
 
-use crate::engine::decide::{Decision, Thresholds};
+use crate::engine::decide::{APART, Decision};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::{BalanceProblem, BalanceUnknown, Compared};
 use crate::engine::recordings::PreparedCase;
+use crate::engine::result::SearchResult;
 use crate::engine::search::{CaseSearch, FittedSet};
-use crate::engine::select::SearchResult;
 use crate::outcome::{NextExperiment, Verdict};
 use menu::InputCourse;
 
@@ -40,6 +40,8 @@ const BEYOND: f64 = 1.0;
 const RIVALS: usize = 2;
 /// Fewer readings that count are none.
 const LEAST: f64 = 100.0;
+/// How much of the log-likelihood ratio of the residual powers counts: the rest is attributed to form.
+const TRUST: f64 = 0.05;
 /// Of the noise that is drawn.
 const SEEDS: [u64; 2] = [1, 2];
 
@@ -85,8 +87,6 @@ struct Setting<'a> {
     like: &'a Compared,
     step: f64,
     length: f64,
-    /// How much of a log likelihood counts.
-    trust: f64,
 }
 
 /// Proposes an experiment where causes were not distinguished; `None` where there is nothing to distinguish, or nothing on the
@@ -95,20 +95,19 @@ pub fn propose(
     search: &CaseSearch<'_>,
     found: &SearchResult,
     decision: &Decision,
-    limits: &Thresholds,
 ) -> Option<ProposedExperiment> {
     if decision.verdict != Verdict::Ambiguous {
         return None;
     }
     let (at, rivals) = decision.rivals.iter().enumerate().find_map(|(i, list)| {
-        let near = list.iter().filter(|r| -r.1 < limits.odds.apart).map(|r| &found.sets[r.0]);
+        let near = list.iter().filter(|r| -r.1 < APART).map(|r| &found.sets[r.0]);
         // Causes that differ only in the form of a law are distinguished by no recording.
         let own = &found.best.stated.set[i];
         let apart = |f: &&FittedSet| other(found, f).is_some_and(|o| !o.same_friction(own));
         let near: Vec<&FittedSet> = near.filter(apart).take(RIVALS).collect();
-        (found.best.stated.set[i].is_effect() && !near.is_empty()).then_some((i, near))
+        (!near.is_empty()).then_some((i, near))
     })?;
-    let setting = Setting::new(search, limits.balances.trust)?;
+    let setting = Setting::new(search)?;
     let mut separates = vec![found.best.stated.set[at].id.clone()];
     separates.extend(rivals.iter().filter_map(|f| Some(other(found, f)?.id.clone())));
     let mut named = BTreeSet::new();
@@ -119,7 +118,7 @@ pub fn propose(
     // Odds that are there already count.
     let odds = promise.odds + decision.rivals[at].first().map_or(0.0, |r| -r.1);
     let spread = promise.spread.hypot((2.0 * promise.odds.max(0.0)).sqrt()).max(1e-9);
-    let probability = Normal::standard().cdf((odds - limits.odds.apart) / spread);
+    let probability = Normal::standard().cdf((odds - APART) / spread);
     if promise.odds <= 0.0 || probability < 0.5 {
         return None;
     }
@@ -152,7 +151,7 @@ fn tidy(t: f64) -> f64 {
 
 /// What a rival set has instead of one of the chosen causes.
 fn other<'a>(found: &SearchResult, f: &'a FittedSet) -> Option<&'a Hypothesis> {
-    f.stated.set.iter().find(|o| !found.best.stated.set.contains(o) && o.is_effect())
+    f.stated.set.iter().find(|o| !found.best.stated.set.contains(o))
 }
 
 /// The predicted result of an input.
@@ -167,7 +166,7 @@ struct InputPromise {
 }
 
 impl<'a> Setting<'a> {
-    fn new(search: &'a CaseSearch<'a>, trust: f64) -> Option<Self> {
+    fn new(search: &'a CaseSearch<'a>) -> Option<Self> {
         let train = &search.case.train;
         let like = train.first()?;
         let mut driven: Vec<(usize, f64)> = Vec::new();
@@ -192,7 +191,6 @@ impl<'a> Setting<'a> {
             like,
             step,
             length,
-            trust,
         })
     }
 
@@ -293,7 +291,7 @@ impl<'a> Setting<'a> {
             let all: Option<Vec<f64>> = rivals.iter().map(|r| Some(Self::left(&new, r)?.0 / own)).collect();
             let ratio = all?.into_iter().fold(f64::INFINITY, f64::min);
             // A plant at rest gives no information.
-            let odds = 0.5 * self.trust * count * ratio.ln();
+            let odds = 0.5 * TRUST * count * ratio.ln();
             (odds.is_finite() && count >= LEAST).then_some((odds, ratio.sqrt()))
         });
         let draws: Vec<(f64, f64)> = draws.into_iter().collect::<Option<_>>()?;

@@ -230,7 +230,7 @@ pub struct Claimed {
     pub probability: f64,
     /// Its parameters.
     pub parameters: BTreeMap<String, ClaimedAmount>,
-    /// How much of the held-out gap it closes by itself; where it did not run freely alone, of what the balances miss.
+    /// How much of the held-out gap it closes by itself; of one of several, of the equation error.
     pub closed_alone: Option<f64>,
 }
 
@@ -247,7 +247,7 @@ pub struct CandidateCause {
     pub probability: f64,
     /// log of the evidence over that of nothing added.
     pub evidence: f64,
-    /// Held-out gap with it; `null` where it was not worth a fit.
+    /// Held-out gap of the claim that has it; `null` of all others.
     pub holdout_gap: Option<f64>,
 }
 
@@ -400,6 +400,9 @@ pub struct Diagnosis {
     /// The verdict is `unknown` because of a grave finding, whatever the evidence for another one.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub capped: bool,
+    /// Why no causes were compared, so that the verdict is `unknown`; `None`: they were, or a grave finding is in the way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_compared: Option<String>,
     /// What was noticed, the worst first.
     #[serde(default)]
     pub findings: Vec<NoticedMistake>,

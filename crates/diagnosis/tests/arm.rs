@@ -289,7 +289,7 @@ fn motor_friction_of_an_arm_has_bristles_along() {
     let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
     let case = PreparedCase::new(&loaded).unwrap();
     let search = CaseSearch::new(&case, 1).unwrap();
-    let friction = search.causes.iter().find(|h| h.label() == "motor-friction[1]").unwrap();
+    let friction = search.causes.iter().find(|h| h.id == "motor-friction" && h.site == 0).unwrap();
     let stated = search.state(std::slice::from_ref(friction)).unwrap();
     let names = case.subject.parameters(&stated.model);
     let value = |name: &str| stated.nominal[names.iter().position(|n| n.name == name).unwrap()];

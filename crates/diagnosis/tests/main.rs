@@ -10,7 +10,6 @@ mod innovations;
 mod input_scale;
 mod isolability;
 mod joint;
-mod late;
 mod locate;
 mod made;
 mod map;

@@ -4,8 +4,8 @@
 
 use crate::made::Joint;
 use trueup_diagnosis::engine::recordings::PreparedCase;
+use trueup_diagnosis::engine::result::fit_options;
 use trueup_diagnosis::engine::search::CaseSearch;
-use trueup_diagnosis::engine::select::SearchEffort;
 
 /// Gravity on the load, N.m on its side.
 const GRAVITY: f64 = 0.12;
@@ -41,6 +41,6 @@ fn what_one_sensor_misses_does_not_bias_parameters() {
     let search = CaseSearch::new(&case, 1).unwrap();
     let stated = search.state(&[]).unwrap();
     let start = search.compare(&stated).start();
-    let plain = search.fit(stated, &start, SearchEffort::default().options()).unwrap();
+    let plain = search.fit(stated, &start, fit_options()).unwrap();
     assert!(plain.prior2 < 100.0, "{}", plain.prior2);
 }

@@ -4,9 +4,6 @@
 
 use crate::made::Joint;
 use trueup_diagnosis::diagnose::{DiagnoseOptions, diagnose};
-use trueup_diagnosis::engine::recordings::PreparedCase;
-use trueup_diagnosis::engine::search::CaseSearch;
-use trueup_diagnosis::engine::select::SearchEffort;
 use trueup_diagnosis::outcome::Verdict;
 use trueup_signals::Loaded;
 
@@ -34,36 +31,6 @@ fn pushed() -> Loaded {
         let spring = j.stiffness * (q - l) + j.damping * (w - v);
         [*w, (drive - spring) / j.motor_inertia, *v, (spring + push(*t) / j.gear) / j.reflected(), 1.0]
     })
-}
-
-/// Where balances see nothing, free runs have to: their answer to a push lasts.
-#[test]
-#[ignore = "long: ./test --full runs it"]
-fn a_free_run_requires_two_impulses_where_they_are() {
-    let loaded = pushed();
-    let case = PreparedCase::new(&loaded).unwrap();
-    let search = CaseSearch::new(&case, 1).unwrap();
-    let stated = search.state(&[]).unwrap();
-    let start = search.compare(&stated).start();
-    let plain = search.fit(stated, &start, SearchEffort::default().options()).unwrap();
-    let free = search.polish(&plain, 5).fitted.unwrap();
-    let requested = search.lacking(&free, 0.0);
-    let several =
-        requested.iter().find(|a| a.stated.set[0].label() == "external-force:load (several)").unwrap();
-    let of = |name: &str| {
-        let at = several.stated.unknowns.iter().position(|u| u.name == name).unwrap();
-        several.stated.unknowns[at].scale.value(several.start[at]).0
-    };
-    for [begin, length] in [FIRST, SECOND] {
-        let found = ["", "Second", "Third"].iter().any(|which| {
-            let [start, duration] = ["Start", "Duration"].map(|n| of(&format!("loadPush{which}{n}")));
-            start < begin + length && start + duration > begin
-        });
-        assert!(found, "{begin} s");
-    }
-    let others = requested.iter().filter(|a| a.stated.set[0].id != "external-force").map(|a| a.share);
-    let best = others.fold(0.0, f64::max);
-    assert!(several.share > best, "{} {best}", several.share);
 }
 
 #[test]

@@ -230,10 +230,6 @@ fn what_no_trajectory_has_is_refused_with_the_reason() {
     let servo = "servoProportionalGain = 8.0, servoDerivativeGain = 1.5, servoIntegralRate = 2.0";
     for (declared, why) in [
         ("transmission-hysteresis = { hysteresisTorque = 0.1, joint = 1 }", "it has states of its own"),
-        (
-            "\"sensor-drift:jointAngle\" = { jointAngleDriftRate = 0.1, jointAngleDriftTime = 1.0 }",
-            "it changes readings",
-        ),
         (&*format!("position-servo = {{ {servo}, joint = 1 }}"), "its integral is a state of its own"),
     ] {
         let loaded = made.case(&format!("[effects]\n{declared}"));

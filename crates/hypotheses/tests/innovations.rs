@@ -113,7 +113,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
     type Change = fn(&mut Loaded);
     let changes: [(&str, Change); 5] = [
         ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
-        ("does not show", |l| {
+        ("as a spring does", |l| {
             let id = "transmission-hysteresis".into();
             l.case.effects.push(KnownEffect { id, joint: None, given: Vec::new() });
         }),

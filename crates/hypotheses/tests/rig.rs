@@ -2,6 +2,7 @@
 //! single recordings; recordings of rates alone. Checks EST-16, EST-18, EST-19.
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::sensed::without_sensor_effects;
 use trueup_hypotheses::innovations::findings::{CaseFindings, search_case};
 use trueup_hypotheses::innovations::levels::PARAMETERS;
 use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
@@ -308,10 +309,9 @@ fn known_effects_are_forces_of_the_model_and_their_numbers_columns() {
 fn known_effects_that_are_no_forces_are_refused_with_the_reason() {
     let made = MadeJoint { recordings: (1, 100), ..MadeJoint::default() }.case();
     for (id, why) in [
-        ("load-friction", "does not show"),
         ("sensor-eccentricity", "changes readings"),
-        ("transmission-hysteresis", "does not show"),
-        ("backlash", "opens and closes"),
+        ("transmission-hysteresis", "as a spring does"),
+        ("flexible-link", "swings by itself"),
     ] {
         let text = frame_of(&known(made.clone(), &[(id, &[])], 0.0)).err().map(|e| e.to_string());
         let named = text.as_ref().is_some_and(|t| t.contains(id) && t.contains(why));
@@ -346,6 +346,76 @@ fn a_known_spring_is_no_effect() {
         ("kinematicErrorCosine2", 0.0),
     ];
     known_transmission(69, "kinematic-error", &error);
+}
+
+/// Play, bristles and a link that bends have states of their own along the trajectory.
+#[test]
+fn known_play_bristles_and_links_are_no_effects() {
+    known_transmission(71, "backlash", &[("backlashGap", 0.03)]);
+    let bristles = [("loadFriction", 0.15), ("loadViscousFriction", 0.0), ("loadFrictionDisplacement", 1e-4)];
+    known_transmission(72, "load-friction", &bristles);
+    let link = [("tipInertia", 0.24), ("linkStiffness", 151.0), ("linkDamping", 0.24)];
+    known_transmission(73, "flexible-link", &link);
+}
+
+/// A gain, an offset and a delay of the channel are of the reading, an error that is known of what it shows.
+#[test]
+fn a_known_error_is_taken_out_next_to_gain_offset_and_delay() {
+    let made = MadeJoint { seed: 77, recordings: (1, 300), ..MadeJoint::default() };
+    let turned = [
+        ("loadAngleEccentricitySine", 2e-4),
+        ("loadAngleEccentricityCosine", 1e-4),
+        ("loadAngleEccentricityOrder", 3.0),
+    ];
+    let late = [("loadAngleDelay", 0.01)];
+    let mut declared = known(
+        made.case(),
+        &[("sensor-eccentricity:loadAngle", &turned), ("sensor-delay:loadAngle", &late)],
+        0.1,
+    );
+    for c in channels(&mut declared, "loadAngle") {
+        c.sensor.gain = Some(PriorGuess { value: 2.0, doubt: None });
+        c.sensor.offset = Some(PriorGuess { value: 1.0, doubt: None });
+        c.sensor.delay = 0.005;
+        c.values
+            .iter_mut()
+            .for_each(|y| *y = 2.0 * (*y + 2e-4 * (3.0 * *y).sin() + 1e-4 * (3.0 * *y).cos()) + 1.0);
+    }
+    let own = without_sensor_effects(&declared);
+    let name = &declared.case.train[0];
+    let [bare, taken] = [&made.case().recordings[name], &own.recordings[name]]
+        .map(|r| r.channel("loadAngle").unwrap().clone());
+    let shift = |k: usize| taken.values[k] - (2.0 * bare.values[k] + 1.0);
+    assert!((0..bare.values.len()).all(|k| shift(k).abs() < 1e-9));
+    assert_eq!(taken.sensor.delay, 0.015);
+    assert_eq!(taken.sensor.late, Some(PriorGuess { value: 0.015, doubt: Some(0.001) }));
+    assert!(own.case.effects.is_empty());
+}
+
+/// A known error of a reading is taken out of the recording: no gap where it is right, one where it is not declared.
+#[test]
+fn known_errors_of_readings_are_no_effects() {
+    let turned = [
+        ("loadAngleEccentricitySine", 2e-4),
+        ("loadAngleEccentricityCosine", 1e-4),
+        ("loadAngleEccentricityOrder", 3.0),
+    ];
+    let drifts = [("loadAngleDriftRate", 1e-4), ("loadAngleDriftTime", 5.0), ("loadAngleDriftStart", 0.0)];
+    let cases: [(u64, &str, &[(&str, f64)]); 3] = [
+        (74, "sensor-eccentricity:loadAngle", &turned),
+        (75, "sensor-drift:loadAngle", &drifts),
+        (76, "sensor-delay:motorAngle", &[("motorAngleDelay", 0.012)]),
+    ];
+    for (seed, id, values) in cases {
+        let true_values: Vec<f64> = values.iter().map(|v| v.1).collect();
+        let effects = [(id, &true_values[..])];
+        let made = MadeJoint { seed, recordings: (1, 500), effects: &effects, ..MadeJoint::default() };
+        let declared = known(made.case(), &[(id, values)], 0.0);
+        let [declared, bare] = [&declared, &made.case()].map(|l| alone(&without_sensor_effects(l)));
+        let nats = declared.evidence - bare.evidence;
+        println!("{id}: {nats} nats more than undeclared, refitted parameters gain {}", gained(&declared));
+        assert!(gained(&declared) < PARAMETERS && nats > 50.0, "{id}: {nats}");
+    }
 }
 
 /// A weight that is known nearly is no gap, and its values come from the recordings.

@@ -62,7 +62,7 @@ fn constant_laws_give_the_same_run_and_the_same_derivatives() {
             let values =
                 predict_again(model.plant(), &plan, &begins, &InputMap::default(), false, &kept).unwrap();
             let [own, constant] = [true, false].map(|friction| run(friction, &kept));
-            assert!(own.events.len() > 4, "{:?}", own.events.len());
+            assert!(own.events.len() > 1, "it sticks and slips: {:?}", own.events.len());
             let modes = |run: &Prediction<Lanes>| run.events.iter().map(|e| e.1.clone()).collect::<Vec<_>>();
             assert_eq!(modes(&own), modes(&constant));
             let plain = |run: &Prediction<Lanes>| run.y.iter().map(|y| y.re).collect::<Vec<_>>();

@@ -151,6 +151,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
         }),
         augmented: Some(vec!["TwoMassJoint.augmented.fmi3.fmu".into()]),
         capped: false,
+        not_compared: None,
         findings: vec![NoticedMistake {
             severity: OutcomeSeverity::Warning,
             kind: "stuck".into(),
@@ -295,7 +296,7 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
         "motorVelocity from -0.4 to 0.4 rad/s",
         "holdout-1.csv: 2.1 s to 3.4 s",
         "at most 25 rad/s",
-        "not worth a fit",
+        "not run",
         "99.0 % (98.0 % to 100 %)",
         "Predicted to decide with probability 93.0 %",
         "next-experiment.csv",

@@ -29,7 +29,7 @@ pub(crate) use robot::{JointWay, RobotArgument};
 pub(crate) use scale::ScaleCommand;
 pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{Merge, ReportMap, SweepCommand, SweepFollowUp};
-pub(crate) use trial::{Trial, TrialCompare, TrialCorpus, TrialDecide, TrialGenerate, TrialRun, TrialScore};
+pub(crate) use trial::{Trial, TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
 #[derive(Debug, Parser)]
@@ -108,24 +108,6 @@ pub(crate) enum FmuCommand {
 /// Joints of a controller at most: as many as a robot has bodies.
 const MOST_JOINTS: i64 = trueup_models::space::MAX_BODIES as i64;
 
-/// What compares the causes of a gap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum EngineArgument {
-    /// Balances of accelerations, and free runs
-    Balances,
-    /// Evidence of the innovations about a smoothed trajectory (cases that it cannot take are compared by balances)
-    Innovations,
-}
-
-impl From<EngineArgument> for trueup_diagnosis::diagnose::DiagnosisEngine {
-    fn from(engine: EngineArgument) -> Self {
-        match engine {
-            EngineArgument::Balances => Self::Balances,
-            EngineArgument::Innovations => Self::Innovations,
-        }
-    }
-}
-
 #[derive(Debug, clap::Args)]
 pub(crate) struct Diagnose {
     /// A folder of recordings with a case.toml, or that file
@@ -145,9 +127,6 @@ pub(crate) struct Diagnose {
     /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
-    /// What compares the causes; chosen by the case when not given
-    #[arg(long, value_enum)]
-    pub(crate) engine: Option<EngineArgument>,
     /// Conclude even from recordings with a grave finding: a wrong sign or unit, a time that is not in s, a drive that was not
     /// recorded. Else the verdict is `unknown` then
     #[arg(long)]

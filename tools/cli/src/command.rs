@@ -52,7 +52,6 @@ pub(crate) fn run(command: CliCommand) -> Result<(), CliError> {
         CliCommand::Trial(Trial::Run(a)) => trial::run(&a),
         CliCommand::Trial(Trial::Score(a)) => trial::score(&a),
         CliCommand::Trial(Trial::Compare(a)) => trial::compare(&a),
-        CliCommand::Trial(Trial::Decide(a)) => trial::decide(&a),
         CliCommand::Trial(Trial::Corpus(a)) => trial::corpus(&a),
         CliCommand::Bench(a) => bench::run(&a),
         CliCommand::Lab(a) => lab::run(&a),

@@ -172,7 +172,6 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("trial run", &["trueup trial run trials", "trueup trial run trials --shard 1/2 --limit 120"]),
     ("trial score", &["trueup trial score trials -o card.md"]),
     ("trial compare", &["trueup trial compare trials/results trials/other"]),
-    ("trial decide", &["trueup trial decide trials --results trials/again"]),
     ("schema", &["trueup schema case"]),
     ("completions", &["trueup completions bash", "trueup completions zsh", "trueup completions fish"]),
     ("man", &["trueup man -o /usr/local/share/man/man1"]),

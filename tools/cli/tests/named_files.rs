@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// What is read, `@` for its name, and how that ends.
-const READ: [(&[&str], &str); 40] = [
+const READ: [(&[&str], &str); 41] = [
     (&["fmu", "info", "@"], ".fmu"),
     (&["fmu", "validate", "@"], ".fmu"),
     (&["fmu", "pack", "-o", "new", "--from", "@"], ".json"),
@@ -47,7 +47,8 @@ const READ: [(&[&str], &str); 40] = [
     (&["trial", "run", "@"], ""),
     (&["trial", "run", "trials", "--program", "@"], ""),
     (&["trial", "score", "@", "-o", "new.md"], ""),
-    (&["trial", "decide", "@", "--results", "new"], ""),
+    (&["lab", "run", "@"], ".toml"),
+    (&["bench", "run", "@", "-o", "new.csv"], ""),
 ];
 
 /// What is written.

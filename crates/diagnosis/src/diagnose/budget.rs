@@ -45,7 +45,7 @@ pub(super) fn parts(
 ) -> Vec<ErrorPart> {
     let of = |model: Option<CompleteModel>| gap(&replayed(&model?)?).filter(|g| g.is_finite());
     let plant = search.case.subject.plant;
-    let effects = || after.stated.set.iter().filter(|h| h.is_effect());
+    let effects = || after.stated.set.iter();
     let mut removed: Vec<RemovedPart> = Vec::new();
     for h in effects() {
         if let Some(gap) = of(after.without(search, |other| other != h, true)) {
@@ -57,7 +57,7 @@ pub(super) fn parts(
     let nominal = if effects().next().is_none() {
         Some(overall.before)
     } else {
-        of(after.without(search, Hypothesis::is_effect, false))
+        of(after.without(search, |_| true, false))
     };
     removed.extend(nominal.map(|gap| RemovedPart {
         part: PARAMETERS.into(),

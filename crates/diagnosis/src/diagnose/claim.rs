@@ -13,8 +13,8 @@ use crate::engine::decide::Decision;
 use crate::engine::hypothesis::{Hypothesis, joint_of};
 use crate::engine::problem::{BalanceTarget, BalanceUnknown};
 use crate::engine::replay::CompleteModel;
+use crate::engine::result::SearchResult;
 use crate::engine::search::{CaseSearch, FittedSet};
-use crate::engine::select::SearchResult;
 use crate::engine::subject::EngineModel;
 use crate::outcome::{CandidateCause, Claimed, ClaimedAmount, Verdict};
 use trueup_numerics::order::descending;
@@ -26,7 +26,7 @@ fn probabilities(found: &SearchResult, decision: &Decision, i: usize) -> impl Fn
     let mut seen: Vec<&Hypothesis> = found.best.stated.set.iter().collect();
     let mut sum = own;
     for (at, odds) in decision.rivals.get(i).into_iter().flatten() {
-        let other = found.best.replaced_in(&found.sets[*at]).filter(|h| h.is_effect());
+        let other = found.best.replaced_in(&found.sets[*at]);
         if let Some(h) = other.filter(|h| !seen.iter().any(|s| s.same_place(h))) {
             seen.push(h);
             sum += own * odds.exp();
@@ -53,14 +53,14 @@ pub(super) fn effects(
         _ => return Vec::new(),
     };
     let mut all: Vec<Claimed> = Vec::new();
-    for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
+    for (i, h) in found.best.stated.set.iter().enumerate() {
         let probability = probabilities(found, decision, i);
         all.push(best.claimed(h, probability(0.0), plant, found));
         let others = decision.close(found, i).filter(|r| r.cause.id != h.id).take(rivals);
-        for r in others.filter(|r| r.cause.is_effect()) {
+        for r in others {
             let rival = of(r.set);
             // One effect may act at several joints.
-            for cause in found.best.all_replaced_in(r.set).filter(|c| c.is_effect()) {
+            for cause in found.best.all_replaced_in(r.set) {
                 let c = rival.claimed(cause, probability(r.odds), plant, found);
                 if !all.iter().any(|o| o.id == c.id && o.component == c.component && o.joint == c.joint) {
                     all.push(c);
@@ -82,7 +82,7 @@ pub(super) fn candidates(
         let joint = joint_of(h, plant);
         let (id, component) = (h.id.clone(), h.component.clone());
         let c = CandidateCause { id, component, joint, probability, evidence, holdout_gap: None };
-        if h.is_effect() && !all.iter().any(|o| o.is_same(&c)) {
+        if !all.iter().any(|o| o.is_same(&c)) {
             all.push(c);
         }
     };
@@ -152,10 +152,10 @@ pub(super) fn indistinguishable(found: &SearchResult, decision: &Decision) -> Ve
         return Vec::new();
     }
     let mut sets = Vec::new();
-    for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
+    for (i, h) in found.best.stated.set.iter().enumerate() {
         let mut set = vec![h.id.clone()];
         let others = decision.close(found, i).map(|r| r.cause);
-        set.extend(others.filter(|o| o.is_effect()).map(|o| o.id.clone()));
+        set.extend(others.map(|o| o.id.clone()));
         let set = distinct(set);
         if set.len() > 1 {
             sets.push(set);
@@ -174,7 +174,7 @@ pub(super) fn elsewhere(plant: effect::PlantKind, found: &SearchResult, decision
         _ => h.component.clone(),
     };
     let mut notes = Vec::new();
-    for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
+    for (i, h) in found.best.stated.set.iter().enumerate() {
         let others = decision.close(found, i).map(|r| r.cause);
         let places = distinct(others.filter(|o| o.id == h.id).map(place).filter(|p| *p != place(h)));
         if !places.is_empty() {
@@ -229,7 +229,7 @@ pub(super) fn augmented(
     };
     let subject = &search.case.subject;
     let claim = |h: &Hypothesis| (h.id.clone(), h.component.clone(), joint_of(h, subject.plant));
-    let claims = stated.set.iter().filter(|h| h.is_effect()).map(claim).collect();
+    let claims = stated.set.iter().map(claim).collect();
     let (fixed_base, payload) = (subject.fixed_base, subject.payload);
     AugmentedModel { effects, flexible, fixed_base, values: all, claims, payload }
 }
@@ -277,12 +277,7 @@ mod tests {
             rivals: vec![rivals],
             probability: vec![0.5],
             explained: 1.0,
-            blind: false,
-            closed: 1.0,
             unknown: 0.0,
-            odds: 3.0,
-            unmoved: false,
-            left_out: None,
         };
         (found(sets.iter().map(|set| fitted(set, 1.0, 10.0)).collect(), Some(0), 10.0), decision)
     }

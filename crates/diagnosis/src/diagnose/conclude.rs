@@ -4,7 +4,6 @@ use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
 use super::claim::{augmented, candidates, effects, elsewhere, indistinguishable, parameters};
-use super::contest::{ContendingSet, POLISH};
 use super::estimate::{ReportedEstimate, SetEstimate, leaves_noise};
 use super::ground::ComparisonBasis;
 use super::held_out::{closed_alone, held_out};
@@ -12,22 +11,25 @@ use super::place::{locate_gap, look};
 use super::record::DecisionRecord;
 use super::traces::{WindowedGap, gap_report, traces};
 use super::{
-    DiagnoseError, DiagnoseOptions, Diagnosed, FreeRunStart, blind, budget, drift, refusal, strained, twist,
-    watch, yours,
+    DiagnoseError, DiagnoseOptions, Diagnosed, FreeRunStart, budget, drift, refusal, strained, twist, watch,
+    yours,
 };
 use crate::engine::decide::Decision;
-use crate::engine::hypothesis::Hypothesis;
 use crate::engine::replay::{CompleteModel, FittedReplay, FreeRunFit, ReplayedReadings, joined};
+use crate::engine::result::{SearchResult, same};
 use crate::engine::search::{CaseSearch, FittedSet};
-use crate::engine::select::{SearchResult, same};
 use crate::experiment;
 use crate::outcome::*;
 use crate::picture::isolability;
 
 /// A component with this share of an excess that nothing explains is reported as prominent.
 const DOMINANT: f64 = 0.5;
-/// Iterations of a last fit, free-running, of a claim that did not run freely.
+/// Iterations of a last fit, free-running, of a claim.
 const LAST: usize = 16;
+/// The same of a model without effects.
+pub(super) const POLISH: usize = 20;
+/// Where no fit of what was found ends.
+const NO_FIT: &str = "no fit of what was found ends: nothing is claimed";
 /// Place of the tuned model among the free-running fits without a claim, behind the one that standard deviations hold.
 const TUNED: usize = 1;
 
@@ -35,10 +37,8 @@ const TUNED: usize = 1;
 pub(super) struct DecidedCase {
     pub found: SearchResult,
     pub decision: Decision,
-    /// The chosen set as evidence has it; `None`: balances and free runs decided.
+    /// The chosen set as evidence has it; `None`: no causes were compared.
     pub by_evidence: Option<FittedSet>,
-    /// Sets that ran freely.
-    pub contenders: Vec<ContendingSet>,
     pub record: DecisionRecord,
     /// What was found before any cause was looked for.
     pub noticed: Vec<NoticedMistake>,
@@ -56,7 +56,7 @@ pub(super) fn conclude(
     options: &DiagnoseOptions,
     [before, tuned]: [CompleteModel; 2],
     ground: ComparisonBasis<'_>,
-    DecidedCase { found, mut decision, by_evidence, contenders, record, noticed }: DecidedCase,
+    DecidedCase { found, mut decision, by_evidence, record, noticed }: DecidedCase,
     loaded: &Loaded,
     report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
@@ -72,20 +72,10 @@ pub(super) fn conclude(
         true => SimulatedRuns { complete: before.clone(), shown: ground.before.clone() },
         false => SimulatedRuns { complete: tuned, shown: ground.tuned.clone() },
     };
-    let gaps: Vec<(usize, f64)> =
-        contenders.iter().filter_map(|c| Some((c.at, ground.gap(&c.shown)?))).collect();
-    let freely =
-        |set: &FittedSet| contenders.iter().find(|c| same(&found.sets[c.at].stated.set, &set.stated.set));
     let mut notes = if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() };
-    if decision.unmoved {
-        notes.push("no fit of the model's own parameters runs nearer than those given: their values stay, and explain nothing".into());
-    }
-    if let Some((_, l)) = decision.left_out.filter(|(_, l)| l.does_worse(options.limits.free_runs.near)) {
-        notes.push(format!("recordings for fitting, each left out in turn: what explains the others leaves {:.0} % in it, the refitted model {:.0} %: nothing is claimed", 100.0 * l.with, 100.0 * l.tuned));
-    }
     let window = search.window();
     // Of a set that was found by evidence its own values come first, unless gains, offsets or delays are estimated: the interval about
-    // them would be that of the balances there. Behind a servo no torque is measured: priors of sizes would decide the scale of all.
+    // them would be that of the equation error there. Behind a servo no torque is measured: priors of sizes would decide the scale of all.
     let servo = case.subject.servo(0).is_some();
     let scaled = |own: &FittedSet| servo || own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
     let is_own = |own: &FittedSet, of: &FittedSet| same(&own.stated.set, &of.stated.set) && !scaled(own);
@@ -99,37 +89,43 @@ pub(super) fn conclude(
         // Where the values that were found leave no more than noise over windows, no free run is fitted: it can do no better.
         let enough = window.zip(by_evidence.as_ref().filter(|own| is_own(own, &found.best)));
         let enough = enough.is_some_and(|(seconds, own)| leaves_noise(search, seconds, own, options.seed));
-        let polished = (!enough).then(|| match freely(&found.best) {
-            Some(c) => c.polished(),
-            None => search.polish(&found.best, LAST),
-        });
-        let free = |polished: &FreeRunFit| match freely(&found.best) {
-            Some(c) => Ok(c.shown.clone()),
-            None => search.replay(&polished.complete, runs).map_err(nominal),
-        };
-        let own = reported(&found.best, &polished.iter().collect::<Vec<_>>());
-        let own = own.ok_or_else(|| DiagnoseError::Nominal("what was found has no fit".into()))?;
-        // A claim by evidence has no need of a free run through stick and slip.
-        let refused = match (window.filter(|_| by_evidence.is_some()), &polished) {
-            (Some(seconds), _) => refusal::in_windows(&ground, seconds, &tuned.complete, &own),
-            (None, Some(polished)) => {
-                refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free(polished)?)
-            }
-            (None, None) => None,
-        };
-        if let Some(why) = refused {
-            decision.cap();
-            notes.push(why);
-        } else {
-            let shown = match polished.filter(|_| own.free == Some(0)) {
-                Some(polished) => SimulatedRuns { complete: own.complete.clone(), shown: free(&polished)? },
-                None => ran(own.complete.clone())?,
+        let attempt = || -> Result<Result<(ReportedEstimate, SimulatedRuns), String>, PredictError> {
+            let polished = (!enough).then(|| search.polish(&found.best, LAST));
+            let Some(own) = reported(&found.best, &polished.iter().collect::<Vec<_>>()) else {
+                return Ok(Err(NO_FIT.into()));
             };
-            claim = Some((own, shown));
+            // A claim by evidence has no need of a free run through stick and slip.
+            let refused = match (window, &polished) {
+                (Some(seconds), _) => refusal::in_windows(&ground, seconds, &tuned.complete, &own),
+                (None, Some(polished)) => {
+                    let free = search.replay(&polished.complete, runs)?;
+                    refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free)
+                }
+                (None, None) => None,
+            };
+            if let Some(why) = refused {
+                return Ok(Err(why));
+            }
+            let shown = search.replay(&own.complete, runs)?;
+            search.fitted_replay(&own.complete, runs)?;
+            let complete = own.complete.clone();
+            Ok(Ok((own, SimulatedRuns { complete, shown })))
+        };
+        let refused = |e: PredictError| {
+            format!(
+                "the model with what was found cannot be simulated on the recordings held out: {e}: nothing is claimed"
+            )
+        };
+        match attempt().unwrap_or_else(|e| Err(refused(e))) {
+            Ok(found) => claim = Some(found),
+            Err(why) => {
+                decision.cap();
+                notes.push(why);
+            }
         }
     }
     // Without a claim the refitted model is reported, by the values that its gap is of.
-    let bare = !found.best.stated.set.iter().any(Hypothesis::is_effect);
+    let bare = found.best.stated.set.is_empty();
     let own = match (&claim, &ground.fitted) {
         (None, Some(fitted)) if !no_gap => {
             let prescribed = if bare { &found.best } else { &found.plain };
@@ -152,14 +148,6 @@ pub(super) fn conclude(
         Some((own, after)) => (Some(own), after),
         None => (own, SimulatedRuns { complete: tuned.complete.clone(), shown: tuned.shown.clone() }),
     };
-    notes.extend(blind::note(search, decision.verdict));
-    // Evidence looks for orders by a spectrum of its own.
-    let by_balances = by_evidence.is_none() && !options.capped;
-    if let Some([from, to]) = search.searched_orders().filter(|_| by_balances) {
-        notes.push(format!(
-            "what repeats with a shaft was looked for from {from:.2} to {to:.0} times a turn: what is faster these readings do not show"
-        ));
-    }
     let fitted_replay = search.fitted_replay(&after.complete, runs).map_err(nominal)?;
     let floors = search.floors(&after.complete, runs, options.seed).map_err(nominal)?;
     let traces = traces(runs, [&ground.before, &tuned.shown, &after.shown], &floors);
@@ -184,7 +172,7 @@ pub(super) fn conclude(
         let picture = look(loaded, search, &found, &decision);
         let location = locate_gap(loaded, search, &found, &decision, &picture, &traces, options.seed);
         report_progress(0.97, "choosing what to record next");
-        let next = experiment::propose(search, &found, &decision, &options.limits);
+        let next = experiment::propose(search, &found, &decision);
         (Some(picture), location, next)
     };
     let unknown = decision.verdict == Verdict::Unknown;
@@ -194,9 +182,7 @@ pub(super) fn conclude(
     let far = final_estimate.as_ref().map_or_else(Vec::new, |own| strained::findings(own.fitted(), case));
     let plant = case.subject.plant;
     let rival = |set: &FittedSet| {
-        let free = freely(set).map(ContendingSet::polished);
-        let free: Vec<&FreeRunFit> = free.iter().collect();
-        ReportedEstimate::of(search, window, &[set], &free)
+        ReportedEstimate::of(search, window, &[set], &[])
             .map_or_else(|| SetEstimate::new(set, None), |r| r.estimated)
     };
     let claims = final_estimate.as_ref().filter(|_| claimed);
@@ -219,14 +205,15 @@ pub(super) fn conclude(
         watch: options.watch.then(|| watch::watch(search, &tuned.complete)),
         augmented: None,
         capped: options.capped,
+        not_compared: None,
         findings: noticed.into_iter().chain(far).collect(),
         inputs: None,
         notes,
     };
     let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
-    held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);
+    held_out(&found, decision.verdict, overall, &mut diagnosis.candidates);
     if let Some(overall) = &diagnosis.gap.overall {
-        closed_alone(&found, overall, &mut diagnosis.effects, &gaps);
+        closed_alone(&found, overall, &mut diagnosis.effects);
     }
     drift::clear_shares(&mut diagnosis);
     diagnosis.notes.extend(elsewhere(plant, &found, &decision));

@@ -83,6 +83,7 @@ mod tests {
             next_experiment: None,
             augmented: None,
             capped: false,
+            not_compared: None,
             findings: Vec::new(),
             inputs: None,
             notes: Vec::new(),

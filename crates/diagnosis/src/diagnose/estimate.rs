@@ -9,8 +9,8 @@ use trueup_models::effect;
 use crate::engine::hypothesis::{Hypothesis, joint_of};
 use crate::engine::problem::{BalanceTarget, BalanceUnknown};
 use crate::engine::replay::{CompleteModel, FreeRunFit, Window};
+use crate::engine::result::{SearchResult, same};
 use crate::engine::search::{CaseSearch, FittedSet, PosedSet};
-use crate::engine::select::{SearchResult, same};
 use crate::outcome::{Claimed, ClaimedAmount, EstimateCorrelation};
 
 /// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
@@ -41,7 +41,7 @@ impl FittedSet {
 /// Standard errors beyond which two predictions differ: 95 % of chance are within.
 const SURE: f64 = 1.96;
 
-/// Powers that differ by less are alike, as everywhere in this engine.
+/// Powers that differ by less are alike.
 const ALIKE: f64 = 1.2;
 
 /// Values with their deviations.
@@ -84,7 +84,7 @@ pub(super) struct ReportedEstimate {
     pub estimated: SetEstimate,
     /// What the FMU has, and what the gap after is of.
     pub complete: CompleteModel,
-    /// Which of the free-running fits it is; `None`: that of the balances.
+    /// Which of the free-running fits it is; `None`: that of the equation error.
     pub free: Option<usize>,
     /// The recordings for fitting over windows, where estimates were compared by them.
     pub windows: Option<Vec<Window>>,

@@ -1,14 +1,13 @@
-//! The ground that sets are compared on: held-out recordings without any effect, and what chance leaves of them.
+//! What gaps are compared with: held-out recordings without any effect, and what chance leaves of them.
 
 use std::collections::BTreeMap;
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use trueup_signals::process::overall;
 
-use super::DiagnoseOptions;
-use crate::engine::decide::{self, FreeRun, Thresholds};
+use crate::engine::free::{FreeRun, NEAR};
 use crate::engine::problem::Compared;
-use crate::engine::replay::{CompleteModel, DRAWS, ReplayedReadings, joined};
+use crate::engine::replay::{DRAWS, ReplayedReadings};
 use crate::engine::search::{CaseSearch, FittedSet};
 use crate::floor::{self, GapShares, Pooled};
 
@@ -17,7 +16,7 @@ const EXCEEDS: f64 = 1.5;
 
 /// The model as it is and with its own parameters fitted, on the held-out recordings.
 pub(super) struct ComparisonBasis<'a> {
-    /// Search that found the sets.
+    /// What fits and simulates.
     pub search: &'a CaseSearch<'a>,
     /// Held-out recordings.
     pub runs: &'a [Compared],
@@ -27,16 +26,10 @@ pub(super) struct ComparisonBasis<'a> {
     pub tuned: ReplayedReadings,
     /// The free-running fit of them.
     pub fitted: Option<FittedSet>,
-    /// Stretches of the recordings for fitting, and the free-running fit of its parameters to them, where balances are blind.
-    pub stretches: Option<(&'a CaseSearch<'a>, FittedSet)>,
     /// What the better of both misses of the recordings for fitting.
     pub misfit: f64,
     /// What noise leaves, by recording and channel.
     pub floors: Vec<Vec<f64>>,
-    /// For what is drawn.
-    pub seed: u64,
-    /// Where the lines between verdicts are.
-    pub limits: Thresholds,
     /// What the gap of each channel counts by, by name; empty: all alike.
     pub weights: BTreeMap<String, f64>,
 }
@@ -49,16 +42,13 @@ impl<'a> ComparisonBasis<'a> {
         shown: [ReplayedReadings; 2],
         (fitted, misfit): (Option<FittedSet>, f64),
         floors: Vec<Vec<f64>>,
-        options: &DiagnoseOptions,
     ) -> Self {
         let [before, tuned] = shown;
-        let (seed, limits, weights) = (options.seed, options.limits, BTreeMap::new());
-        let stretches = None;
-        let plain =
-            Self { search, runs, before, tuned, fitted, stretches, misfit, floors, seed, limits, weights };
+        let weights = BTreeMap::new();
+        let plain = Self { search, runs, before, tuned, fitted, misfit, floors, weights };
         let pooled = plain.pooled(&plain.before);
         let own = pooled.each();
-        let chance = plain.chance(&pooled, limits.free_runs.near).into_iter();
+        let chance = plain.chance(&pooled, NEAR).into_iter();
         let chance: Vec<f64> = chance.map(|floor| floor.max(1e-12)).collect();
         let before: Vec<f64> = own.iter().map(|g| g.before).collect();
         let masked = overall(&before) <= overall(&chance);
@@ -128,55 +118,8 @@ impl<'a> ComparisonBasis<'a> {
             tuned: figure(|g| g.tuned)?,
             after: figure(|g| g.after)?,
             floor: figure(|g| g.floor)?,
-            chance: self.together(&pooled, self.chance(&pooled, self.limits.free_runs.near).into_iter())?,
-            noticed: self.together(&pooled, self.chance(&pooled, self.limits.free_runs.even).into_iter())?,
-            trained: false,
-            windowed: None,
+            chance: self.together(&pooled, self.chance(&pooled, NEAR).into_iter())?,
         })
-    }
-
-    /// Gap of a model over windows of these recordings, in units of what noise leaves there.
-    pub(super) fn windowed(&self, model: &CompleteModel) -> Option<f64> {
-        let seconds = self.search.window()?;
-        let windows = self.search.in_windows(model, self.runs, seconds, None).ok()?;
-        let floors = self.search.window_floors(model, &windows, self.seed).ok()?;
-        let mut all = Vec::new();
-        let shown = joined(&windows);
-        for (r, run) in self.runs.iter().enumerate() {
-            for (c, channel) in run.run.channels.iter().enumerate() {
-                let [before, tuned, after] = [&shown[r][c]; 3];
-                let (recording, measured) = (&*run.run.name, &*channel.y);
-                let floor = floors[r][c];
-                let channel = &*channel.name;
-                all.push(floor::ReplayedChannel {
-                    recording,
-                    channel,
-                    measured,
-                    before,
-                    tuned,
-                    after,
-                    floor,
-                });
-            }
-        }
-        let each = Pooled::new(&all).each();
-        let figure = |of: fn(&GapShares) -> f64| overall(&each.iter().map(of).collect::<Vec<_>>());
-        Some(figure(|g| g.after)? / figure(|g| g.floor)?)
-    }
-
-    /// Recording by recording what is left above the floor, as a power; see `FreeRunResults::each`.
-    pub(super) fn of_each(&self, shown: &ReplayedReadings) -> Vec<f64> {
-        let of = |run: usize| {
-            let channels = self.runs[run].run.channels.iter().enumerate();
-            let weighed = channels.map(|(c, channel)| {
-                let weight = self.weight(&channel.name).powi(2);
-                let missed = self.search.mean_square(channel, &shown[run][c]);
-                [weight * missed, weight * self.search.power(channel, self.floors[run][c])]
-            });
-            let [error, floor] = weighed.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
-            decide::left(error.sqrt().max(self.limits.free_runs.even * floor.sqrt()), floor.sqrt())
-        };
-        (0..self.runs.len()).map(of).collect()
     }
 
     /// Gap as it is reported, all channels alike.

@@ -1,30 +1,22 @@
 //! Held-out gaps of candidates, and how much of the gap an effect closes alone.
 
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::select::SearchResult;
+use crate::engine::result::SearchResult;
 use crate::outcome::{CandidateCause, Claimed, HeldOutGap, Verdict};
 
-/// Fills in the gap on held-out recordings: of what is claimed that of the claim (`after`), of others that of the best set
-/// with them that ran freely (`gaps`: set and gap).
+/// Fills in the gap on held-out recordings of what is claimed (`after`).
 pub(super) fn held_out(
     found: &SearchResult,
     verdict: Verdict,
     after: Option<f64>,
     candidates: &mut [CandidateCause],
-    gaps: &[(usize, f64)],
 ) {
-    if verdict == Verdict::NoGap {
+    if !matches!(verdict, Verdict::Effects | Verdict::Ambiguous) {
         return;
     }
     for c in candidates {
         let same = |h: &Hypothesis| h.is_named(&c.id, &c.component, c.joint);
-        let claimed = matches!(verdict, Verdict::Effects | Verdict::Ambiguous);
-        let ran = gaps.iter().filter(|(at, _)| found.sets[*at].stated.set.iter().any(same)).map(|g| g.1);
-        c.holdout_gap = if claimed && found.best.stated.set.iter().any(same) {
-            after
-        } else {
-            ran.min_by(f64::total_cmp)
-        };
+        c.holdout_gap = after.filter(|_| found.best.stated.set.iter().any(same));
     }
 }
 
@@ -35,25 +27,12 @@ impl Hypothesis {
     }
 }
 
-/// Reports for each effect how much of the held-out gap it closes alone, where it ran freely alone; elsewhere what its balances
-/// gave stays.
-pub(super) fn closed_alone(
-    found: &SearchResult,
-    overall: &HeldOutGap,
-    effects: &mut [Claimed],
-    gaps: &[(usize, f64)],
-) {
+/// Reports for an effect that is claimed alone that it closes what the claim closes; of several what their equation errors gave stays.
+pub(super) fn closed_alone(found: &SearchResult, overall: &HeldOutGap, effects: &mut [Claimed]) {
     let over = overall.before - overall.floor;
-    if over <= 0.0 {
-        return;
-    }
-    for e in effects {
-        let alone = |set: &[Hypothesis]| matches!(set, [h] if h.is_named(&e.id, &e.component, e.joint));
-        let ran = gaps.iter().filter(|(at, _)| alone(&found.sets[*at].stated.set)).map(|g| g.1);
-        // The whole gap is reported for the claim itself.
-        let claim = alone(&found.best.stated.set).then_some(overall.after);
-        let Some(after) = claim.or_else(|| ran.min_by(f64::total_cmp)) else { continue };
-        e.closed_alone = Some(((overall.before - after) / over).clamp(0.0, 1.0));
+    let [only] = &found.best.stated.set[..] else { return };
+    for e in effects.iter_mut().filter(|e| over > 0.0 && only.is_named(&e.id, &e.component, e.joint)) {
+        e.closed_alone = Some(((overall.before - overall.after) / over).clamp(0.0, 1.0));
     }
 }
 
@@ -63,7 +42,7 @@ mod tests {
     use crate::engine::made::{fitted, found};
 
     #[test]
-    fn what_ran_alone_closes_what_its_free_run_closes() {
+    fn what_is_claimed_alone_closes_what_the_claim_closes() {
         let overall = HeldOutGap {
             before: 11.0,
             tuned: 11.0,
@@ -81,15 +60,14 @@ mod tests {
             parameters: Default::default(),
             closed_alone: Some(0.3),
         };
-        let shares = |best: usize, gaps: &[(usize, f64)]| {
+        let shares = |best: usize| {
             let sets = ["backlash", "cable-stiffness", "backlash cable-stiffness"];
             let sets = sets.iter().map(|set| fitted(set, 1.0, 10.0)).collect();
             let mut effects = [claimed("backlash"), claimed("cable-stiffness")];
-            closed_alone(&found(sets, Some(best), 10.0), &overall, &mut effects, gaps);
+            closed_alone(&found(sets, Some(best), 10.0), &overall, &mut effects);
             effects.map(|e| e.closed_alone.unwrap())
         };
-        assert_eq!(shares(2, &[(0, 6.0), (2, 2.0)]), [0.5, 0.3], "one ran alone, the other did not");
-        assert_eq!(shares(2, &[(0, 12.0), (1, 0.5)]), [0.0, 1.0], "worse than nothing, better than noise");
-        assert_eq!(shares(0, &[(0, 6.0)]), [0.9, 0.3], "the claim closes what the gap gives");
+        assert_eq!(shares(2), [0.3, 0.3], "two are claimed");
+        assert_eq!(shares(0), [0.9, 0.3], "the claim closes what the gap gives");
     }
 }

@@ -1,8 +1,8 @@
-//! A whole diagnosis by the innovations engine (crate `hypotheses`): its hypotheses become sets, its judgement a decision.
+//! A whole diagnosis by the innovations (crate `hypotheses`): its hypotheses become sets, its judgement a decision.
 //!
 //! The engine decides. What is reported of its winner comes from a last fit that begins at the engine's own values.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
 use trueup_hypotheses::innovations::law::LawValue;
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict};
@@ -10,12 +10,11 @@ use trueup_models::effect::PlantKind;
 use trueup_models::joint;
 use trueup_numerics::order::descending;
 
-use crate::engine::decide::{Decision, Thresholds};
-use crate::engine::hypothesis::{Hypothesis, HypothesisClaim, Times, joint_of};
+use crate::engine::decide::{Decision, UNKNOWN_AT_MOST};
+use crate::engine::hypothesis::{Hypothesis, Times, joint_of};
 use crate::engine::problem::BalanceTarget;
+use crate::engine::result::{SearchResult, fit_options, same};
 use crate::engine::search::{CaseSearch, FittedSet};
-use crate::engine::select::{SearchEffort, SearchResult, same};
-use crate::json::number;
 use crate::outcome::{CandidateCause, Verdict};
 
 /// Variable that is a joint's gear ratio.
@@ -23,17 +22,14 @@ const GEAR_RATIO: &str = joint::parameter::NAMES[joint::parameter::GEAR_RATIO].0
 /// Odds (natural logarithm) of what the engine distinguishes, at the most.
 const DISTINCT: f64 = -10.0;
 
-/// What the innovations engine decided from.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+/// What the verdict was made from.
+#[derive(Clone, Debug, Serialize)]
 pub struct JudgedCase {
     /// Nats that the leader gains over the refitted parameters.
-    #[serde(deserialize_with = "number")]
     pub gain: f64,
     /// Nats to the next other effect.
-    #[serde(deserialize_with = "number")]
     pub margin: f64,
     /// Probability that the leader, or the pair, is right.
-    #[serde(deserialize_with = "number")]
     pub probability: f64,
     /// Probability that the best second is right; `None`: there is none.
     pub second: Option<f64>,
@@ -63,20 +59,19 @@ pub(super) struct EngineDecision {
 pub(super) struct DecisionBuilder<'a> {
     search: &'a CaseSearch<'a>,
     findings: &'a CaseFindings,
-    effort: SearchEffort,
 }
 
 impl<'a> DecisionBuilder<'a> {
     /// For a case.
-    pub(super) fn new(search: &'a CaseSearch<'a>, findings: &'a CaseFindings, effort: SearchEffort) -> Self {
-        Self { search, findings, effort }
+    pub(super) fn new(search: &'a CaseSearch<'a>, findings: &'a CaseFindings) -> Self {
+        Self { search, findings }
     }
 
     /// Sets and decision.
     ///
     /// # Errors
     /// Which effect cannot be put into the model, or why that cannot be simulated.
-    pub(super) fn build(&self, limits: &Thresholds) -> Result<EngineDecision, String> {
+    pub(super) fn build(&self) -> Result<EngineDecision, String> {
         let (judged, effects) = (&self.findings.judged, &self.findings.effects);
         let plain = self.set(&self.findings.alone)?;
         let named = |key: &(&str, String)| {
@@ -103,11 +98,11 @@ impl<'a> DecisionBuilder<'a> {
                 set
             };
             if !sets.iter().any(|s| same(&s.stated.set, &set.stated.set)) {
-                sets.push(set.lean());
+                sets.push(set);
             }
         }
         if best.stated.set.len() > 1 {
-            sets.push(best.clone().lean());
+            sets.push(best.clone());
         }
         let rivals: Vec<(usize, f64)> = if together {
             Vec::new()
@@ -120,7 +115,7 @@ impl<'a> DecisionBuilder<'a> {
             all.sort_by(|a, b| b.1.total_cmp(&a.1));
             all
         };
-        let decision = self.decision(best.stated.set.len(), rivals, limits);
+        let decision = self.decision(best.stated.set.len(), rivals);
         let plain = self.fitted(&plain);
         let best = if best.stated.set.is_empty() { plain.clone() } else { best };
         let found = SearchResult { plain, sets, best };
@@ -155,7 +150,7 @@ impl<'a> DecisionBuilder<'a> {
         all
     }
 
-    fn decision(&self, causes: usize, rivals: Vec<(usize, f64)>, limits: &Thresholds) -> Decision {
+    fn decision(&self, causes: usize, rivals: Vec<(usize, f64)>) -> Decision {
         let judged = &self.findings.judged;
         let verdict = match judged.verdict {
             EvidenceVerdict::NoGap => Verdict::NoGap,
@@ -173,14 +168,11 @@ impl<'a> DecisionBuilder<'a> {
             probability: vec![judged.probability; causes],
             rivals: vec![rivals; causes],
             explained: taken,
-            closed: taken,
             unknown: match verdict {
-                Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.unknown_at_most),
+                Verdict::NoGap | Verdict::Parameters => unknown.min(UNKNOWN_AT_MOST),
                 Verdict::Unknown => unknown.max(0.5),
                 Verdict::Effects | Verdict::Ambiguous => unknown,
             },
-            odds: limits.odds.apart,
-            ..Decision::nothing()
         }
     }
 
@@ -208,8 +200,7 @@ impl<'a> DecisionBuilder<'a> {
             own.map(|(name, value)| (None, name.clone(), *value)).collect();
         values.extend(found.offsets.iter().map(|(name, run, value)| (Some(*run), name.clone(), *value)));
         for (cause, h) in found.causes.iter().zip(&stated.set) {
-            let HypothesisClaim::Effect(choice) = h.claim else { continue };
-            let names = |name: &str| [h.here(&choice.variable(name)), h.here(name), name.to_owned()];
+            let names = |name: &str| [h.here(&h.choice.variable(name)), h.here(name), name.to_owned()];
             let known = |name: &str| names(name).into_iter().find(|n| start(n).is_some());
             let value = |v: &LawValue| v.with_unit(|unit| known(unit).and_then(|n| start(&n)));
             let named = |v: &LawValue| known(v.name).map(|name| (v.recording, name, value(v)));
@@ -235,7 +226,7 @@ impl<'a> DecisionBuilder<'a> {
 
     /// Fitted from there, where that gives more information.
     fn fitted(&self, own: &FittedSet) -> FittedSet {
-        let fit = self.search.fit(own.stated.clone(), &own.theta, self.effort.options());
+        let fit = self.search.fit(own.stated.clone(), &own.theta, fit_options());
         fit.ok().filter(|f| f.evidence(1.0) >= own.evidence(1.0)).unwrap_or_else(|| own.clone())
     }
 
@@ -245,7 +236,7 @@ impl<'a> DecisionBuilder<'a> {
             0 | 1 => Times::Once,
             _ => Times::Several,
         };
-        let found = self.hypotheses(of).find(|h| !h.is_push() || h.times == times);
+        let found = self.hypotheses(of).find(|h| !(h.is_push() || h.begins()) || h.times == times);
         found.cloned().ok_or_else(|| format!("these recordings have no {} at {}", of.id, of.place))
     }
 
@@ -253,7 +244,7 @@ impl<'a> DecisionBuilder<'a> {
     fn hypotheses(&self, of: &FoundCause) -> impl Iterator<Item = &Hypothesis> {
         let named = |h: &&Hypothesis| {
             let there = !h.per_joint || of.place.starts_with("sensor:") || h.site == of.joint;
-            h.is_effect() && h.id == of.id && h.component == of.place && there
+            h.id == of.id && h.component == of.place && there
         };
         self.search.causes.iter().filter(named)
     }

@@ -10,8 +10,8 @@ use super::ChannelTrace;
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::{Hypothesis, joint_of};
 use crate::engine::recordings::PreparedCase;
+use crate::engine::result::SearchResult;
 use crate::engine::search::CaseSearch;
-use crate::engine::select::SearchResult;
 use crate::locate;
 use crate::outcome::*;
 use crate::picture::{Picture, picture};
@@ -58,7 +58,7 @@ pub(super) fn look(
 }
 
 /// By component: as much of the excess as goes with a cause alone, or comes back without it; of what has no known form
-/// what the balances saw there.
+/// the equation error there.
 fn components(
     plant: effect::PlantKind,
     found: &SearchResult,
@@ -75,7 +75,7 @@ fn components(
     };
     let joint = |h: &Hypothesis| if plant == effect::PlantKind::Arm { joint_of(h, plant) } else { None };
     let unknown = decision.verdict == Verdict::Unknown;
-    if !unknown && found.best.stated.set.iter().any(Hypothesis::is_effect) {
+    if !unknown && !found.best.stated.set.is_empty() {
         for (h, share) in of_claims(found, decision) {
             add(&h.component, joint(h), share);
         }
@@ -84,9 +84,7 @@ fn components(
     } else {
         let total = explainable(found);
         for f in &found.sets {
-            if let [h] = &f.stated.set[..]
-                && h.is_effect()
-            {
+            if let [h] = &f.stated.set[..] {
                 add(&h.component, joint(h), ((found.plain.excess() - f.excess()) / total).clamp(0.0, 1.0));
             }
         }
@@ -105,13 +103,11 @@ fn explainable(found: &SearchResult) -> f64 {
     (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12)
 }
 
-/// The share of the excess that each effect claimed takes alone, or leaves where it alone is missing; where balances see
-/// nothing, as much of the free run's for each.
+/// The share of the excess that each effect claimed takes alone, or leaves where it alone is missing.
 fn of_claims<'a>(found: &'a SearchResult, decision: &Decision) -> Vec<(&'a Hypothesis, f64)> {
     let (set, total) = (&found.best.stated.set, explainable(found));
-    let claimed: Vec<&Hypothesis> = set.iter().filter(|h| h.is_effect()).collect();
-    if set.len() == 1 || decision.blind {
-        return claimed.iter().map(|h| (*h, decision.explained / claimed.len() as f64)).collect();
+    if set.len() == 1 {
+        return set.iter().map(|h| (h, decision.explained)).collect();
     }
     let share = |h: &Hypothesis| {
         let sets = found.sets.iter().filter_map(|f| match f.stated.set.contains(h) {
@@ -121,7 +117,7 @@ fn of_claims<'a>(found: &'a SearchResult, decision: &Decision) -> Vec<(&'a Hypot
         });
         (sets.fold(0.0, f64::max) / total).clamp(0.0, 1.0)
     };
-    claimed.into_iter().map(|h| (h, share(h))).collect()
+    set.iter().map(|h| (h, share(h))).collect()
 }
 
 /// Where the gap sits: components, channels, times, bands, regimes.
@@ -334,19 +330,14 @@ mod tests {
 
     #[test]
     fn a_claim_has_what_goes_with_it_alone_or_comes_back_without_it() {
-        let shares = |sets: &[(&str, f64)], best: usize, explained: f64, blind: bool| -> Vec<f64> {
+        let shares = |sets: &[(&str, f64)], best: usize, explained: f64| -> Vec<f64> {
             let sets = sets.iter().map(|(set, left)| fitted(set, *left, 10.0)).collect();
             let decision = Decision {
                 verdict: Verdict::Effects,
                 rivals: Vec::new(),
                 probability: Vec::new(),
                 explained,
-                blind,
-                closed: 0.9,
                 unknown: 0.0,
-                odds: 3.0,
-                unmoved: false,
-                left_out: None,
             };
             of_claims(&found(sets, Some(best), 10.0), &decision)
                 .iter()
@@ -355,12 +346,9 @@ mod tests {
         };
         // The plain model leaves 100 floors, an excess of 99.
         let pair = [("backlash", 50.5), ("backlash cable-stiffness", 1.0)];
-        assert_eq!(shares(&pair, 1, 1.0, false), [50.0, 50.0], "the second is behind the first");
+        assert_eq!(shares(&pair, 1, 1.0), [50.0, 50.0], "the second is behind the first");
         let pair = [("cable-stiffness", 90.1), ("backlash", 10.9), ("backlash cable-stiffness", 1.0)];
-        assert_eq!(shares(&pair, 2, 1.0, false), [90.0, 10.0]);
-        assert_eq!(shares(&[("backlash", 1.0)], 0, 0.8, false), [80.0]);
-        let refitted = [("backlash", 1.0), ("backlash motorInertia", 1.0)];
-        assert_eq!(shares(&refitted, 1, 0.8, false), [100.0], "what is refitted with it is no cause");
-        assert_eq!(shares(&pair, 2, 0.9, true), [45.0, 45.0], "balances see nothing");
+        assert_eq!(shares(&pair, 2, 1.0), [90.0, 10.0]);
+        assert_eq!(shares(&[("backlash", 1.0)], 0, 0.8), [80.0]);
     }
 }

@@ -1,12 +1,13 @@
 //! Why a claim is refused after it was run: it predicts recordings held out worse than the refitted model, or rests on one recording.
 
-use super::contest::HELPS;
 use super::estimate::{ReportedEstimate, log_ratios, predicts_as_well};
 use super::ground::ComparisonBasis;
 use crate::engine::problem::Compared;
 use crate::engine::replay::{CompleteModel, ReplayedReadings};
 use crate::engine::search::CaseSearch;
 
+/// A free run that leaves at most this share of a gap helps.
+const HELPS: f64 = 0.7;
 /// A run that leaves more than this share of a gap hardly helps.
 const HARDLY: f64 = 0.9;
 

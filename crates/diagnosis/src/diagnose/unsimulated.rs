@@ -57,6 +57,7 @@ fn without_gap(
         watch: options.watch.then(Vec::new),
         augmented: None,
         capped: true,
+        not_compared: None,
         findings: noticed,
         inputs: None,
         notes: vec![format!(

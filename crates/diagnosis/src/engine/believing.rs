@@ -5,7 +5,7 @@ use trueup_identification::lsq::{Solution, SolverOptions, solve};
 use trueup_identification::predict::PredictError;
 
 use super::problem::{BalanceProblem, BalanceTarget};
-use super::search::{CaseSearch, FittedSet, Octave, PosedSet};
+use super::search::{CaseSearch, Octave, PosedSet};
 
 /// A fit goes on while it leaves less than this share of what it left before, so often at the most.
 const FALLS: f64 = 0.5;
@@ -33,15 +33,6 @@ impl PosedSet {
     }
 }
 
-impl FittedSet {
-    /// Residuals and their derivatives with the plant's prior as in the fit.
-    pub(super) fn as_fitted(&self) -> (DVector<f64>, DMatrix<f64>) {
-        let (mut r, mut j) = (self.residuals.clone(), self.jacobian.clone());
-        self.stated.scale_owned(&mut r, &mut j, self.tightening);
-        (r, j)
-    }
-}
-
 impl CaseSearch<'_> {
     /// Solves with a prior of the plant's own parameters for readings that miss so much for another reason: the
     /// size of a misfit is not known, so that readings count by what is left of it, and what is left falls as the fit goes on.
@@ -52,7 +43,7 @@ impl CaseSearch<'_> {
         stated: &PosedSet,
         start: &[f64],
         options: SolverOptions,
-    ) -> Result<(Solution, f64), PredictError> {
+    ) -> Result<Solution, PredictError> {
         let readings = problem.readings();
         // A power of the floor's as one: what is slow has few values, and would not hold what is fast.
         let left = |residuals: &[f64]| {
@@ -73,7 +64,7 @@ impl CaseSearch<'_> {
             let now = left(found.residuals.as_slice());
             if now > FALLS * power || round == ROUNDS {
                 stated.scale_owned(&mut found.residuals, &mut found.jacobian, 1.0 / tightening);
-                return Ok((found, tightening));
+                return Ok(found);
             }
             (power, start, round) = (now, found.x, round + 1);
         }

@@ -1,12 +1,10 @@
-//! What may be missing: effects of the library and wrong parameters, each with what is unknown about it and where to
-//! look for it.
+//! What may be missing: effects of the library, each with what is unknown about it.
 
 mod known;
 mod pose;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::{Deserialize, Serialize};
 use trueup_identification::run::IdentificationRun;
 use trueup_identification::sizes::TypicalSizes;
 use trueup_identification::unknown::Scale;
@@ -17,22 +15,10 @@ use trueup_models::joint;
 use super::problem::{BalanceTarget, BalanceUnknown};
 use super::recordings::PreparedCase;
 use super::unknown::UnknownPrior;
-pub use pose::{PosedHypothesis, TrialValues};
-
-/// What a hypothesis states.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum HypothesisClaim {
-    /// This effect is missing.
-    Effect(EffectChoice),
-    /// The parameters (by index in the model without effects) are further off than their standard deviation allows.
-    Parameter(usize),
-    /// A channel of this output has a constant reading offset.
-    Offset(usize),
-}
+pub use pose::PosedHypothesis;
 
 /// How often a push comes, or how often what has a first state of its own begins; whatever is neither acts all along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
     /// Once, at the same time in all recordings; a first state is that of an effect which begins again in each.
     Once,
@@ -45,9 +31,9 @@ pub enum Times {
 /// One possible cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypothesis {
-    /// Its statement.
-    pub claim: HypothesisClaim,
-    /// Effect id of the contract, or the parameter's name.
+    /// The effect that is missing.
+    pub choice: EffectChoice,
+    /// Its id of the contract.
     pub id: String,
     /// Where it acts.
     pub component: String,
@@ -64,45 +50,27 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
-    /// Something of the plant's own: a parameter, an offset.
-    fn own(claim: HypothesisClaim, id: &str) -> Self {
-        Self {
-            claim,
-            id: id.to_owned(),
-            component: "parameter".into(),
-            site: 0,
-            per_joint: false,
-            times: Times::Once,
-            rigid: false,
-            shifted: false,
-        }
-    }
     /// Effects that the model has to be built with.
     pub fn effects(&self) -> impl Iterator<Item = String> {
         self.packed().filter(|_| !self.shifts())
     }
     /// Effects that an FMU has to be packed with: what the search makes by shifting signals it has as effects.
     pub fn packed(&self) -> impl Iterator<Item = String> {
-        let own = match self.claim {
-            HypothesisClaim::Effect(c) if self.loosens().is_none() => Some(c),
-            _ => None,
-        };
+        let own = Some(self.choice).filter(|_| self.loosens().is_none());
         own.into_iter().chain(self.along()).map(|c| c.id())
     }
     /// What an arm has along with the effect.
     pub fn along(&self) -> Option<EffectChoice> {
-        let HypothesisClaim::Effect(choice) = self.claim else { return None };
-        let id = choice.spec().along.filter(|_| self.per_joint)?;
+        let id = self.choice.spec().along.filter(|_| self.per_joint)?;
         EffectChoice::parse(id, effect::PlantKind::Arm).ok()
     }
     /// The joint of an arm that it makes flexible: by the structure, for the effect makes all so that are rigid.
     pub fn loosens(&self) -> Option<usize> {
-        let HypothesisClaim::Effect(choice) = self.claim else { return None };
-        (choice.spec().loosens() && self.per_joint).then_some(self.site)
+        (self.choice.spec().loosens() && self.per_joint).then_some(self.site)
     }
     /// The same cause in the same place, however its times are shared.
     pub fn same_place(&self, other: &Self) -> bool {
-        self.claim == other.claim && self.site == other.site
+        self.choice == other.choice && self.site == other.site
     }
     /// Friction of the same rigid joint: no balance holds one that does not hold the other, and a law's form is no place.
     pub fn same_friction(&self, other: &Self) -> bool {
@@ -111,57 +79,38 @@ impl Hypothesis {
     }
     /// A push that comes and goes: when is found from what is missing.
     pub fn is_push(&self) -> bool {
-        matches!(self.claim, HypothesisClaim::Effect(c) if c.spec().pulses > 0)
+        self.choice.spec().pulses > 0
     }
-    /// It acts alike in all recordings, whenever they begin.
-    pub fn is_alike_in_all(&self) -> bool {
-        self.times == Times::Once
-    }
+
     /// It has a first state of its own, by which it may go on from one recording to the next.
-    fn begins(&self) -> bool {
-        matches!(self.claim, HypothesisClaim::Effect(c) if c.parameters().iter().any(|s| s.role == ParameterRole::Initial))
+    pub fn begins(&self) -> bool {
+        self.choice.parameters().iter().any(|s| s.role == ParameterRole::Initial)
     }
     /// A command or a reading that is late: simulated by shifting signals in time; the FMU has it as an effect.
     pub fn shifts(&self) -> bool {
         self.shifted
     }
-    /// A reading that is late.
-    pub fn shifts_reading(&self) -> bool {
-        matches!(self.claim, HypothesisClaim::Effect(c) if self.shifted && c.scope() == Scope::Channel)
-    }
-    /// It is an effect, not a parameter.
-    pub fn is_effect(&self) -> bool {
-        matches!(self.claim, HypothesisClaim::Effect(_))
-    }
+
     /// The output that a sensor's error adds to.
     pub fn sensed(&self, p: &PreparedCase) -> Option<usize> {
-        let HypothesisClaim::Effect(choice) = self.claim else { return None };
+        let choice = self.choice;
         if choice.scope() != Scope::Channel {
             return None;
         }
         let place = choice.place().map_or("", |p| p.name);
         elements_of(p, place).into_iter().find(|e| e.0 == self.site).map(|e| e.1)
     }
-    /// It repeats with the angle of the shaft, at an order of it.
-    pub fn has_order(&self) -> bool {
-        self.order().is_some()
-    }
+
     /// The least that this order can be.
     pub fn least_order(&self) -> f64 {
         self.order().map_or(0.0, |p| p.min)
     }
     fn order(&self) -> Option<&'static ParameterSpec> {
-        match self.claim {
-            HypothesisClaim::Effect(c) => c.spec().parameters.iter().find(|p| p.order),
-            HypothesisClaim::Parameter(_) | HypothesisClaim::Offset(_) => None,
-        }
+        self.choice.spec().parameters.iter().find(|p| p.order)
     }
     /// Its name with the joint.
     pub fn label(&self) -> String {
-        let place = match self.claim {
-            HypothesisClaim::Effect(c) => c.place().map_or(String::new(), |p| format!(":{}", p.name)),
-            _ => String::new(),
-        };
+        let place = self.choice.place().map_or(String::new(), |p| format!(":{}", p.name));
         let each = match self.times {
             Times::Once => "",
             Times::Several => " (several)",
@@ -291,7 +240,7 @@ pub fn all(p: &PreparedCase) -> Vec<Hypothesis> {
                 continue;
             }
             let h = |component: &str, site: usize, per_joint: bool| Hypothesis {
-                claim: HypothesisClaim::Effect(choice),
+                choice,
                 id: spec.id.to_owned(),
                 component: component.to_owned(),
                 site,
@@ -326,23 +275,6 @@ pub fn all(p: &PreparedCase) -> Vec<Hypothesis> {
             if (once.is_push() || once.begins()) && p.train.len() > 1 {
                 list.push(Hypothesis { times: Times::EachRun, ..once });
             }
-        }
-    }
-    for index in own_parameters(p) {
-        let name = p.subject.parameters(&p.model)[index].name.clone();
-        list.push(Hypothesis::own(HypothesisClaim::Parameter(index), &name));
-    }
-    if p.subject.plant == effect::PlantKind::Joint {
-        let index = joint::parameter::GEAR_RATIO;
-        if !own_parameters(p).contains(&index) {
-            list.push(Hypothesis::own(HypothesisClaim::Parameter(index), "gearRatio"));
-        }
-        let output = joint::output::LOAD_ANGLE;
-        if shown(&p.train, output)
-            && shown(&p.train, joint::output::MOTOR_ANGLE)
-            && !p.offsets.contains(&output)
-        {
-            list.push(Hypothesis::own(HypothesisClaim::Offset(output), "loadAngle offset"));
         }
     }
     list

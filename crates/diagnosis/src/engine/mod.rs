@@ -1,4 +1,4 @@
-//! From recordings to a verdict.
+//! The last fit of what was named: equation errors along the recordings, then free runs.
 
 pub mod balance;
 mod believing;
@@ -6,7 +6,7 @@ mod compared;
 pub mod coordinate;
 pub mod decide;
 pub mod floors;
-pub mod fold;
+pub mod free;
 pub mod hypothesis;
 mod kept;
 #[cfg(test)]
@@ -15,12 +15,9 @@ pub mod octaves;
 mod offset;
 mod order;
 pub mod problem;
-mod push;
 pub mod recordings;
 pub mod replay;
-pub mod screen;
+pub mod result;
 pub mod search;
-pub mod select;
-pub mod stretches;
 pub mod subject;
 pub mod unknown;

@@ -1,7 +1,5 @@
 //! What a model misses of recordings, and its derivatives by what is unknown.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{DMatrix, DVector};
 use trueup_identification::lsq::{LeastSquares, ResidualEvaluation};
 use trueup_identification::parallel;
@@ -48,8 +46,6 @@ pub struct BalanceProblem<'a> {
     pub prescribed: Vec<(&'a GriddedRecording, Links)>,
     /// What is estimated.
     pub unknowns: Vec<BalanceUnknown>,
-    /// Columns of the Jacobian that are held as they are: by unknown, over all readings.
-    pub held: BTreeMap<usize, Vec<f64>>,
     /// Free-running: deviation by recording and output that the model is allowed in addition to that of the readings; empty: none.
     pub allowed: Vec<Vec<f64>>,
     /// The joint prior of several unknowns.
@@ -71,7 +67,6 @@ impl<'a> BalanceProblem<'a> {
             prescribed: Vec::new(),
             unknowns: Vec::new(),
             orders: Vec::new(),
-            held: BTreeMap::new(),
             allowed: Vec::new(),
             belief: None,
             laws: None,
@@ -337,7 +332,6 @@ impl BalanceProblem<'_> {
     ) -> Result<(Vec<f64>, BalanceColumns), PredictError> {
         let (shifts, smooth): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
-        let smooth: Vec<usize> = smooth.into_iter().filter(|k| !self.held.contains_key(k)).collect();
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
         for piece in smooth.chunks(LANES) {
             let (r, columns) = self.columns(run, theta, piece, weighted)?;
@@ -349,8 +343,7 @@ impl BalanceProblem<'_> {
         if residuals.is_empty() {
             residuals = plain(theta)?;
         }
-        let moves =
-            |&k: &usize| self.unknowns[k].lower < self.unknowns[k].upper && !self.held.contains_key(&k);
+        let moves = |&k: &usize| self.unknowns[k].lower < self.unknowns[k].upper;
         for k in shifts.into_iter().filter(moves) {
             let mut moved = theta.to_vec();
             let step = 0.02;
@@ -410,11 +403,6 @@ impl BalanceProblem<'_> {
             let Some(j) = &mut columns else { continue };
             for (k, column) in own.iter().flatten() {
                 j.column_mut(*k).as_mut_slice()[range.clone()].copy_from_slice(column);
-            }
-        }
-        if let Some(j) = &mut columns {
-            for (k, column) in &self.held {
-                j.column_mut(*k).as_mut_slice()[..readings].copy_from_slice(column);
             }
         }
         for (row, &k) in believed.iter().enumerate() {

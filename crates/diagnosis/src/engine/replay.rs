@@ -103,7 +103,7 @@ pub struct FittedReplay {
 impl FittedSet {
     /// Where they miss an effect balances bias the parameters: only their priors limit them then.
     pub(super) fn is_unbiased(&self) -> bool {
-        self.stated.set.iter().any(Hypothesis::is_effect) || self.misses_little()
+        !self.stated.set.is_empty() || self.misses_little()
     }
     /// Replaces the priors of the unknowns that `stated` shares with this set by this set's posterior from the balances.
     /// `looser`: times as far as usual it may be off.
@@ -122,27 +122,6 @@ impl FittedSet {
             at: shared.iter().map(|s| self.theta[s.1]).collect(),
             rows: rows / further,
         });
-    }
-}
-
-impl PosedSet {
-    /// Takes over the priors of the set that this one extends: by name, because a compliant joint has more first
-    /// states, which are between the others. A first state that nothing shows is measured by the spring of such a joint, in
-    /// place of what is typical: where the prior was joint with others this set keeps priors of its own.
-    pub(super) fn believe_like(&mut self, base: &Self) {
-        let same =
-            |u: &BalanceUnknown, v: &BalanceUnknown| u.name == v.name && u.run == v.run && u.scale == v.scale;
-        let place = |u: &BalanceUnknown| self.unknowns.iter().position(|v| same(u, v));
-        let places: Vec<Option<usize>> = base.unknowns.iter().map(place).collect();
-        let mut belief = base.belief.clone();
-        if let Some(belief) = &mut belief {
-            let Some(of) = belief.of.iter().map(|k| places[*k]).collect() else { return };
-            belief.of = of;
-        }
-        for (own, base) in places.iter().zip(&base.unknowns) {
-            own.iter().for_each(|k| self.unknowns[*k].prior = base.prior);
-        }
-        self.belief = belief;
     }
 }
 
@@ -243,7 +222,7 @@ impl CaseSearch<'_> {
                 *x = *there;
             }
         }
-        let claims = from.stated.set.iter().any(Hypothesis::is_effect);
+        let claims = !from.stated.set.is_empty();
         let known = from.is_unbiased();
         let held = |looser: f64| {
             let mut stated = stated.clone();
@@ -284,18 +263,6 @@ impl CaseSearch<'_> {
         Some(FreeRunFit { complete: CompleteModel { stated, theta }, misfit, fitted: Some(fitted) })
     }
 
-    /// A set that was fitted freely, readings counting by what it misses of them by now, and where it ended.
-    pub fn restated(&self, from: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
-        let (problem, train) = (self.compare(&from.stated), &self.case.train);
-        let shown = |run: usize| problem.shown(run, &from.theta).map(|s| self.allowed(&s, &train[run]));
-        let allowed: Result<Vec<Vec<f64>>, PredictError> =
-            parallel::map(0..train.len(), shown).into_iter().collect();
-        let mut stated = self.state_like(&from.stated.set, Some(allowed.ok()?)).ok()?;
-        stated.believe_like(&from.stated);
-        let start = self.begin_with(&stated, from);
-        Some((stated, start))
-    }
-
     /// Deviations that a model is allowed in addition to those of the readings, by output: what it misses of a recording beyond
     /// their noise, as the same share of each output's range. It lasts, so that only so many readings of a channel are
     /// independent; a model that misses nothing is judged by the noise alone.
@@ -331,11 +298,6 @@ impl CaseSearch<'_> {
     /// What the sensors' noise leaves of it over the channels of a recording.
     pub fn noise(&self, run: &Compared) -> f64 {
         run.run.channels.iter().map(|c| self.noise_of(c)).sum()
-    }
-
-    /// A set misses of the recordings for fitting no more than `near` times the sensors' noise.
-    pub fn is_near(&self, set: &FreeRunFit, near: f64) -> bool {
-        set.misfit <= near.powi(2) * geometric_mean(self.case.train.iter().map(|run| self.noise(run)))
     }
 
     /// Its sum over the channels of a recording.

@@ -1,10 +1,8 @@
-//! The search: which set of causes explains the recordings best.
+//! Sets of causes in numbers, and their fits to the equation error of the recordings.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
 use trueup_identification::lsq::{SolverOptions, evaluate, solve};
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::IdentificationRun;
@@ -18,8 +16,7 @@ use super::kept::KeptResults;
 use super::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Belief};
 use super::recordings::PreparedCase;
 use super::subject::EngineModel;
-use super::unknown::{KNOWN, WRONG};
-use crate::json::number;
+use super::unknown::KNOWN;
 
 /// A set of causes put into numbers.
 #[derive(Clone, Debug)]
@@ -62,13 +59,11 @@ impl PosedSet {
 }
 
 /// What residuals come to in one octave.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Octave {
     /// Sum of squares.
-    #[serde(deserialize_with = "number")]
     pub squares: f64,
     /// The same of a perfect model.
-    #[serde(deserialize_with = "number")]
     pub expected: f64,
     /// How many there are.
     pub count: f64,
@@ -81,23 +76,6 @@ pub fn excess(octaves: &[Octave]) -> f64 {
     beyond.sum::<f64>() / octaves.len().max(1) as f64
 }
 
-impl PosedSet {
-    /// Causes without unknowns, which nothing can be fitted or simulated with: what a decision looks at.
-    pub(crate) fn of_causes(set: Vec<Hypothesis>, model: EngineModel) -> Self {
-        Self {
-            model,
-            nominal: Vec::new(),
-            ties: Vec::new(),
-            unknowns: Vec::new(),
-            begin: vec![0; set.len()],
-            posed: Vec::new(),
-            free: None,
-            belief: None,
-            set,
-        }
-    }
-}
-
 /// A set of causes fitted to the recordings.
 #[derive(Clone, Debug)]
 pub struct FittedSet {
@@ -105,10 +83,6 @@ pub struct FittedSet {
     pub stated: PosedSet,
     /// Coordinates.
     pub theta: Vec<f64>,
-    /// Residuals of readings, then priors; empty of a set that is kept by their information alone ([`FittedSet::lean`]).
-    pub residuals: DVector<f64>,
-    /// Their derivatives, likewise.
-    pub jacobian: DMatrix<f64>,
     /// Information of readings and priors on the unknowns: J'J.
     pub information: DMatrix<f64>,
     /// How many readings there are.
@@ -121,15 +95,9 @@ pub struct FittedSet {
     pub prior2: f64,
     /// -1/2 log det(1 + Lambda^-1 F), what the unknowns cost.
     pub occam: f64,
-    /// Factor by which the plant's prior standard deviations were reduced: the more, the more is missed.
-    pub tightening: f64,
 }
 
 impl FittedSet {
-    /// Without residuals and their derivatives, which are as long as the recordings: many sets are kept, few grow.
-    pub fn lean(self) -> Self {
-        Self { residuals: DVector::zeros(0), jacobian: DMatrix::zeros(0, 0), ..self }
-    }
     /// log of the evidence, up to a constant that all sets share; `dispersion`: by how much readings count less.
     pub fn evidence(&self, dispersion: f64) -> f64 {
         -0.5 * self.chi2 / dispersion - 0.5 * self.prior2 + self.occam
@@ -142,17 +110,6 @@ impl FittedSet {
     pub fn coordinate_of(&self, unknown: &BalanceUnknown) -> Option<f64> {
         self.place_of(unknown).map(|k| self.theta[k])
     }
-    /// Order of the shaft that a cause of the set repeats with; `None`: it does not.
-    pub fn order_of(&self, cause: usize) -> Option<f64> {
-        let begin = *self.stated.begin.get(cause)?;
-        let own = self.stated.posed.get(cause)?.order?;
-        let k = begin + own;
-        Some(self.stated.unknowns.get(k)?.scale.value(self.theta[k]).0)
-    }
-    /// Names of the causes.
-    pub fn labels(&self) -> Vec<String> {
-        self.stated.set.iter().map(Hypothesis::label).collect()
-    }
 }
 
 /// The search over one case.
@@ -162,7 +119,7 @@ pub struct CaseSearch<'a> {
     pub case: &'a PreparedCase,
     /// Typical sizes.
     pub sizes: TypicalSizes,
-    /// All causes.
+    /// All causes that this plant may have.
     pub causes: Vec<Hypothesis>,
     /// Recordings for fitting, then those held out.
     pub prescribed: Vec<GriddedRecording>,
@@ -246,8 +203,7 @@ impl<'a> CaseSearch<'a> {
         for index in hypothesis::own_parameters(p) {
             let name = &p.subject.parameters(&p.model)[index].name;
             let doubt = p.doubt.get(name).copied().unwrap_or(KNOWN);
-            let claimed = set.iter().any(|h| h.claim == hypothesis::HypothesisClaim::Parameter(index));
-            let mut u = hypothesis::parameter(p, index, if claimed { doubt.max(WRONG) } else { doubt });
+            let mut u = hypothesis::parameter(p, index, doubt);
             // The same parameter may be elsewhere once there are effects.
             if let (BalanceTarget::Parameter(i), Some(at)) = (&mut u.target, names.get(name)) {
                 *i = *at;
@@ -281,15 +237,7 @@ impl<'a> CaseSearch<'a> {
                 u.upper = u.upper.min(self.finest(h)).max(2.0 * u.lower);
                 u.start = u.start.clamp(u.lower, u.upper);
             }
-            let own = |u: &BalanceUnknown| {
-                unknowns.iter().any(|v: &BalanceUnknown| v.name == u.name && v.target == u.target)
-            };
-            let known =
-                matches!(h.claim, hypothesis::HypothesisClaim::Parameter(_)) && one.unknowns.iter().all(own);
-            // A parameter of the plant's own is among the unknowns already.
-            if !known {
-                unknowns.extend(one.unknowns.iter().cloned());
-            }
+            unknowns.extend(one.unknowns.iter().cloned());
             posed.push(one);
         }
         Ok(PosedSet { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed, free, belief: None })
@@ -340,129 +288,52 @@ impl<'a> CaseSearch<'a> {
         start: &[f64],
         options: SolverOptions,
     ) -> Result<FittedSet, PredictError> {
-        self.fit_holding(stated, start, options, BTreeMap::new())
-    }
-
-    /// Fits a set that grew out of `base`, whose columns of the Jacobian are held: they hardly change, and cost most.
-    ///
-    /// # Errors
-    /// See [`Self::fit`].
-    pub fn fit_in_addition(
-        &self,
-        stated: PosedSet,
-        start: &[f64],
-        options: SolverOptions,
-        base: &FittedSet,
-    ) -> Result<FittedSet, PredictError> {
-        let readings = self.compare(&stated).readings();
-        // A compliant joint makes another plant of it.
-        let loosens = stated.set.last().is_some_and(|h| h.loosens().is_some());
-        let own = if loosens { 0 } else { stated.begin.last().copied().unwrap_or(0) };
-        let held = stated.unknowns[..own].iter().enumerate().filter_map(|(k, u)| {
-            let old = base.place_of(u)?;
-            Some((k, base.jacobian.column(old).as_slice()[..readings].to_vec()))
-        });
-        let held = held.collect();
-        self.fit_holding(stated, start, options, held)
-    }
-
-    fn fit_holding(
-        &self,
-        stated: PosedSet,
-        start: &[f64],
-        options: SolverOptions,
-        held: BTreeMap<usize, Vec<f64>>,
-    ) -> Result<FittedSet, PredictError> {
-        let problem = BalanceProblem { held, ..self.compare(&stated) };
+        let problem = self.compare(&stated);
         let times = if problem.orders.is_empty() { 1 } else { PATIENCE };
         let options = SolverOptions { max_iterations: times * options.max_iterations, ..options };
-        let (found, tightening) = if stated.free.is_some() {
-            (solve(&problem, start, options)?, 1.0)
+        let found = if stated.free.is_some() {
+            solve(&problem, start, options)?
         } else {
             self.solve_believing(problem, &stated, start, options)?
         };
-        Ok(FittedSet { tightening, ..self.fitted(stated, found.x, found.residuals, found.jacobian) })
-    }
-
-    /// A set with its residuals and their derivatives, made again where it is kept without.
-    pub fn whole<'f>(&self, fitted: &'f FittedSet) -> Option<Cow<'f, FittedSet>> {
-        if !fitted.residuals.is_empty() {
-            return Some(Cow::Borrowed(fitted));
-        }
-        let (residuals, jacobian) = evaluate(&self.compare(&fitted.stated), &fitted.theta).ok()?;
-        Some(Cow::Owned(FittedSet { residuals, jacobian, ..fitted.clone() }))
-    }
-
-    /// The model as it was given, instead of a fit of it.
-    pub fn given(&self, plain: &FittedSet) -> Option<FittedSet> {
-        let start = self.compare(&plain.stated).start();
-        self.standing(plain.stated.clone(), start)
-    }
-
-    /// The model without causes, everything else where a set that runs freely has it.
-    pub fn without(&self, set: &FittedSet) -> Option<FittedSet> {
-        let stated = self.state_like(&[], set.stated.free.clone()).ok()?;
-        let start = self.begin_with(&stated, set);
-        self.standing(stated, start)
+        Ok(self.fitted(stated, found.x, &found.residuals, &found.jacobian))
     }
 
     /// A set as it is, instead of a fit of it; `None`: its model cannot be simulated there.
     pub fn standing(&self, stated: PosedSet, theta: Vec<f64>) -> Option<FittedSet> {
         let (residuals, jacobian) = evaluate(&self.compare(&stated), &theta).ok()?;
         let finite = residuals.norm_squared().is_finite();
-        finite.then(|| self.fitted(stated, theta, residuals, jacobian))
+        finite.then(|| self.fitted(stated, theta, &residuals, &jacobian))
     }
 
     fn fitted(
         &self,
         stated: PosedSet,
         theta: Vec<f64>,
-        r: DVector<f64>,
-        jacobian: DMatrix<f64>,
+        r: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
     ) -> FittedSet {
         let readings = self.compare(&stated).readings();
         let chi2 = r.rows(0, readings).norm_squared();
         let prescribed = stated.free.is_none();
         let prior2 = r.rows(readings, r.len() - readings).norm_squared();
         let octaves = if prescribed { self.octaves(&r.as_slice()[..readings]) } else { Vec::new() };
-        let information = jacobian.tr_mul(&jacobian);
-        let (occam, tightening) = (0.0, 1.0);
-        let mut fitted = FittedSet {
-            stated,
-            theta,
-            residuals: r,
-            jacobian,
-            information,
-            readings,
-            chi2,
-            octaves,
-            prior2,
-            occam,
-            tightening,
-        };
-        fitted.occam = self::occam(&fitted, readings);
-        fitted
+        let information = jacobian.tr_mul(jacobian);
+        let occam = occam(&stated, jacobian, readings);
+        FittedSet { stated, theta, information, readings, chi2, octaves, prior2, occam }
     }
 
     /// Coordinates to begin with when `set` grows out of `from`: what is shared is taken over.
     pub fn begin_with(&self, stated: &PosedSet, from: &FittedSet) -> Vec<f64> {
         stated.begin_with(&[from])
     }
-
-    /// A set in numbers in addition to `base`, which runs freely, and where to begin: what both share as the base has it, the rest as
-    /// the set was fitted.
-    pub fn in_addition(&self, base: &FittedSet, set: &FittedSet) -> Option<(PosedSet, Vec<f64>)> {
-        let stated = self.state_like(&set.stated.set, base.stated.free.clone()).ok()?;
-        let start = stated.begin_with(&[base, set]);
-        Some((stated, start))
-    }
 }
 
 /// -1/2 log det(1 + D F D), D the standard deviations of the priors, F the information of the readings.
-fn occam(f: &FittedSet, readings: usize) -> f64 {
-    let j = f.jacobian.rows(0, readings);
+fn occam(stated: &PosedSet, jacobian: &DMatrix<f64>, readings: usize) -> f64 {
+    let j = jacobian.rows(0, readings);
     let mut m = j.tr_mul(&j);
-    let sd: Vec<f64> = f.stated.unknowns.iter().map(|u| u.prior.map_or(1.0, |p| p.deviation)).collect();
+    let sd: Vec<f64> = stated.unknowns.iter().map(|u| u.prior.map_or(1.0, |p| p.deviation)).collect();
     for a in 0..m.nrows() {
         for b in 0..m.ncols() {
             m[(a, b)] *= sd[a] * sd[b];

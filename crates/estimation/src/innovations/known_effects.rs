@@ -177,7 +177,7 @@ impl KnownEffects {
         let with = &*models[0][0];
         let effects = plants::effects(with);
         for e in effects.iter() {
-            if let Some(why) = no_force(e, dry) {
+            if let Some(why) = no_force(e) {
                 return Err(UnfitEffect(e.choice.id(), why));
             }
         }
@@ -419,15 +419,13 @@ fn on_coordinates(p: &[f64], rigid: bool, rate: impl Fn(usize) -> f64) -> [f64; 
 }
 
 /// Why an effect is no force along a trajectory that a filter with the bare model's tangent can follow.
-fn no_force(e: &PlacedEffect, dry: bool) -> Option<&'static str> {
-    let component = e.choice.component();
-    match component {
-        _ if component.starts_with("sensor") => Some("it changes readings"),
-        "load" | "motor-friction" | "transmission" if !e.spec().states.is_empty() => {
-            Some("it has states that the trajectory does not show")
+fn no_force(e: &PlacedEffect) -> Option<&'static str> {
+    match e.choice.component() {
+        c if c.starts_with("sensor") => Some("it changes readings"),
+        "transmission" if !e.spec().states.is_empty() => {
+            Some("its state holds the joint as a spring does, which the filter does not know")
         }
-        "transmission" if e.spec().modes > 0 => Some("it opens and closes"),
-        "motor-friction" if !dry => Some("the model has no dry friction without it"),
+        _ if e.spec().resonator => Some("it swings by itself, which the filter does not know"),
         _ => None,
     }
 }

@@ -30,6 +30,7 @@ pub mod numeric;
 pub mod plant;
 pub mod recording;
 pub mod rig;
+pub mod sensed;
 pub mod settle;
 pub mod signs;
 pub mod smoother;

@@ -16,11 +16,11 @@ use super::intake_channel::IntakeChannel;
 use super::known_effects::{KNOWN, KnownEffects, KnownPoint, UNIT};
 use super::plant::{ForcedPlant, GearTrain};
 
-/// Relative standard deviation of a gain where the case gives none, as balances have it.
+/// Relative standard deviation of a gain where the case gives none.
 pub(super) const GAIN: f64 = 0.5;
-/// Standard deviation of the offset of a reading of which nothing is known, in the range of its readings, as balances have it.
+/// Standard deviation of the offset of a reading of which nothing is known, in the range of its readings.
 pub(super) const OFFSET: f64 = 0.1;
-/// Standard deviation of a delay of which nothing is known, s, as balances have it.
+/// Standard deviation of a delay of which nothing is known, s.
 const DELAY: f64 = 0.01;
 
 /// What a number of a rig is of.

@@ -3,6 +3,7 @@
 //! A joint and a chain are searched in frames of their own; from here on they are alike.
 
 use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::sensed::without_sensor_effects;
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::structures::{CasePlantError, PlantStructures};
@@ -41,18 +42,11 @@ pub enum CaseSearchError {
     #[error("{0}")]
     Made(String),
     /// Nothing to compare with the model alone.
-    #[error("{file}: no hypothesis of the innovations engine could be compared")]
+    #[error("{file}: no hypothesis could be compared")]
     Nothing {
         /// The case.
         file: String,
     },
-}
-
-impl CaseSearchError {
-    /// Whether causes cannot be compared by these recordings, whatever compares them: what drives or what moves is not known.
-    pub fn is_final(&self) -> bool {
-        matches!(self, Self::Joint(JointSearchError::Nodes(_) | JointSearchError::Parameter { .. }))
-    }
 }
 
 /// An effect at one place where its fit ended.
@@ -71,7 +65,7 @@ pub struct FoundCause {
 }
 
 impl FoundCause {
-    /// Whether each recording has an impulse of its own.
+    /// Whether it has a value that only one recording has.
     pub fn is_of_single_recordings(&self) -> bool {
         self.values.iter().any(|v| v.recording.is_some())
     }
@@ -115,6 +109,7 @@ pub struct CaseFindings {
 /// # Errors
 /// See [`CaseSearchError`].
 pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
+    let loaded = &*without_sensor_effects(loaded);
     match search_joint(loaded) {
         Ok(found) => {
             let file = loaded.case.file.display().to_string();

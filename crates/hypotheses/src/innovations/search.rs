@@ -51,7 +51,7 @@ pub enum JointSearchError {
     #[error(transparent)]
     Nodes(#[from] NodesError),
     /// Not one of the plants that this is made for.
-    #[error("{file}: the innovations engine is made for TwoMassJoint, not for {model}")]
+    #[error("{file}: causes of a joint are those of TwoMassJoint, not of {model}")]
     Model {
         /// The case.
         file: String,
@@ -67,7 +67,7 @@ pub enum JointSearchError {
         name: &'static str,
     },
     /// A known effect that is no force along the trajectory.
-    #[error("{file}: the innovations engine cannot have `{id}` as a known effect: {why}")]
+    #[error("{file}: causes cannot be compared with `{id}` as a known effect: {why}")]
     Effect {
         /// The case.
         file: String,
@@ -77,9 +77,7 @@ pub enum JointSearchError {
         why: &'static str,
     },
     /// Rigs that differ between recordings.
-    #[error(
-        "{file}: the innovations engine does not know {what} of a joint; leave {what} out, or use --engine balances"
-    )]
+    #[error("{file}: causes of a joint cannot be compared with {what}; leave {what} out")]
     Known {
         /// The case.
         file: String,

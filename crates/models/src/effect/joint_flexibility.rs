@@ -26,7 +26,6 @@ impl Effect for JointFlexibility {
                 unit: "N.m/rad",
                 neutral: Neutral::Structure,
                 scale: EffectScale::of(1.0, &[(Measure::Torque, 1), (Measure::Deflection, -1)]),
-                looks: &[0.03, 0.2, 1.0, 6.0, 30.0],
                 known: false,
             },
             Borrowed {
@@ -35,7 +34,6 @@ impl Effect for JointFlexibility {
                 unit: "N.m.s/rad",
                 neutral: Neutral::Structure,
                 scale: EffectScale::of(0.1, &[(Measure::Torque, 1), (Measure::DeflectionRate, -1)]),
-                looks: &[0.03, 1.0],
                 known: false,
             },
             Borrowed {
@@ -44,7 +42,6 @@ impl Effect for JointFlexibility {
                 unit: "kg.m2",
                 neutral: Neutral::Structure,
                 scale: EffectScale::of(1.0, &[(Measure::LoadInertia, 1)]),
-                looks: &[1.0],
                 known: true,
             },
         ],

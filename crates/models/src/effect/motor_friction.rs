@@ -29,7 +29,6 @@ impl Effect for MotorFriction {
                 unit: "N.m",
                 neutral: Neutral::Value(0.0),
                 scale: EffectScale::of(0.2, &[(Measure::Torque, 1)]),
-                looks: &[1.0],
                 known: false,
             },
             Borrowed {
@@ -38,7 +37,6 @@ impl Effect for MotorFriction {
                 unit: "N.m.s/rad",
                 neutral: Neutral::Value(0.0),
                 scale: EffectScale::of(0.2, &[(Measure::Torque, 1), (Measure::Speed, -1)]),
-                looks: &[1.0],
                 known: false,
             },
         ],

@@ -206,8 +206,6 @@ pub struct Borrowed {
     pub neutral: Neutral,
     /// Its size.
     pub scale: EffectScale,
-    /// Multiples of its size that an estimator begins from.
-    pub looks: &'static [f64],
     /// A plant without the effect has it too: a value that the plant gives it needs no estimate.
     pub known: bool,
 }

@@ -27,7 +27,6 @@ impl Effect for StribeckFriction {
             unit: "N.m",
             neutral: Neutral::Of("coulombFriction"),
             scale: EffectScale::of(0.2, &[(Measure::Torque, 1)]),
-            looks: &[1.0],
             known: false,
         }],
         parameters: &[ParameterSpec {

@@ -16,7 +16,7 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
         escape(&sentence(d))
     ));
     super::intake::doubts(page, d);
-    if d.verdict == Verdict::Unknown && !d.capped {
+    if d.verdict == Verdict::Unknown && !d.capped && d.not_compared.is_none() {
         evidence(page, d);
     }
     if !d.effects.is_empty() {
@@ -64,27 +64,15 @@ fn evidence(page: &mut Page, d: &Diagnosis) {
             size(g.floor)
         ));
     }
-    let tried = d.candidates.iter().filter_map(|c| Some((c, c.holdout_gap?)));
-    match tried.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        Some((best, gap)) => {
-            let floor = d.gap.overall.as_ref().map(|g| g.floor).filter(|f| *f > 0.0);
-            let over =
-                floor.map_or_else(String::new, |f| format!(", still {} times the noise", times(gap / f)));
-            items.push(format!(
-                "Beyond what is known: of {} effects looked at the best, {} ({}), leaves {}{over}.",
-                d.candidates.len(),
-                effect_name(&best.id),
-                at(d, &best.component, best.joint),
-                size(gap)
-            ));
-        }
-        None if !d.candidates.is_empty() => {
-            items.push(format!(
-                "Beyond what is known: {} effects were looked at, none was worth a free run.",
-                d.candidates.len()
-            ));
-        }
-        None => {}
+    let best = d.candidates.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    if let Some(best) = best {
+        items.push(format!(
+            "Beyond what is known: of {} effects compared the best, {} ({}), gains {} nats over refitted parameters, not enough to be named.",
+            d.candidates.len(),
+            effect_name(&best.id),
+            at(d, &best.component, best.joint),
+            crate::number(best.evidence)
+        ));
     }
     if let Some(place) = &d.unknown.place {
         items.push(format!("In one place: most of it shows at {place}."));

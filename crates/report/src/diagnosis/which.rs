@@ -50,7 +50,7 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
     page.html("<details><summary>Evidence, candidate by candidate</summary>");
     let rows: Vec<Vec<String>> = shown
         .map(|c| {
-            let gap = c.holdout_gap.map_or_else(|| "not worth a fit".to_owned(), size);
+            let gap = c.holdout_gap.map_or_else(|| "not run".to_owned(), size);
             vec![c.id.clone(), at(d, &c.component, c.joint), percent(c.probability), number(c.evidence), gap]
         })
         .collect();

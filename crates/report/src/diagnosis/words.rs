@@ -187,6 +187,17 @@ pub fn sentence(d: &Diagnosis) -> String {
         return "The recordings are not what they seem (see below): nothing is concluded from them until that is corrected."
             .to_owned();
     }
+    if let Some(why) = &d.not_compared {
+        let gap = overall.map_or_else(String::new, |g| {
+            format!(
+                " The model as it is misses {} on {}; the sensors' noise alone leaves {}.",
+                size(g.before),
+                judged_on(d),
+                size(g.floor)
+            )
+        });
+        return format!("Causes were not compared: {why}.{gap}");
+    }
     match d.verdict {
         Verdict::NoGap => {
             let figures = overall.map_or_else(String::new, |g| {

@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::EngineArgument;
-
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum BenchCommand {
     /// Make cases with sealed keys, and the public folder without keys and without most readings of the hold-out recordings
@@ -48,9 +46,6 @@ pub(crate) struct BenchRun {
     /// Another build of this program that diagnoses in its place
     #[arg(long, value_name = "FILE")]
     pub(crate) program: Option<PathBuf>,
-    /// What compares the causes; chosen by the case when not given
-    #[arg(long, value_enum)]
-    pub(crate) engine: Option<EngineArgument>,
     /// Processor time after which a case is stopped and answered `unknown`, s
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = super::seconds)]
     pub(crate) limit: f64,

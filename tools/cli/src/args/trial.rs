@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::EngineArgument;
-
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Trial {
     /// Generate cases and their sealed keys; those that are there stay
@@ -14,8 +12,6 @@ pub(crate) enum Trial {
     Score(TrialScore),
     /// Compare the same cases by two programs, paired: which cases differ, McNemar's exact test, processor time
     Compare(TrialCompare),
-    /// Decide again from what results keep (decision.json), without a fit or a simulation, and compare
-    Decide(TrialDecide),
     /// Let cases into a corpus: all that are wrong, and right ones up to a number, spread over effects, drives and strengths
     Corpus(TrialCorpus),
 }
@@ -64,9 +60,6 @@ pub(crate) struct TrialRun {
     /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
-    /// What compares the causes; chosen by the case when not given
-    #[arg(long, value_enum)]
-    pub(crate) engine: Option<EngineArgument>,
     /// Processor time after which a case is stopped and counts as a miss, s
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = super::seconds)]
     pub(crate) limit: f64,
@@ -93,15 +86,6 @@ pub(crate) struct TrialCompare {
     pub(crate) a: PathBuf,
     /// Another one with the same cases
     pub(crate) b: PathBuf,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct TrialDecide {
-    /// Folder that `trial run` has run, or a folder of results in it
-    pub(crate) directory: PathBuf,
-    /// Folder for what is decided now, inside the folder of trials; made if it is not there
-    #[arg(long, value_name = "DIR")]
-    pub(crate) results: PathBuf,
 }
 
 #[derive(Debug, clap::Args)]

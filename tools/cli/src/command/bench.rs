@@ -52,7 +52,7 @@ fn enter(a: &BenchRun) -> Result<(), CliError> {
     BenchNotice::read(&a.public).map_err(failed)?;
     let results = a.results.clone().unwrap_or_else(|| a.output.with_extension("results"));
     let run = JudgedRun { trials: &a.public, results: &results, shard: a.shard, limit: Some(a.limit) };
-    let failures = trial::diagnose(&run, a.program.as_deref(), true, a.engine)?;
+    let failures = trial::diagnose(&run, a.program.as_deref(), true)?;
     if failures > 0 {
         voice::line(&format!(
             "{failures} diagnoses failed: they are answered `unknown` (*.error gives the reasons)"

@@ -57,21 +57,16 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     let options = DiagnoseOptions {
         seed: args.seed,
-        engine: args.engine.map(Into::into),
         capped,
         force: args.force,
         watch: args.watch,
         all_readings: args.all_readings,
         verdict_only: args.verdict_only,
-        ..DiagnoseOptions::default()
     };
     sensors(&loaded);
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
     let mut found = found.map_err(|e| CliError::at(&loaded.case.file, e))?;
-    if let Some(why) = found.record.as_ref().and_then(|r| r.instead.as_ref()) {
-        voice::line(&format!("causes were compared by balances: {why}"));
-    }
-    if let Some(why) = found.record.as_ref().and_then(|r| r.not_compared.as_ref()) {
+    if let Some(why) = &found.diagnosis.not_compared {
         voice::line(&format!("causes were not compared: {why}"));
     }
     // Those of the case were reported when it was read.
@@ -178,6 +173,9 @@ pub(crate) fn text(d: &Diagnosis) -> String {
         Verdict::Unknown if d.capped => {
             "unknown: a grave finding (above) permits no conclusion; correct it, or continue with --force\n"
                 .to_owned()
+        }
+        Verdict::Unknown if d.not_compared.is_some() => {
+            "unknown: causes were not compared (above)\n".to_owned()
         }
         Verdict::NoGap => "no gap: nothing beyond the sensors' noise\n".to_owned(),
         Verdict::Parameters => "parameters: refitting what the model already has is enough\n".to_owned(),

@@ -9,6 +9,9 @@ use crate::args::{LabCommand, LabNew, LabRun};
 use crate::error::CliError;
 use crate::output::{folder, say};
 
+/// Where a proposal comes from.
+const PROPOSED: &str = "`trueup diagnose` writes next-experiment.csv; a proposal.toml names it as `input`";
+
 fn failed(e: impl std::fmt::Display) -> CliError {
     CliError::Failed(e.to_string())
 }
@@ -47,7 +50,7 @@ struct Proposal {
 fn experiment(a: &LabRun) -> Result<(), CliError> {
     let mut proposal = Proposal { rig: None, input: a.proposal.clone() };
     if a.proposal.extension().is_some_and(|e| e == "toml") {
-        let text = std::fs::read_to_string(&a.proposal).map_err(|e| CliError::at(&a.proposal, e))?;
+        let text = crate::input::text(&a.proposal, PROPOSED)?;
         proposal = toml::from_str(&text).map_err(|e| CliError::at(&a.proposal, e))?;
         let beside = a.proposal.parent().unwrap_or(Path::new(""));
         proposal.input = beside.join(&proposal.input);

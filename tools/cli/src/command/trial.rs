@@ -1,7 +1,6 @@
 //! `trueup trial`: blind trials.
 
 mod child;
-mod decide;
 
 use std::path::Path;
 
@@ -10,12 +9,10 @@ use trueup_trials::{
     write_card,
 };
 
-use crate::args::{EngineArgument, TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
+use crate::args::{TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
 use crate::error::CliError;
 use crate::output::{folder, folder_of, say};
 use crate::voice;
-
-pub(crate) use decide::decide;
 
 fn failed(e: impl std::fmt::Display) -> CliError {
     CliError::Failed(e.to_string())
@@ -52,7 +49,7 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
 pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
     let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
     let run = JudgedRun { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };
-    let failures = diagnose(&run, a.program.as_deref(), a.verdict_only, a.engine)?;
+    let failures = diagnose(&run, a.program.as_deref(), a.verdict_only)?;
     // Keys are opened once every diagnosis has spoken; a folder of cases alone has none.
     if a.directory.join("keys").is_dir() {
         let answers = Answers { trials: a.directory.clone(), results };
@@ -76,7 +73,6 @@ pub(super) fn diagnose(
     run: &JudgedRun<'_>,
     program: Option<&Path>,
     verdict_only: bool,
-    engine: Option<EngineArgument>,
 ) -> Result<usize, CliError> {
     let program = match program {
         // As a path: a bare name would be looked for in PATH.
@@ -93,7 +89,7 @@ pub(super) fn diagnose(
         return Err(CliError::at(run.trials, "it has no folder `cases`; `trueup trial generate` makes one"));
     }
     folder_of("--results", run.results)?;
-    let child = child::Child::new(&program, verdict_only, engine, run.limit.unwrap_or(f64::INFINITY))?;
+    let child = child::Child::new(&program, verdict_only, run.limit.unwrap_or(f64::INFINITY))?;
     let mut failures = 0;
     let each = |name: &str, ran: &CaseEnd| match ran {
         CaseEnd::Done(took) => {

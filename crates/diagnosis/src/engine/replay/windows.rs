@@ -2,6 +2,7 @@
 //! recording through stick and slip is not followed even by the true model; these are.
 
 use core::f64::consts::TAU;
+use core::ops::Range;
 
 use trueup_identification::parallel;
 use trueup_identification::predict::{KeptLaws, PredictError};
@@ -15,8 +16,9 @@ use crate::engine::coordinate::median_step;
 use crate::engine::problem::{BalanceProblem, BalanceTarget, Compared};
 use crate::engine::recordings::first_states;
 use crate::engine::search::CaseSearch;
-use crate::engine::stretches::{LENGTH, part};
 
+/// Length of a window without a slowest mode, s.
+const LENGTH: f64 = 1.0;
 /// Periods of the slowest mode in a window.
 const PERIODS: f64 = 3.0;
 /// Readings of every channel that a window has at least.
@@ -59,8 +61,8 @@ fn last(run: &Compared) -> f64 {
 }
 
 impl CaseSearch<'_> {
-    /// Length of the windows of a case, s: periods of the slowest spring of the nominal model (without one a second, as
-    /// stretches have), so that every channel has readings. `None`: no recording holds two.
+    /// Length of the windows of a case, s: periods of the slowest spring of the nominal model (without one a
+    /// second), so that every channel has readings. `None`: no recording holds two.
     pub fn window(&self) -> Option<f64> {
         let all = || self.case.train.iter().chain(&self.case.holdout);
         let flexible = self.case.subject.flexible.iter().enumerate().filter(|(_, spring)| **spring);
@@ -193,6 +195,19 @@ impl CaseSearch<'_> {
         let root = |own: Vec<[f64; 2]>| own.iter().map(|s| (s[0] / s[1].max(1.0)).sqrt()).collect();
         Ok(sums.into_iter().map(root).collect())
     }
+}
+
+/// The readings of a recording within these times, with its inputs and its name; it begins where they do.
+fn part(whole: &IdentificationRun, within: Range<f64>) -> IdentificationRun {
+    let first = whole.start == within.start;
+    let mut run = IdentificationRun { start: within.start, at_rest: whole.at_rest && first, ..whole.clone() };
+    for c in &mut run.channels {
+        let kept = c.t.partition_point(|t| *t < within.start)..c.t.partition_point(|t| *t < within.end);
+        c.t = c.t[kept.clone()].to_vec();
+        c.y = c.y[kept.clone()].to_vec();
+        c.spread = c.spread.get(kept).unwrap_or_default().to_vec();
+    }
+    run
 }
 
 /// First states of causes belong to the whole recording, whose time windows keep.

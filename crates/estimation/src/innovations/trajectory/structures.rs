@@ -21,7 +21,7 @@ pub enum CasePlantError {
     },
     /// A known effect that no trajectory has.
     #[error(
-        "{file}: the innovations engine cannot have `{id}` as a known effect of an arm: {why}; remove it from [effects]"
+        "{file}: causes cannot be compared with `{id}` as a known effect of an arm: {why}; remove it from [effects]"
     )]
     Effect {
         /// The case.
@@ -65,21 +65,7 @@ impl PlantStructures {
     /// # Errors
     /// See [`CasePlantError`].
     pub fn of(case: &Case) -> Result<Self, CasePlantError> {
-        let flexible: Vec<bool> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
-        let flexible =
-            if flexible.is_empty() { plants::usual_flexible(&case.model).to_vec() } else { flexible };
-        let text = |name: &str| match case.parameters.get(name) {
-            Some(ParameterValue::Text(item)) => Some(item.as_str()),
-            _ => None,
-        };
-        let structure = PlantStructure {
-            model: case.model.clone(),
-            flexible,
-            fixed_base: text("base") == Some("fixed"),
-            effects: case.known_effects().into_iter().map(str::to_owned).collect(),
-            led: Vec::new(),
-            payload: case.payload.and_then(|link| link.checked_sub(1)),
-        };
+        let structure = structure_of(case);
         let what = |e| match e {
             StructureError::Model(model) => {
                 format!("{model} is no plant; model has to be one of {:?}", plants::NAMES)
@@ -128,8 +114,26 @@ impl PlantStructures {
     }
 }
 
+/// The structure that a case declares, with its known effects.
+pub(crate) fn structure_of(case: &Case) -> PlantStructure {
+    let flexible: Vec<bool> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
+    let flexible = if flexible.is_empty() { plants::usual_flexible(&case.model).to_vec() } else { flexible };
+    let text = |name: &str| match case.parameters.get(name) {
+        Some(ParameterValue::Text(item)) => Some(item.as_str()),
+        _ => None,
+    };
+    PlantStructure {
+        model: case.model.clone(),
+        flexible,
+        fixed_base: text("base") == Some("fixed"),
+        effects: case.known_effects().into_iter().map(str::to_owned).collect(),
+        led: Vec::new(),
+        payload: case.payload.and_then(|link| link.checked_sub(1)),
+    }
+}
+
 /// The number that a value of a parameter is, of a choice that of its item; `None`: neither.
-pub(super) fn number_of(q: &PlantQuantity, value: &ParameterValue) -> Option<f64> {
+pub(crate) fn number_of(q: &PlantQuantity, value: &ParameterValue) -> Option<f64> {
     match value {
         ParameterValue::Text(item) => q.items.iter().position(|i| i.0 == item).map(|k| k as f64 + 1.0),
         other => other.number(),

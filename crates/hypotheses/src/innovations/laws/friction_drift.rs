@@ -18,8 +18,21 @@ pub(super) struct FrictionDriftColumns {
 
 /// Unit of dry friction that slips over a length, in usual torques.
 const UNIT: f64 = 0.1;
+/// The form that goes on from one recording to the next, as if each began where the one before ended.
+const GOES_ON: &str = "goes-on";
 /// Longest recordings in which a change along a line is the beginning of one that settles.
 const LONG: f64 = 10.0;
+
+/// When each recording ends if each begins where the one before ended, s.
+fn ends(along: &PlantAlong<'_>) -> Vec<f64> {
+    let lasts = along.runs.iter().map(|r| r.times.last().copied().unwrap_or(0.0));
+    lasts
+        .scan(0.0, |sum, last| {
+            *sum += last;
+            Some(*sum)
+        })
+        .collect()
+}
 
 impl FrictionDriftColumns {
     pub(super) const JOINT: Self =
@@ -40,17 +53,33 @@ impl EffectLaw for FrictionDriftColumns {
             };
             self.times.iter().map(with).collect::<Vec<_>>()
         };
-        along.at_dry_joints("time", self.lengths).into_iter().flat_map(timed).collect()
+        let mut all: Vec<LawShape> =
+            along.at_dry_joints("time", self.lengths).into_iter().flat_map(timed).collect();
+        if along.runs.len() > 1 {
+            let total = ends(along).last().copied().unwrap_or(0.0);
+            let on = along.at_dry_joints(GOES_ON, self.lengths).into_iter();
+            all.extend(on.flat_map(|shape| {
+                [0.0, 0.5 * total].map(|time| {
+                    let mut shape = shape.clone();
+                    shape.values.insert(0, ("time", time));
+                    shape
+                })
+            }));
+        }
+        all
     }
     fn terms(&self, along: &PlantAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
         let (j, length) = (&along.joints[shape.joint()], shape.get("x"));
-        let (time, duration) = (shape.value("time"), along.duration);
+        let (time, ends) = (shape.value("time"), ends(along));
+        let goes_on = shape.form == GOES_ON;
+        let duration = if goes_on { ends.last().copied().unwrap_or(0.0) } else { along.duration };
+        let before = |run: usize| if goes_on && run > 0 { ends[run - 1] } else { 0.0 };
         let course = |t: f64| if time > 0.0 { (-t / time).exp() } else { t / duration - 0.5 };
         let (dry, viscous) = if length.is_some() { (UNIT * j.torque, 0.0) } else { (j.dry, j.viscous) };
         // (COL-7)
-        let column = along.on_motor(shape.joint(), |m| {
-            let z = m.sliding(length);
-            m.each(|i| -(dry * z[i] + viscous * m.motor_speed[i]) * course(m.time[i]))
+        let column = along.on_motor_by_run(shape.joint(), |run, m| {
+            let (z, begun) = (m.sliding(length), before(run));
+            m.each(|i| -(dry * z[i] + viscous * m.motor_speed[i]) * course(begun + m.time[i]))
         });
         Some(LawTerms::new(vec![(column, 0.0, self.deviation)], &[]))
     }
@@ -58,16 +87,24 @@ impl EffectLaw for FrictionDriftColumns {
         vec![Refinement::relative("time", 0.3)]
     }
     fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
-        let (j, a, time, duration) = (fit.place(), fit.amplitude(0), fit.number("time"), fit.along.duration);
+        let (j, a, time) = (fit.place(), fit.amplitude(0), fit.number("time"));
+        let ends = if fit.shape.form == GOES_ON { ends(fit.along) } else { Vec::new() };
+        let duration = ends.last().copied().unwrap_or(fit.along.duration);
         // 1 + a exp(-t/T) = (1 + a) (1 - a / (1 + a) (1 - exp(-t/T))); along a line it begins at 1 - a/2.
         let settles = time > 0.0;
         let begins = if settles { 1.0 + a } else { 1.0 - 0.5 * a }.max(0.1);
         let rate = if settles { -a / (begins * time) } else { a / (begins * duration) };
-        vec![
+        let begun = std::iter::once(0.0).chain(ends.iter().copied()).zip(0..ends.len());
+        let begun = begun.map(|(t, run)| LawValue {
+            recording: Some(run),
+            ..LawValue::new("initialFrictionDriftTime", t)
+        });
+        let all = [
             LawValue::new("frictionDriftRate", rate),
             LawValue::new("frictionDriftTime", if settles { time } else { LONG * duration }),
             LawValue::new("coulombFriction", begins * j.dry),
             LawValue::new("viscousFriction", begins * j.viscous),
-        ]
+        ];
+        all.into_iter().chain(begun).collect()
     }
 }

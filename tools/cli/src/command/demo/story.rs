@@ -45,7 +45,6 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), CliError> {
         output,
         json: false,
         verdict_only: false,
-        engine: None,
         watch: false,
         all_readings: false,
         force: false,

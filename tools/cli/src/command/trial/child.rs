@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use trueup_trials::{CaseFailure, TimeTaken};
 
-use crate::args::EngineArgument;
 use crate::error::CliError;
 
 /// Wall time, in limits of processor time, after which a process that sleeps is stopped as well.
@@ -20,21 +19,15 @@ const LOOK: Duration = Duration::from_millis(10);
 pub(super) struct Child {
     program: PathBuf,
     verdict_only: bool,
-    engine: Option<EngineArgument>,
     limit: f64,
 }
 
 impl Child {
     /// With a limit of processor time, s, which the kernel holds children to where it can.
-    pub(super) fn new(
-        program: &Path,
-        verdict_only: bool,
-        engine: Option<EngineArgument>,
-        limit: f64,
-    ) -> Result<Self, CliError> {
+    pub(super) fn new(program: &Path, verdict_only: bool, limit: f64) -> Result<Self, CliError> {
         hold_children_to(limit)
             .map_err(|e| CliError::Failed(format!("a limit of {limit} s cannot be set: {e}")))?;
-        Ok(Self { program: program.to_owned(), verdict_only, engine, limit })
+        Ok(Self { program: program.to_owned(), verdict_only, limit })
     }
 
     pub(super) fn diagnose(&self, case: &Path, out: &Path) -> Result<TimeTaken, CaseFailure> {
@@ -44,16 +37,6 @@ impl Child {
         command.arg("diagnose").arg(case).arg("-o").arg(out);
         if self.verdict_only {
             command.arg("--verdict-only");
-        }
-        // Older programs know of none.
-        match self.engine {
-            None => {}
-            Some(EngineArgument::Balances) => {
-                command.args(["--engine", "balances"]);
-            }
-            Some(EngineArgument::Innovations) => {
-                command.args(["--engine", "innovations"]);
-            }
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let (begun, mut child) = (Instant::now(), command.spawn().map_err(said)?);
