@@ -60,8 +60,11 @@ pub(crate) fn build(c: &Configuration) -> Result<Contact, String> {
     }
     let arm = carried_by(c, PLANAR);
     if let Some(effect) = c.effects.first().filter(|_| !arm) {
-        let with =
-            if c.model == "CaptureScene" { " with a rigid chaser: pack it with chaser=planar" } else { "" };
+        let with = if c.model == "CaptureScene" {
+            " with a rigid chaser: pack it with chaser=planar or spatial"
+        } else {
+            ""
+        };
         return Err(format!("no effect acts in {}{with}, `{effect}` neither", c.model));
     }
     if !c.joint_flexible.is_empty() && !arm {

@@ -19,6 +19,7 @@ pub use experiment::schedule;
 pub use flexible_arm::{of_arm, with_links};
 pub use model::PlantModelTable;
 pub use space::{is_robot, of_design};
+pub use space_capture::capture_of_design;
 pub use space_controller::controller_of_design;
 pub use structure::{RequestedStructure, StructureOption, choices};
 
@@ -62,6 +63,7 @@ mod tests {
             ("PlanarManipulator", vec![true, false, true, true, false], arm),
             ("SpatialFreeFlyer", vec![], vec![]),
             ("SpatialFreeFlyer", vec![true, false, true, false, false, true], vec![]),
+            ("SpatialFreeFlyer", vec![], all(effect::PlantKind::Space)),
             ("FlexibleArm", vec![], vec![]),
             ("SpaceController", vec![], vec![]),
         ];
@@ -107,6 +109,11 @@ mod tests {
                 effects: all(effect::PlantKind::Joint),
                 structure: vec![(GEARBOX_CHOICE.to_owned(), vec![TWO_STAGES])],
                 ..Configuration::of("TwoMassJoint")
+            },
+            Configuration {
+                effects: all(effect::PlantKind::Space),
+                structure: vec![("chaser".to_owned(), vec![3])],
+                ..Configuration::of("CaptureScene")
             },
             Configuration {
                 joint_flexible: vec![true, false],

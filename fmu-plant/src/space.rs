@@ -3,6 +3,7 @@
 use crate::builder::PlantTableBuilder;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{BoundaryType, Enumeration, ModelTable, Storage, TableExperiment};
+use trueup_models::effect::PlantKind;
 use trueup_models::flexible_arm::layout::{AXIAL, AXIAL_CHOICE, LINK_MODES};
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::control::SpaceController;
@@ -30,18 +31,19 @@ const SHAPES: [&str; 3] = ["shapesX", "shapesY", "shapesTorsion"];
 
 /// The model of a configuration, and start values of its parameters before those of the configuration.
 pub(crate) fn build(c: &Configuration) -> Result<(SpatialFreeFlyer, Vec<f64>), String> {
-    if let Some(effect) = c.effects.first() {
-        return Err(format!("no effect acts in SpatialFreeFlyer yet, `{effect}` neither"));
+    if has_bodies(c) {
+        let model = SpatialFreeFlyer::with_effects(structure(c)?, &c.effects)?;
+        let start = model.defaults();
+        return Ok((model, start));
     }
-    if c.structure.is_empty() {
-        let mut design = presets::chaser();
-        if !c.joint_flexible.is_empty() {
-            design.flex(&c.joint_flexible)?;
-        }
-        return Ok((SpatialFreeFlyer::new(design.structure())?, design.parameters()));
+    let mut design = presets::chaser();
+    if c.effects.iter().any(|id| id == "joint-flexibility") {
+        design.flex(&vec![true; design.links.len()])?;
+    } else if !c.joint_flexible.is_empty() {
+        design.flex(&c.joint_flexible)?;
     }
-    let model = SpatialFreeFlyer::new(structure(c)?)?;
-    let start = model.defaults();
+    let model = SpatialFreeFlyer::with_effects(design.structure(), &c.effects)?;
+    let start = [design.parameters(), model.effect_defaults()].concat();
     Ok((model, start))
 }
 
@@ -110,7 +112,30 @@ pub fn of_design(design: &RobotDesign) -> Result<Configuration, String> {
 
 /// It is a plant whose structure is given body by body: a robot that a user describes.
 pub fn is_robot(c: &Configuration) -> bool {
-    c.model != SpaceController::NAME && c.structure.iter().any(|(name, _)| name == PARENT)
+    c.model != SpaceController::NAME && has_bodies(c)
+}
+
+/// Its structure is given body by body.
+pub(crate) fn has_bodies(c: &Configuration) -> bool {
+    c.structure.iter().any(|(name, _)| name == PARENT)
+}
+
+/// It is one of the names of [`encoded`].
+pub(crate) fn of_bodies(name: &str) -> bool {
+    const NAMES: [&str; 11] = [
+        PARENT,
+        JOINT_TYPE,
+        TIP,
+        THRUSTERS,
+        HELD,
+        ANALYSIS,
+        TABLE_MODES,
+        LINK_TABLE_MODES,
+        SHAPES[0],
+        SHAPES[1],
+        SHAPES[2],
+    ];
+    NAMES.contains(&name) || [LINK_MODES, AXIAL_CHOICE].contains(&name)
 }
 
 /// Start values by element names where they are not the model's own.
@@ -119,6 +144,17 @@ pub(crate) fn differing(table: &ModelTable, own: &[f64], wanted: &[f64]) -> Vec<
     let names = parameters.flat_map(|v| (0..v.len()).map(|e| v.element_name(e)));
     let start = names.zip(own.iter().zip(wanted));
     start.filter(|(_, (a, b))| a != b).map(|(name, (_, b))| (name, *b)).collect()
+}
+
+/// Gives parameters, in the order of their table, those of these start values that it has.
+pub(crate) fn assign(table: &ModelTable, start: &[(String, f64)], p: &mut [f64]) {
+    let parameters = table.variables.iter().filter(|v| matches!(v.storage, Storage::Parameter(_)));
+    let names = parameters.flat_map(|v| (0..v.len()).map(|e| v.element_name(e)));
+    for (name, p) in names.zip(p) {
+        if let Some((_, value)) = start.iter().rfind(|(own, _)| *own == name) {
+            *p = *value;
+        }
+    }
 }
 
 /// A structure, body by body, as [`structure`] reads it.
@@ -165,10 +201,12 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     if s.links() > 0 {
         stiffening(&mut b, s);
     }
-    b.parameters(&Parameters::list(s), start);
+    let (of_friction, friction_outputs) = model.friction_lists();
+    b.parameters(&[Parameters::list(s), of_friction].concat(), start);
     b.inputs(&Inputs::list(s));
-    b.outputs(&Outputs::list(s));
+    b.outputs(&[Outputs::list(s), friction_outputs].concat());
     b.moved(&States::list(s));
+    b.effects(model.effects(), PlantKind::Space);
     if s.bodies() > 0 {
         b.terminal(
             "drive",

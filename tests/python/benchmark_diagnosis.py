@@ -258,7 +258,7 @@ class Refit:
         for r in self.recordings:
             r.residuals.cache_clear()
         begin = time.perf_counter()
-        # Stops where the program's refits do (crates/diagnosis/src/engine/select.rs), not at SciPy's 1e-8. The friction's events want derivatives
+        # Stops where the program's refits do (crates/diagnosis/src/engine/result.rs), not at SciPy's 1e-8. The friction's events want derivatives
         # by a larger step than SciPy's. `trf` begins with a step of 1 in what it scales, which with x_scale="jac" is next to none.
         found = least_squares(self.residuals, np.zeros(21), args=(at,), method=method, x_scale="jac" if method == "lm" else 1.0,
                               diff_step=1e-4, ftol=1e-4, xtol=1e-6, gtol=1e-6)

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from fmpy import simulate_fmu
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
@@ -215,10 +216,31 @@ def test_effects_act_in_it(packed):
 
 
 def test_effects_that_do_not_act_are_refused(trueup, tmp_path):
-    for structure, effect, message in (("spatial", "backlash", "chaser=planar"), ("body", "backlash", "chaser=planar")):
+    for structure, effect, message in (
+        ("spatial", "backlash", "joint-flexibility"), ("spatial", "table-tilt", "there is no table"), ("body", "backlash", "chaser=planar"),
+    ):  # fmt: skip
         done = trueup("fmu", "pack", "CaptureScene", "--structure", f"chaser={structure}", "--effect", effect, "-o", tmp_path)
         assert done.returncode != 0 and message in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_the_chaser_in_space_is_a_robot_of_a_file(trueup, tmp_path):
+    """Of a file with two arms: it begins with its hand before the port, and comes nearer along the hand's x; without chaser=spatial it is refused."""
+    robot = ("--robot", ROOT / "examples/10-attitude/two-arms.toml")
+    done = trueup("fmu", "pack", "CaptureScene", "--structure", "chaser=spatial", *robot, "--fmi", "3", "-o", tmp_path)
+    assert done.returncode == 0, done.stderr
+    (fmu,) = tmp_path.iterdir()
+    near = {"initialPortOffset": [0.106, 0.0, 0.0]}
+    result = simulate_fmu(str(fmu), stop_time=3.0, start_values=near, output=["tipPosition", "baseVelocity", "tipQuaternion", "portOffset", "linearMomentum", "contactForce", "jointAngle"])
+    tip, velocity, w = (np.asarray(result[n][0], float) for n in ("tipPosition", "baseVelocity", "tipQuaternion"))
+    along = rotations(w.reshape(-1, 4)[:1])[0][:, 0]
+    momentum = np.array([np.asarray(m, float) for m in result["linearMomentum"]])
+    force = max(np.asarray(f, float).max() for f in result["contactForce"])
+    print(f"{tip.shape[0]} tips, {len(result['jointAngle'][0])} joints; comes nearer by {np.linalg.norm(velocity):.4f} m/s, up to {force:.1f} N, momentum within {np.ptp(momentum, axis=0).max():.1e} N.s")
+    assert tip.shape == (1, 3) and len(result["jointAngle"][0]) == 12 and np.allclose(velocity, np.linalg.norm(velocity) * along, atol=1e-12) and np.linalg.norm(velocity) > 1e-3
+    assert force > 0.01 and np.ptp(momentum, axis=0).max() < 1e-5
+    done = trueup("fmu", "pack", "CaptureScene", *robot, "-o", tmp_path / "none")
+    assert done.returncode != 0 and "chaser=spatial" in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
 
 
 @pytest.mark.full

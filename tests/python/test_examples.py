@@ -14,7 +14,7 @@ FOLDERS = sorted(path.name for path in EXAMPLES.iterdir() if path.is_dir() and p
 # Only with --full; by default test_readme.py, test_contact.py, test_diagnose.py, test_delian_arm.py and test_papers.py run the systems and the case of these.
 LONG = {"03-sweep", "05-coupled-capture", "06-backlash", "08-delian", "10-attitude"}
 # By default until this command, of ten seconds or more.
-UNTIL = {"04-capture": "capture-map.toml", "09-flexible-joint": "transmission-hysteresis"}
+UNTIL = {"07-space-arm": "CaptureScene", "04-capture": "capture-map.toml", "09-flexible-joint": "transmission-hysteresis"}
 # Figures of a picture may move by as many pixels with the program.
 NEAR = 3.0
 

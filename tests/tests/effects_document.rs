@@ -28,6 +28,7 @@ fn model(plant: PlantKind) -> &'static str {
     match plant {
         PlantKind::Joint => "TwoMassJoint",
         PlantKind::Arm => "PlanarManipulator",
+        PlantKind::Space => "SpatialFreeFlyer",
     }
 }
 
@@ -63,10 +64,22 @@ fn section(kind: EffectKind, equation: &str, file: &str) -> String {
     // Of the channels the first one represents all.
     let shown = if spec.scope == Scope::Channel { 1 } else { spec.places.len().max(1) };
     for place in 0..shown {
-        let c = EffectChoice { kind, place };
-        let at = if shown > 1 { format!(" {}", c.place().map_or("", |p| p.name)) } else { String::new() };
+        let here = spec.places.get(place).map_or(spec.plants, |p| p.plants);
+        let c = EffectChoice { kind, place, plant: here[0] };
+        let space = if here[..] == [PlantKind::Space] { " in space" } else { "" };
+        let at = match c.place() {
+            Some(p) if shown > 1 => format!(" {}{space}", p.name),
+            _ => String::new(),
+        };
         let own: Vec<_> = c.parameters().iter().map(|p| (c.variable(p.name), c.unit(p.unit))).collect();
         let _ = writeln!(s, "| parameters{at} | {} |", names(own.iter().map(|(n, u)| (n.as_str(), *u))));
+    }
+    if !spec.space_parameters.is_empty() {
+        let own = spec.space_parameters.iter().map(|p| (p.name, p.unit));
+        let _ = writeln!(s, "| parameters in space | {} |", names(own));
+    }
+    if !spec.not_in_space.is_empty() {
+        let _ = writeln!(s, "| not in space | {} |", spec.not_in_space);
     }
     if !spec.borrows.is_empty() {
         let list = spec.borrows.iter().map(|b| format!("`{}`", b.joint_name)).collect::<Vec<_>>().join(", ");
@@ -75,7 +88,7 @@ fn section(kind: EffectKind, equation: &str, file: &str) -> String {
     if !spec.inputs.is_empty() {
         let _ = writeln!(s, "| inputs | {} |", names(spec.inputs.iter().map(|u| (u.name, u.unit))));
     }
-    let c = EffectChoice { kind, place: 0 };
+    let c = EffectChoice { kind, place: 0, plant: spec.plants[0] };
     let states: Vec<_> = spec.states.iter().map(|x| (c.variable(x.name), c.unit(x.unit))).collect();
     let _ = writeln!(s, "| states | {} |", names(states.iter().map(|(n, u)| (n.as_str(), *u))));
     let _ = writeln!(s, "| outputs | {} |", names(spec.outputs.iter().map(|y| (y.name, y.unit))));

@@ -102,7 +102,7 @@ pub fn isolability(loaded: &Loaded, subject: &DiagnosisSubject) -> Isolability {
             let base = ["basePosition[1]", "basePosition[2]", "baseAttitude"];
             EquationStructure::arm(&subject.flexible, &[channels, base.to_vec()].concat())
         }
-        PlantKind::Arm => EquationStructure::arm(&subject.flexible, &channels),
+        PlantKind::Arm | PlantKind::Space => EquationStructure::arm(&subject.flexible, &channels),
     }
     .isolability()
 }

@@ -100,7 +100,7 @@ fn accelerations(bodies: &SpatialFreeFlyer, p: &[f64], state: &[f64]) -> [f64; 4
     let u = vec![0.0; bodies.sizes().inputs];
     let led = PrescribedAccelerations { base: None, joints: &[(2, 0.0)], motors: &[] };
     let mut dx = vec![0.0; x.len()];
-    bodies.rates_led(At { t: 0.0, x: &x, u: &u, p, modes: &[] }, led, &mut dx);
+    bodies.rates_prescribed(At { t: 0.0, x: &x, u: &u, p, modes: &[] }, led, &mut dx);
     // The tip's acceleration is how its velocity changes along the motion.
     let lift = |v: &[f64]| v.iter().map(|v| Dual { re: *v, eps: [0.0] }).collect::<Vec<Dual<1>>>();
     let along: Vec<Dual<1>> = x.iter().zip(&dx).map(|(x, dx)| Dual { re: *x, eps: [*dx] }).collect();

@@ -109,7 +109,7 @@ fn forces<T: RobotScalar>(arm: &FlexibleArm, rows: &CoordinateRows, at: At<'_, T
     let (motors, joints) = (held(&rows.flexible), held(&rows.rigid));
     let mut dx = vec![T::zero(); at.x.len()];
     let led = PrescribedAccelerations { base: None, joints: &joints, motors: &motors };
-    T::rates_led(arm.bodies(), at, led, &mut dx);
+    T::rates_prescribed(arm.bodies(), at, led, &mut dx);
     let force =
         (0..n).map(|i| (0..n).fold(T::zero(), |sum, j| sum + mass[i * n + j] * dx[rows.rates[j]])).collect();
     (mass, force)

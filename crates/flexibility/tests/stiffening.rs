@@ -39,7 +39,7 @@ fn spinning(design: &RobotDesign, rate: f64) -> [f64; 2] {
         let mut dx = vec![Dual { re: 0.0, eps: [0.0] }; x.len()];
         let still = [(0, Dual { re: 0.0, eps: [0.0] })];
         let led = PrescribedAccelerations { base: None, joints: &still, motors: &[] };
-        model.rates_led(
+        model.rates_prescribed(
             At { t: Dual { re: 0.0, eps: [0.0] }, x: &x, u: &u, p: &p, modes: &[] },
             led,
             &mut dx,

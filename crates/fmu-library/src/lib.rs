@@ -6,7 +6,8 @@
 use fmu_controller::Controller;
 use fmu_plant::PlantModelTable;
 pub use fmu_plant::{
-    RequestedStructure, StructureOption, choices, controller_of_design, of_arm, of_design, with_links,
+    RequestedStructure, StructureOption, capture_of_design, choices, controller_of_design, of_arm, of_design,
+    with_links,
 };
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;

@@ -348,14 +348,12 @@ fn a_known_spring_is_no_effect() {
     known_transmission(69, "kinematic-error", &error);
 }
 
-/// Play, bristles and a link that bends have states of their own along the trajectory.
+/// Play, and bristles with states of their own along the trajectory.
 #[test]
-fn known_play_bristles_and_links_are_no_effects() {
+fn known_play_and_bristles_are_no_effects() {
     known_transmission(71, "backlash", &[("backlashGap", 0.03)]);
     let bristles = [("loadFriction", 0.15), ("loadViscousFriction", 0.0), ("loadFrictionDisplacement", 1e-4)];
     known_transmission(72, "load-friction", &bristles);
-    let link = [("tipInertia", 0.24), ("linkStiffness", 151.0), ("linkDamping", 0.24)];
-    known_transmission(73, "flexible-link", &link);
 }
 
 /// A gain, an offset and a delay of the channel are of the reading, an error that is known of what it shows.

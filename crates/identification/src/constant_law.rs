@@ -55,8 +55,10 @@ pub(crate) struct ConstantLaw {
     readout: SplitRows,
     /// By the bits of the step size.
     maps: Vec<(u64, SplitRows)>,
-    /// The last that was used.
+    /// The last that was used in this run.
     recent: usize,
+    /// Step sizes of this run that have maps.
+    seen: Vec<u64>,
     /// Longest step, s.
     pub(crate) longest: f64,
     states: usize,
@@ -75,7 +77,26 @@ impl ConstantLaw {
         let rates = SplitRows::new(&law.rates, states, states);
         let readout = SplitRows::new(&law.readout, wanted, states);
         let (longest, rest) = (law.longest, vec![1.0; 2 * inputs + 1]);
-        Self { law, rates, readout, maps: Vec::new(), recent: 0, longest, states, inputs, rest }
+        Self {
+            law,
+            rates,
+            readout,
+            maps: Vec::new(),
+            recent: usize::MAX,
+            seen: Vec::new(),
+            longest,
+            states,
+            inputs,
+            rest,
+        }
+    }
+
+    /// A run begins.
+    fn begin(&mut self) {
+        (self.recent, self.seen) = (usize::MAX, Vec::new());
+        if self.maps.len() > 4 * KEPT {
+            self.maps.clear();
+        }
     }
 
     /// The requested outputs.
@@ -94,15 +115,17 @@ impl ConstantLaw {
     ) {
         let bits = h.to_bits();
         if self.maps.get(self.recent).is_none_or(|m| m.0 != bits) {
-            match self.maps.iter().position(|m| m.0 == bits) {
-                Some(at) => self.recent = at,
-                None if self.maps.len() >= KEPT => return self.step_once(x, [u, du], h, kept),
-                None => {
-                    self.recent = self.maps.len();
-                    let columns = self.states + 2 * self.inputs + 1;
-                    self.maps
-                        .push((bits, SplitRows::new(&self.law.map(columns, h), self.states, self.states)));
+            // Which steps are by maps depends on the run alone, so that its bits do not depend on what others left.
+            if !self.seen.contains(&bits) {
+                if self.seen.len() >= KEPT {
+                    return self.step_once(x, [u, du], h, kept);
                 }
+                self.seen.push(bits);
+            }
+            self.recent = self.maps.iter().position(|m| m.0 == bits).unwrap_or(self.maps.len());
+            if self.recent == self.maps.len() {
+                let columns = self.states + 2 * self.inputs + 1;
+                self.maps.push((bits, SplitRows::new(&self.law.map(columns, h), self.states, self.states)));
             }
         }
         self.take(u);
@@ -166,7 +189,11 @@ impl KeptLaws {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let same = |m: &ModelLaws| m.values == values && m.wanted == wanted;
         match all.iter().position(same) {
-            Some(at) => all.swap_remove(at),
+            Some(at) => {
+                let mut laws = all.swap_remove(at);
+                laws.known.iter_mut().for_each(|(_, law)| law.begin());
+                laws
+            }
             None => ModelLaws { values, wanted: wanted.to_vec(), known: Vec::new() },
         }
     }

@@ -45,7 +45,7 @@ impl TypicalSizes {
         }
         match rig.plant {
             effect::PlantKind::Joint => s.joint(rig),
-            effect::PlantKind::Arm => s.arm(rig),
+            effect::PlantKind::Arm | effect::PlantKind::Space => s.arm(rig),
         }
         s
     }

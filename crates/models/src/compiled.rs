@@ -275,7 +275,7 @@ impl effect::PlacedEffect {
     /// Lengths of the dimensions of its variables; none: scalars.
     pub fn dimensions(&self, plant: effect::PlantKind) -> Vec<usize> {
         let vector = match self.choice.scope() {
-            Scope::Joint => plant == effect::PlantKind::Arm,
+            Scope::Joint => plant != effect::PlantKind::Joint,
             Scope::Channel => self.sites > 1,
             Scope::Once => false,
         };

@@ -110,6 +110,19 @@ pub struct BaseMotion<T> {
     pub rate: T,
 }
 
+/// The base of a robot in space as effects see it.
+#[derive(Clone, Copy, Debug)]
+pub struct FlyerBase<T> {
+    /// Time in s.
+    pub t: T,
+    /// Base axes to inertial ones.
+    pub rotation: [[T; 3]; 3],
+    /// Velocity of the centre of mass, inertial axes, m/s.
+    pub velocity: [T; 3],
+    /// Rate, inertial axes, rad/s.
+    pub rate: [T; 3],
+}
+
 /// Force (inertial frame, N) at a point and torque about it (N.m).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BaseWrench<T> {

@@ -95,8 +95,8 @@ fn at_load(plant: PlantKind, component: Option<&str>, name: &str) -> Option<bool
         (PlantKind::Joint, Some(place)) => Some(place == "load"),
         (PlantKind::Joint, None) => Some(matches!(name, "loadInertia" | "tipInertia")),
         // All of an arm's drives is joint-referred; links and base have no gear.
-        (PlantKind::Arm, Some(_)) => Some(true),
-        (PlantKind::Arm, None) => {
+        (PlantKind::Arm | PlantKind::Space, Some(_)) => Some(true),
+        (PlantKind::Arm | PlantKind::Space, None) => {
             let drive = name.starts_with("joint") || name.ends_with("Friction") || name == "motorInertia";
             drive.then_some(true)
         }

@@ -137,6 +137,19 @@ impl LayoutState {
 /// An input's kind: its start values, one per element; none: 0.
 pub type InputStart = &'static [f64];
 
+/// A parameter of any value that is fixed once the run has begun.
+pub(crate) const FIXED: Parameter = Parameter::fixed(AllowedValues::Any);
+/// How a run begins.
+pub(crate) const INITIAL: Parameter = Parameter::initial();
+/// [`Parameter::tunable`], as lists write it.
+pub(crate) const fn tunable(allowed: AllowedValues) -> Parameter {
+    Parameter::tunable(allowed)
+}
+/// [`LayoutState::new`], as lists write it.
+pub(crate) const fn state(rate: &'static str, nominal: f64, depends: Shows) -> LayoutState {
+    LayoutState::new(rate, nominal, depends)
+}
+
 /// A list of variables, written once: `Parameters::list` is the table, the fields of `Parameters` give the places of values.
 macro_rules! layout {
     ($(#[$doc:meta])* $type:ident of $kind:ty, $s:ident: $structure:ty:

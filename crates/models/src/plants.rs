@@ -167,12 +167,18 @@ pub fn arm(plant: &dyn Plant) -> Option<&PlanarManipulator> {
 /// The effects of a plant; none of one without.
 pub fn effects(plant: &dyn Plant) -> &EffectSet {
     static NONE: EffectSet = EffectSet::none();
-    let own =
-        joint(plant).and_then(PlantModel::effect_set).or_else(|| arm(plant).and_then(PlantModel::effect_set));
-    own.unwrap_or(&NONE)
+    let own = joint(plant).and_then(PlantModel::effect_set);
+    let own = own.or_else(|| arm(plant).and_then(PlantModel::effect_set));
+    own.or_else(|| model::<SpatialFreeFlyer>(plant).and_then(PlantModel::effect_set)).unwrap_or(&NONE)
 }
 
-/// Which tables of effects hold for a plant: those of an arm, unless it is a joint.
+/// Which tables of effects hold for a plant: those of an arm, unless it is a joint or a robot in space.
 pub fn effect_plant(plant: &dyn Plant) -> effect::PlantKind {
-    if joint(plant).is_some() { effect::PlantKind::Joint } else { effect::PlantKind::Arm }
+    if joint(plant).is_some() {
+        effect::PlantKind::Joint
+    } else if model::<SpatialFreeFlyer>(plant).is_some() {
+        effect::PlantKind::Space
+    } else {
+        effect::PlantKind::Arm
+    }
 }

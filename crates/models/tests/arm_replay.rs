@@ -49,7 +49,7 @@ fn the_force_that_leads_rows_acts_in_no_others() {
         let (mut free, mut bound) = (vec![0.0; sizes.states], vec![0.0; sizes.states]);
         let at = At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] };
         arm.rates(at, &mut free);
-        arm.rates_led(at, &given, &mut bound);
+        arm.rates_prescribed(at, &given, &mut bound);
         assert!(given.iter().all(|(row, a)| bound[dofs + row] == *a));
         let difference: Vec<f64> = bound[dofs..].iter().zip(&free[dofs..]).map(|(a, b)| a - b).collect();
         let mass = arm.mass_matrix(&x, &p);

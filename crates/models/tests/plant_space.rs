@@ -135,7 +135,11 @@ fn the_robot_in_space_is_a_plant() {
                 parameters_are_forces(&*plant, &s, &mut draws);
             }
         }
-        assert!(plant.with(&["backlash"]).is_err() && plant.with(&[]).is_ok());
+        let more = plant.with(&["motor-friction"]).unwrap();
+        let (own, with) = (plant.sizes(), more.sizes());
+        assert_eq!((with.parameters - own.parameters, with.modes), (3 * s.bodies(), s.bodies()));
+        assert_eq!(more.table().parameters.len(), with.parameters);
+        assert!(plant.with(&["table-tilt"]).is_err() && plant.with(&[]).is_ok());
     }
 }
 

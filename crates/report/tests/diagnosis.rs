@@ -407,7 +407,7 @@ fn what_is_unknown_says_why_and_what_drifts_away_has_no_share() {
     let html = diagnosis_page(&d, &Evidence::default()).replace('\u{a0}', " ");
     for part in [
         "Beyond noise: the nominal model misses 21.0 %, refitted 12.0 %; noise alone leaves 1.10 %, 11 times it.",
-        "of 3 effects looked at the best, break-away (Stribeck) friction (motor-friction), leaves 1.30 %, still 1.2 times",
+        "of 3 effects compared the best, break-away (Stribeck) friction (motor-friction), gains",
         "In one place: most of it shows at transmission.",
         "none of these: a cause that no known effect explains",
         "What acts at <b>transmission</b>",

@@ -37,7 +37,10 @@ const PARTS: [&str; 21] = [
 
 /// Files that take names apart all the same. This list only shrinks.
 const NAMED: &[(&str, &str)] = &[
-    ("crates/diagnosis/src/engine/push.rs", "parameters of a push, whatever its place and its number"),
+    (
+        "crates/diagnosis/src/engine/hypothesis/pose.rs",
+        "parameters of a push, whatever its place and its number",
+    ),
     (
         "crates/diagnosis/src/shipped.rs",
         "parameters as a claim is written, which the packed model has in one",

@@ -172,7 +172,7 @@ pub(crate) struct Pack {
     /// Parameter set to start from (see `trueup fmu list`)
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Robot of a SpatialFreeFlyer or a FlexibleArm: a file of TOML (see docs/robots.md), URDF or MJCF
+    /// Robot of a SpatialFreeFlyer, a FlexibleArm or a CaptureScene with chaser=spatial: a file of TOML (see docs/robots.md), URDF or MJCF
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub(crate) robot: Option<PathBuf>,
     /// Hold the robot's base: it is bolted to the ground, and the FMU has a parameter `gravity`

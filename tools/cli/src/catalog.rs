@@ -63,7 +63,7 @@ pub(crate) const CONTROLLER: &str = "SpaceController";
 
 /// Whether a model is made of a robot's bodies.
 pub(crate) fn of_robots(model: &str) -> bool {
-    [FLYER, ARM, CONTROLLER].contains(&model)
+    [FLYER, ARM, CONTROLLER, CAPTURE].contains(&model)
 }
 
 /// Names of all presets of this model, robots included, with where they are from.
@@ -87,16 +87,39 @@ pub(crate) fn effects() -> impl Iterator<Item = CatalogEffect> {
         id: s.id,
         description: s.summary,
         models: s.plants.iter().map(|p| named(s, *p)).collect(),
-        places: s.places.iter().map(|p| p.name).collect(),
+        places: places(s),
     })
 }
 
-/// Those of the ids that act in this model, in the order in which they act, each once; `None` where one does not.
-pub(crate) fn in_order(model: &str, ids: &[String]) -> Option<Vec<String>> {
+/// Names of an effect's places, each once: some are other places in space.
+fn places(effect: &'static Spec) -> Vec<&'static str> {
+    let mut names = Vec::new();
+    for place in effect.places {
+        if !names.contains(&place.name) {
+            names.push(place.name);
+        }
+    }
+    names
+}
+
+/// One of these effects brings the friction of motors to a robot in space.
+pub(crate) fn bring_friction(ids: &[String]) -> bool {
+    ids.iter().filter_map(|id| EffectChoice::parse(id, PlantKind::Space).ok()).any(|c| c.spec().friction)
+}
+
+/// Why an effect of that id does not act in this model, whose chaser is a robot in space or not.
+pub(crate) fn misfit(model: &str, in_space: bool, id: &str) -> Option<String> {
+    let plant = plant_of(model, in_space)?;
+    EffectChoice::parse(id, plant).err().map(|why| why.to_string())
+}
+
+/// Those of the ids that act in this model, in the order in which they act, each once; `None` where one does not. A capture's chaser is
+/// a robot in space or not.
+pub(crate) fn in_order(model: &str, in_space: bool, ids: &[String]) -> Option<Vec<String>> {
     if ids.is_empty() {
         return Some(Vec::new());
     }
-    let plant = plant_of(model)?;
+    let plant = plant_of(model, in_space)?;
     let asked: Option<Vec<_>> = ids.iter().map(|id| EffectChoice::parse(id, plant).ok()).collect();
     let asked = asked?;
     let named = |c: EffectChoice| asked.iter().position(|a| *a == c).map(|i| ids[i].clone());
@@ -115,15 +138,17 @@ pub(crate) fn wants_fixed_base(model: &str, id: &str) -> bool {
     [PlantKind::Joint, PlantKind::Arm].into_iter().any(|p| model_of(p) == model && of(p))
 }
 
-/// What effects see in this model: a capture has an arm, unless its chaser is rigid.
-fn plant_of(model: &str) -> Option<PlantKind> {
-    let of = |p: &PlantKind| model_of(*p) == model || *p == PlantKind::Arm && model == CAPTURE;
-    [PlantKind::Joint, PlantKind::Arm].into_iter().find(of)
+/// What effects see in this model: a capture has an arm or a robot in space, unless its chaser is rigid.
+fn plant_of(model: &str, in_space: bool) -> Option<PlantKind> {
+    let captures = if in_space { PlantKind::Space } else { PlantKind::Arm };
+    let of = |p: &PlantKind| model_of(*p) == model || *p == captures && model == CAPTURE;
+    [PlantKind::Joint, PlantKind::Arm, PlantKind::Space].into_iter().find(of)
 }
 
 fn model_of(plant: PlantKind) -> &'static str {
     match plant {
         PlantKind::Joint => "TwoMassJoint",
         PlantKind::Arm => "PlanarManipulator",
+        PlantKind::Space => FLYER,
     }
 }

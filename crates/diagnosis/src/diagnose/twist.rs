@@ -26,7 +26,7 @@ fn transmissions(case: &PreparedCase) -> Vec<TransmissionEnds> {
             ratio: case.nominal.get(parameter::GEAR_RATIO).copied().unwrap_or(1.0),
         }],
         // An arm's motor angles are joint-referred.
-        PlantKind::Arm => (1..=subject.joints())
+        PlantKind::Arm | PlantKind::Space => (1..=subject.joints())
             .map(|j| TransmissionEnds {
                 name: format!("twist[{j}]"),
                 motor: format!("motorAngle[{j}]"),

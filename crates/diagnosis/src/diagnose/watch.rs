@@ -189,7 +189,7 @@ fn place(search: &CaseSearch<'_>, c: &ChannelWatch, stretches: &[(usize, usize)]
         PlantKind::Joint if i == 0 => (motor(), None),
         PlantKind::Joint => ("load".into(), None),
         PlantKind::Arm if i < 3 => ("base".into(), None),
-        PlantKind::Arm => {
+        PlantKind::Arm | PlantKind::Space => {
             let element = c.name.split(['[', ']']).nth(1).and_then(|j| j.parse().ok());
             (if driven { motor() } else { "load".to_owned() }, element)
         }

@@ -16,7 +16,7 @@ pub(super) fn compared(d: &mut Diagnosis, case: &PreparedCase, model: &EngineMod
     let ratio = |joint: Option<usize>| {
         let name = match (subject.plant, joint) {
             (PlantKind::Joint, _) => "gearRatio".to_owned(),
-            (PlantKind::Arm, joint) => format!("gearRatio[{}]", joint.unwrap_or(0)),
+            (PlantKind::Arm | PlantKind::Space, joint) => format!("gearRatio[{}]", joint.unwrap_or(0)),
         };
         let found = d.parameters.get(&name).map(|a| a.value);
         found.or(nominal(case, &name).map(|n| n.value)).unwrap_or(1.0)

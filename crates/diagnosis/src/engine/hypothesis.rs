@@ -153,7 +153,7 @@ pub fn own_parameters(p: &PreparedCase) -> Vec<usize> {
             all.extend(known::parameters(p));
             all
         }
-        effect::PlantKind::Arm => {
+        effect::PlantKind::Arm | effect::PlantKind::Space => {
             const OWN: &[&str] = &[
                 "baseMass",
                 "baseInertia",
@@ -328,6 +328,6 @@ pub(crate) fn joint_of(h: &Hypothesis, plant: effect::PlantKind) -> Option<usize
     let counted = h.per_joint && !h.component.starts_with("sensor:base");
     match plant {
         effect::PlantKind::Joint => Some(1),
-        effect::PlantKind::Arm => counted.then_some(h.site + 1),
+        effect::PlantKind::Arm | effect::PlantKind::Space => counted.then_some(h.site + 1),
     }
 }

@@ -67,7 +67,7 @@ impl CaseSearch<'_> {
                     .map(|c| (c, 1.0))
                     .or_else(|| find(joint::output::LOAD_ANGLE).map(|c| (c, n)))
             }
-            PlantKind::Arm => {
+            PlantKind::Arm | PlantKind::Space => {
                 let n = self.case.subject.joints();
                 let ratio = self.case.nominal[arm::parameter::gear_ratio(n) + h.site];
                 find(arm::output::motor_angle(n) + h.site)

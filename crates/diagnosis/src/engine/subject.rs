@@ -37,10 +37,10 @@ impl EngineModel {
     }
     /// Rates of the states where these rows of an arm's equations have accelerations that are given, whatever force that takes.
     /// The motor and load of a joint interact by the spring alone.
-    pub fn rates_led<T: ArmScalar>(&self, at: At<T>, prescribed: &[(usize, T)], dx: &mut [T]) {
+    pub fn rates_prescribed<T: ArmScalar>(&self, at: At<T>, prescribed: &[(usize, T)], dx: &mut [T]) {
         match self {
             Self::Joint(m) => T::rates(m.plant(), at, &[], dx),
-            Self::Arm(m) => T::rates_led(m, at, prescribed, dx),
+            Self::Arm(m) => T::rates_prescribed(m, at, prescribed, dx),
         }
     }
     /// The row of an arm's equations whose acceleration changes this state.
@@ -89,7 +89,7 @@ impl DiagnosisSubject {
             effect::PlantKind::Joint => TwoMassJoint::new(self.flexible[0], &effects)
                 .map(EngineModel::joint)
                 .map_err(|e| e.to_string()),
-            effect::PlantKind::Arm => {
+            effect::PlantKind::Arm | effect::PlantKind::Space => {
                 let arm = PlanarManipulator::on_base(self.fixed_base, &self.flexible, &effects);
                 let arm = arm.map_err(|e| e.to_string())?.with_payload(self.payload);
                 Ok(EngineModel::Arm(Arc::new(Compiled::new(arm))))
@@ -116,7 +116,9 @@ impl DiagnosisSubject {
     pub fn motor_input(&self, site: usize) -> usize {
         match self.plant {
             effect::PlantKind::Joint => joint::input::MOTOR_CURRENT,
-            effect::PlantKind::Arm => arm::input::joint_torque(self.joints()) + site,
+            effect::PlantKind::Arm | effect::PlantKind::Space => {
+                arm::input::joint_torque(self.joints()) + site
+            }
         }
     }
     /// The input that is the reference of a joint's servo, if it has one.

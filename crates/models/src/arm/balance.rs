@@ -183,16 +183,16 @@ impl PlanarManipulator {
 
     /// Solves for the accelerations; a sticking motor has none, its friction is the reaction (ARM-9).
     pub(super) fn balance<T: Scalar>(&self, at: &At<T>, motion: &ArmMotion<T>) -> ArmForces<T> {
-        self.balance_led(at, motion, &[], &[])
+        self.balance_prescribed(at, motion, &[], &[])
     }
 
     /// The same where these rows have accelerations that are given, whatever force that takes (ARM-14); one that sticks keeps to
     /// that. `force`: further forces on the rows that a base has free, in their order; empty: none.
-    pub(super) fn balance_led<T: Scalar>(
+    pub(super) fn balance_prescribed<T: Scalar>(
         &self,
         at: &At<T>,
         motion: &ArmMotion<T>,
-        led: &[(usize, T)],
+        prescribed: &[(usize, T)],
         force: &[T],
     ) -> ArmForces<T> {
         let n = self.links();
@@ -213,14 +213,14 @@ impl PlanarManipulator {
         let mut rows = [0; MAX_DOFS];
         let mut count = self.free(at.modes, &mut rows);
         let mut acceleration = f;
-        if !led.is_empty() {
+        if !prescribed.is_empty() {
             let mut given = [T::zero(); MAX_DOFS];
             let (all, of) = (rows, count);
             let moves = |row: &usize| all[..of].contains(row);
-            led.iter().filter(|l| moves(&l.0)).for_each(|(row, a)| given[*row] = *a);
+            prescribed.iter().filter(|l| moves(&l.0)).for_each(|(row, a)| given[*row] = *a);
             count = 0;
             for row in all.into_iter().take(of) {
-                if led.iter().any(|l| l.0 == row) {
+                if prescribed.iter().any(|l| l.0 == row) {
                     acceleration[row] = given[row];
                 } else {
                     // M_ff a_f = Q_f - C_f v - M_fl a_l

@@ -225,8 +225,8 @@ impl PlantModel for Replay {
 
 /// What an arm computes in addition to what every plant does, at either scalar of a plant. Not inlined, so that it is compiled here alone.
 pub trait ArmScalar: PlantScalar {
-    /// See [`PlanarManipulator::rates_led`].
-    fn rates_led(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]);
+    /// See [`PlanarManipulator::rates_prescribed`].
+    fn rates_prescribed(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]);
     /// See [`PlanarManipulator::mass_matrix`].
     fn mass_matrix(arm: &PlanarManipulator, x: &[Self], p: &[Self]) -> Symmetric<Self>;
 }
@@ -235,8 +235,8 @@ macro_rules! arm_scalar {
     ($($scalar:ty)*) => {$(
         impl ArmScalar for $scalar {
             #[inline(never)]
-            fn rates_led(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]) {
-                arm.rates_led(at, led, dx);
+            fn rates_prescribed(arm: &PlanarManipulator, at: At<Self>, led: &[(usize, Self)], dx: &mut [Self]) {
+                arm.rates_prescribed(at, led, dx);
             }
             #[inline(never)]
             fn mass_matrix(arm: &PlanarManipulator, x: &[Self], p: &[Self]) -> Symmetric<Self> {

@@ -120,7 +120,7 @@ impl Hybrid for InverseDynamics {
     fn start_modes(&self, _: At<f64>, _: &mut [i32]) {}
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
         let (rest, led) = self.parted(at.u);
-        self.arm.rates_led(At { u: &rest[..at.u.len()], ..at }, &led[..self.arm.links()], dx);
+        self.arm.rates_prescribed(At { u: &rest[..at.u.len()], ..at }, &led[..self.arm.links()], dx);
     }
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let (rest, led) = self.parted(at.u);
@@ -139,7 +139,7 @@ impl PlanarManipulator {
     /// Torques of the motors, joint side, that accelerations of their rows take; without friction.
     fn torques_led<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], torque: &mut [T]) {
         let motion = self.motion(&at);
-        let acceleration = self.balance_led(&at, &motion, led, &[]).acceleration;
+        let acceleration = self.balance_prescribed(&at, &motion, led, &[]).acceleration;
         let mass: Symmetric<T> = self.mass(at.p, &motion);
         let other = self.forces(&at, &motion, &mass, &mut [Spring::default(); MAX_LINKS]);
         for (j, torque) in torque.iter_mut().enumerate() {

@@ -86,12 +86,7 @@ macro_rules! layout {
 pub mod parameter {
     use super::{ArmLayout, COUPLING, LayoutEntry};
     use crate::layout::AllowedValues::{Any, Item, NotNegative, OneUp, Positive};
-    use crate::layout::Parameter;
-
-    const fn tunable(allowed: crate::layout::AllowedValues) -> Parameter {
-        Parameter::tunable(allowed)
-    }
-    const INITIAL: Parameter = Parameter::initial();
+    use crate::layout::{INITIAL, Parameter, tunable};
 
     layout! { Parameter, n, s: {
         base_mass "baseMass" [] "kg", tunable(Positive), "Satellite, m_0 (ARM-1)";

@@ -275,7 +275,7 @@ impl PlanarManipulator {
 
     /// Rates of the states where these rows (x_0, y_0, q_0, q_1 .., motors) have accelerations that are given, whatever force
     /// that takes (ARM-14); a row that sticks has none.
-    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], dx: &mut [T]) {
+    pub fn rates_prescribed<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], dx: &mut [T]) {
         self.rates_under(at, led, &[], dx);
     }
 
@@ -283,7 +283,7 @@ impl PlanarManipulator {
     pub(super) fn rates_under<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], force: &[T], dx: &mut [T]) {
         let mut motion = ArmMotion::unmoved(&at);
         self.move_to(&at, &mut motion);
-        let b = self.balance_led(&at, &motion, led, force);
+        let b = self.balance_prescribed(&at, &motion, led, force);
         dx[..self.dofs].copy_from_slice(motion.v);
         dx[..self.fixed_rows()].fill(T::zero());
         dx[self.dofs..2 * self.dofs].copy_from_slice(&b.acceleration[..self.dofs]);
@@ -397,7 +397,7 @@ impl Hybrid for PlanarManipulator {
     }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        self.rates_led(at, &[], dx);
+        self.rates_prescribed(at, &[], dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {

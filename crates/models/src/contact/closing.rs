@@ -11,6 +11,26 @@ pub(super) const OPEN: i32 = 3;
 /// They have stopped at their limit of force: a spindle that locks itself.
 pub(super) const JAMMED: i32 = 2;
 
+/// Which modes those of a hand are: behind one for each ball.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HandModes {
+    /// Of the jaws.
+    pub jaws: usize,
+    /// The outcome.
+    pub outcome: usize,
+    /// Whether the run has begun.
+    pub begun: usize,
+    /// How many there are.
+    pub count: usize,
+}
+
+impl HandModes {
+    /// Of a hand with so many balls.
+    pub(super) fn of(balls: usize) -> Self {
+        Self { jaws: balls, outcome: balls + 1, begun: balls + 2, count: balls + 3 }
+    }
+}
+
 /// Where jaws are: 0 open, 1 closed; and their rate in 1/s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Jaws<T> {

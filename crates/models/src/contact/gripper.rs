@@ -2,7 +2,7 @@
 
 use super::MAX_BALLS;
 use super::carriage::LOCKED;
-use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws, OPEN};
+use super::closing::{self, CLOSED, CLOSING, HandModes, JAMMED, Jaws, OPEN};
 use super::frame::{dot, sub, two};
 use super::law::{self, FREE, touches};
 use super::layout::{
@@ -38,22 +38,15 @@ impl Gripper {
             structure,
         })
     }
-    /// Behind a mode for each ball: jaws, outcome, whether the run has begun.
-    fn jaws_mode(&self) -> usize {
-        self.structure.balls
-    }
-    fn outcome_mode(&self) -> usize {
-        self.structure.balls + 1
-    }
-    fn begun_mode(&self) -> usize {
-        self.structure.balls + 2
+    fn hand_modes(&self) -> HandModes {
+        HandModes::of(self.structure.balls)
     }
     /// Of the carriages, behind all others.
     pub(super) fn carriage_modes(&self) -> usize {
-        self.structure.balls + 3
+        self.hand_modes().count
     }
     fn modes(&self) -> usize {
-        self.structure.balls + 3 + if self.structure.sliding() { 2 } else { 0 }
+        self.hand_modes().count + if self.structure.sliding() { 2 } else { 0 }
     }
     /// Two for each ball, two of the jaws, one of the outcome; two for each carriage, one of their lock.
     fn indicators(&self) -> usize {
@@ -88,12 +81,14 @@ impl Gripper {
             Closing::Schedule => closing::scheduled(
                 v.x[self.states.closing],
                 v.p[self.parameters.closing_time],
-                v.modes[self.jaws_mode()],
+                v.modes[self.hand_modes().jaws],
             ),
             Closing::Command => closing::commanded(v.u[self.command.close], v.u[self.command.close_rate]),
-            Closing::Motor => {
-                closing::driven(v.x[self.states.jaw], v.x[self.states.jaw_rate], v.modes[self.jaws_mode()])
-            }
+            Closing::Motor => closing::driven(
+                v.x[self.states.jaw],
+                v.x[self.states.jaw_rate],
+                v.modes[self.hand_modes().jaws],
+            ),
         }
     }
     /// Of the motor against jawPosition, within its limit, N.m.
@@ -108,7 +103,7 @@ impl Gripper {
     /// The jaws are closed.
     fn closed<T: Scalar>(&self, v: &GripperView<'_, T>, jaws: &Jaws<T>) -> bool {
         match self.structure.closing {
-            Closing::Schedule | Closing::Motor => v.modes[self.jaws_mode()] == CLOSED,
+            Closing::Schedule | Closing::Motor => v.modes[self.hand_modes().jaws] == CLOSED,
             Closing::Command => jaws.position.value() >= 1.0,
         }
     }
@@ -129,7 +124,7 @@ impl Gripper {
         if self.structure.closing == Closing::Motor {
             let (rate, motor) = (touch.jaws.rate, self.motor_torque(v));
             let friction = v.p[self.parameters.jaw_friction] * rate;
-            let moves = v.modes[self.jaws_mode()] == CLOSING;
+            let moves = v.modes[self.hand_modes().jaws] == CLOSING;
             let net = motor - friction - touch.jaw_load; // (CON-11)
             dx[at.jaw] = rate;
             dx[at.jaw_rate] = if moves { net / v.p[self.parameters.jaw_inertia] } else { T::zero() };
@@ -145,7 +140,7 @@ impl Gripper {
             }
         }
         if self.structure.closing == Closing::Schedule {
-            let closes = v.modes[self.jaws_mode()] == CLOSING;
+            let closes = v.modes[self.hand_modes().jaws] == CLOSING;
             dx[at.closing] = if closes { T::one() / v.p[self.parameters.closing_time] } else { T::zero() };
         }
         if self.structure.mount == Mount::Elastic {
@@ -187,7 +182,7 @@ impl Gripper {
         y[at.relative_energy] = relative_motion(self, v, touch.jaw_motion, 1.0) * 0.5;
         y[at.relative_energy_printed] = relative_motion(self, v, touch.jaw_motion, -1.0) * 0.5;
         // Before the first event there is none yet.
-        let outcome = match v.modes[self.outcome_mode()] {
+        let outcome = match v.modes[self.hand_modes().outcome] {
             0 => CaptureOutcome::Open as i32,
             known => known,
         };
@@ -201,19 +196,19 @@ impl Gripper {
             [z[2 * i], z[2 * i + 1]] = law::indicators(v.modes[i], &touch.pairs[i]);
         }
         (z[2 * n], z[2 * n + 1]) = (T::one(), T::one());
-        if self.structure.closing == Closing::Schedule && v.modes[self.jaws_mode()] == CLOSING {
+        if self.structure.closing == Closing::Schedule && v.modes[self.hand_modes().jaws] == CLOSING {
             z[2 * n] = -v.x[self.states.closing] + 1.0;
             z[2 * n + 1] = v.p[self.parameters.hold_force] - touch.jaw_force;
         }
         if self.structure.closing == Closing::Motor {
             let (position, net) = (touch.jaws.position, self.net_torque(v, touch));
-            match v.modes[self.jaws_mode()] {
+            match v.modes[self.hand_modes().jaws] {
                 CLOSED => z[2 * n] = -net, // they leave where it is above 0
                 OPEN => z[2 * n + 1] = net,
                 _ => (z[2 * n], z[2 * n + 1]) = (position - 1.0, -position),
             }
         }
-        let same = self.outcome(v, touch) as i32 == v.modes[self.outcome_mode()];
+        let same = self.outcome(v, touch) as i32 == v.modes[self.hand_modes().outcome];
         z[2 * n + 2] = T::constant(if same { 1.0 } else { -1.0 });
         if self.structure.sliding() {
             let locks = self.locks(v, &touch.jaws);
@@ -236,7 +231,7 @@ impl Gripper {
             x[at.last_contact] = v.t;
             done.states = true;
         }
-        let jaws = &mut modes[self.jaws_mode()];
+        let jaws = &mut modes[self.hand_modes().jaws];
         if self.structure.closing == Closing::Schedule && *jaws == CLOSING {
             if v.x[at.closing] >= 1.0 {
                 (*jaws, x[at.closing], done) = (CLOSED, 1.0, EventUpdate { modes: true, states: true });
@@ -253,8 +248,8 @@ impl Gripper {
             done.modes |= changed;
             done.states |= changed;
         }
-        if v.modes[self.begun_mode()] == 0 {
-            modes[self.begun_mode()] = 1;
+        if v.modes[self.hand_modes().begun] == 0 {
+            modes[self.hand_modes().begun] = 1;
             x[at.first_speed] = self.relative_speed(v);
             x[at.first_angle] = v.port.attitude - v.host.attitude;
             (x[at.begin], x[at.last_contact]) = (v.t, v.t);
@@ -266,7 +261,7 @@ impl Gripper {
         }
         if done.settled() {
             let outcome = self.outcome(v, &here) as i32;
-            let slot = &mut modes[self.outcome_mode()];
+            let slot = &mut modes[self.hand_modes().outcome];
             done.modes = *slot != outcome;
             *slot = outcome;
         }
@@ -282,7 +277,7 @@ impl Gripper {
         modes: &mut [i32],
         done: &mut EventUpdate,
     ) {
-        let (at, mode) = (&self.states, &mut modes[self.jaws_mode()]);
+        let (at, mode) = (&self.states, &mut modes[self.hand_modes().jaws]);
         let (position, rate) = (v.x[at.jaw], v.x[at.jaw_rate]);
         let into = |beyond: bool, way: f64| beyond && (way * rate > 0.0 || (rate == 0.0 && way * net >= 0.0));
         let next = match *mode {
@@ -325,7 +320,7 @@ impl Gripper {
         let since_contact = if touching > 0 { 0.0 } else { t - v.x[at.last_contact].value() };
         CaptureFacts {
             closed: self.closed(v, &touch.jaws),
-            jammed: v.modes[self.jaws_mode()] == JAMMED,
+            jammed: v.modes[self.hand_modes().jaws] == JAMMED,
             caged: caged(v.port.position.map(Scalar::value), &balls[..n]),
             speed: [self.relative_speed(v), v.x[at.first_speed].value()],
             turn: (v.port.attitude - v.host.attitude - v.x[at.first_angle]).value(),

@@ -2,7 +2,9 @@
 
 use super::outcome::OUTCOME;
 use crate::layout::AllowedValues::{self, NotNegative, Positive};
-use crate::layout::{InputStart, Items, LayoutState, Parameter, Shows, layout};
+use crate::layout::{
+    FIXED, INITIAL, InputStart, Items, LayoutState, Parameter, Shows, layout, state, tunable,
+};
 
 /// What moves the jaws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -169,25 +171,29 @@ pub static DAMPING: Items = Items {
 /// The item of [`DAMPING`] without a jump.
 pub const HUNT_CROSSLEY: f64 = 2.0;
 
-const FIXED: Parameter = Parameter::fixed(AllowedValues::Any);
-const INITIAL: Parameter = Parameter::initial();
-const fn tunable(allowed: AllowedValues) -> Parameter {
-    Parameter::tunable(allowed)
-}
-const fn state(rate: &'static str, nominal: f64, depends: Shows) -> LayoutState {
-    LayoutState::new(rate, nominal, depends)
-}
 const ZERO: InputStart = &[];
 
-layout! {
+/// A list of parameters that begins with those of the contact's law, in the plane or in space.
+macro_rules! contact_layout {
+    ($(#[$doc:meta])* $type:ident of Parameter, $s:ident: $structure:ty: $($others:tt)*) => {
+        layout! {
+            $(#[$doc])*
+            $type of Parameter, $s: $structure:
+            stiffness "stiffness" [], "N/m", tunable(Positive), "Of the contact, k (CON-2)";
+            damping "normalDamping" [], "N.s/m", tunable(NotNegative), "Of the contact, eta_n (CON-2)";
+            damping_law "damping" [], "", Parameter::fixed(AllowedValues::Item(&DAMPING)), "Damper of the contact (CON-3)";
+            reference "referencePenetration" [], "m", tunable(Positive), "delta_ref: depth at which the damping hunt-crossley is eta_n";
+            friction "frictionCoefficient" [], "1", tunable(NotNegative), "Of the contact; 0 in S2";
+            slip_speed "slipSpeed" [], "m/s", tunable(Positive), "Slip at which friction has 0.7 of its level: below it creeps instead of sticking";
+            $($others)*
+        }
+    };
+}
+pub(super) use contact_layout;
+
+contact_layout! {
     /// Where parameters of a gripper and of its contact begin.
     Parameters of Parameter, s: GripperStructure:
-    stiffness "stiffness" [], "N/m", tunable(Positive), "Of the contact, k (CON-2)";
-    damping "normalDamping" [], "N.s/m", tunable(NotNegative), "Of the contact, eta_n (CON-2)";
-    damping_law "damping" [], "", Parameter::fixed(AllowedValues::Item(&DAMPING)), "Damper of the contact (CON-3)";
-    reference "referencePenetration" [], "m", tunable(Positive), "delta_ref: depth at which the damping hunt-crossley is eta_n";
-    friction "frictionCoefficient" [], "1", tunable(NotNegative), "Of the contact; 0 in S2";
-    slip_speed "slipSpeed" [], "m/s", tunable(Positive), "Slip at which friction has 0.7 of its level: below it creeps instead of sticking";
     ball_radius "ballRadius" [s.balls], "m", Parameter::fixed(Positive), "r_i (CON-1)";
     open "ballPositionOpen" [s.balls, 2], "m", FIXED, "From the end effector, its axes, jaws open";
     closed "ballPositionClosed" [s.balls, 2], "m", FIXED, "From the end effector, its axes, jaws closed";

@@ -47,7 +47,7 @@ impl Effect for ActuatorLag {
         noun: "a lag of the actuator behind its command",
         check: "Command a step of current or torque and measure what is delivered: how late does it come, how fast does it rise?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         parameters: &[
             ParameterSpec {
                 name: "actuatorLag",

@@ -44,6 +44,7 @@ impl Effect for AppendageMode {
         check: "Tap the base, or stop it short, with the arm at rest: does it go on swinging at one frequency?",
         scope: Scope::Once,
         plants: &[PlantKind::Arm],
+        not_in_space: "panels are appendages with modes of their own, in all directions: give the robot an appendage",
         passive: true,
         parameters: &[
             ParameterSpec {

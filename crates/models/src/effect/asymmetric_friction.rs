@@ -16,7 +16,7 @@ impl Effect for AsymmetricFriction {
         noun: "friction that differs between the two directions",
         check: "Run at one slow speed forwards and backwards: does it take a different current?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
         passive: true,
         parameters: &[

@@ -29,7 +29,7 @@ impl Effect for Backlash {
         noun: "backlash in the transmission",
         check: "Hold the load and turn the motor back and forth by hand or with little current: through which angle does it turn freely?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         parameters: &[ParameterSpec {
             name: "backlashGap",
             unit: "rad",

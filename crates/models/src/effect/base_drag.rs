@@ -1,6 +1,6 @@
 //! `base-drag`: air bearings that drag on the satellite mock-up.
 //!
-//! (EF-9) force -c_t v_0 at the base's centre of mass, torque -c_r omega_0.
+//! (EF-9) force -c_t v_0 at the base's centre of mass, torque -c_r omega_0; in space the same in three dimensions.
 //!
 //! What it gets wrong: bearings that touch the table brake with dry friction too.
 
@@ -16,7 +16,7 @@ impl Effect for BaseDrag {
         noun: "drag of the base's air bearings",
         check: "Push the base and let it glide: does it slow down? Check air pressure, pads and the hoses.",
         scope: Scope::Once,
-        plants: &[PlantKind::Arm],
+        plants: &[PlantKind::Arm, PlantKind::Space],
         parameters: &[
             ParameterSpec {
                 name: "baseDrag",
@@ -42,6 +42,9 @@ impl Effect for BaseDrag {
         ..Spec::NONE
     };
 
+    fn space_base<T: Scalar>(l: &Local<T>, b: &FlyerBase<T>) -> SpatialWrench<T> {
+        SpatialWrench { force: b.velocity.map(|v| -l.p(0) * v), torque: b.rate.map(|w| -l.p(1) * w) } // (EF-9)
+    }
     fn base<T: Scalar>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
         BaseWrench { force: [-l.p(0) * b.velocity[0], -l.p(0) * b.velocity[1]], torque: -l.p(1) * b.rate }
     }

@@ -36,6 +36,7 @@ impl Effect for CableStiffness {
         check: "Move slowly to several angles and let go: does it creep back? Loosen or re-route cables and hoses and record again.",
         scope: Scope::Joint,
         plants: &[PlantKind::Joint, PlantKind::Arm],
+        not_in_space: "a free base has no ground that a cable could be tied to: use base-drag, external-force:base or baseForce and baseTorque",
         passive: true,
         places: &[
             EffectPlace {

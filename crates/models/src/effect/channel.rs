@@ -14,27 +14,31 @@ const fn channel(
 
 const JOINT: &[PlantKind] = &[PlantKind::Joint];
 const ARM: &[PlantKind] = &[PlantKind::Arm];
-const BOTH: &[PlantKind] = &[PlantKind::Joint, PlantKind::Arm];
+const SPACE: &[PlantKind] = &[PlantKind::Space];
+const ARMS: &[PlantKind] = &[PlantKind::Arm, PlantKind::Space];
+const EACH: &[PlantKind] = &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space];
 
 /// All channels, encoders first.
 pub(super) const ALL: &[EffectPlace] = &[
-    channel("motorAngle", "sensor:motorAngle", "rad", BOTH),
+    channel("motorAngle", "sensor:motorAngle", "rad", EACH),
     channel("loadAngle", "sensor:loadAngle", "rad", JOINT),
-    channel("jointAngle", "sensor:jointAngle", "rad", ARM),
-    channel("motorVelocity", "sensor:motorVelocity", "rad/s", BOTH),
+    channel("jointAngle", "sensor:jointAngle", "rad", ARMS),
+    channel("motorVelocity", "sensor:motorVelocity", "rad/s", EACH),
     channel("loadVelocity", "sensor:loadVelocity", "rad/s", JOINT),
     channel("motorAcceleration", "sensor:motorAcceleration", "rad/s2", JOINT),
     channel("loadAcceleration", "sensor:loadAcceleration", "rad/s2", JOINT),
     channel("motorTorque", "sensor:motorTorque", "N.m", JOINT),
     channel("transmissionTorque", "sensor:transmissionTorque", "N.m", JOINT),
-    channel("jointVelocity", "sensor:jointVelocity", "rad/s", ARM),
-    channel("basePosition", "sensor:basePosition", "m", ARM),
+    channel("jointVelocity", "sensor:jointVelocity", "rad/s", ARMS),
+    channel("basePosition", "sensor:basePosition", "m", ARMS),
     channel("baseAttitude", "sensor:baseAttitude", "rad", ARM),
-    channel("baseVelocity", "sensor:baseVelocity", "m/s", ARM),
+    channel("baseVelocity", "sensor:baseVelocity", "m/s", ARMS),
     channel("baseRate", "sensor:baseRate", "rad/s", ARM),
-    channel("tipPosition", "sensor:tipPosition", "m", ARM),
+    channel("tipPosition", "sensor:tipPosition", "m", ARMS),
     channel("tipAttitude", "sensor:tipAttitude", "rad", ARM),
-    channel("tipVelocity", "sensor:tipVelocity", "m/s", ARM),
+    channel("tipVelocity", "sensor:tipVelocity", "m/s", ARMS),
+    channel("baseAngularVelocity", "sensor:baseAngularVelocity", "rad/s", SPACE),
+    channel("tipAngularVelocity", "sensor:tipAngularVelocity", "rad/s", SPACE),
 ];
 
 /// Channels that read an angle of a joint.
@@ -52,7 +56,7 @@ const JOINT_OUTPUTS: &[&str] = &[
     "transmissionTorque",
 ];
 
-/// First element and number of elements of that output.
+/// First element and number of elements of that output; of a robot in space its structure decides, not the number of joints.
 pub(super) fn span(channel: &str, plant: PlantKind, joints: usize) -> Option<(usize, usize)> {
     match plant {
         PlantKind::Joint => JOINT_OUTPUTS.iter().position(|name| *name == channel).map(|first| (first, 1)),
@@ -61,6 +65,7 @@ pub(super) fn span(channel: &str, plant: PlantKind, joints: usize) -> Option<(us
             let first = arm::NAMES[..at].iter().map(|(_, length)| length(joints)).sum();
             Some((first, arm::NAMES[at].1(joints)))
         }
+        PlantKind::Space => None,
     }
 }
 
@@ -72,7 +77,7 @@ mod tests {
     #[test]
     fn every_channel_is_where_the_plants_have_it() {
         for c in ALL {
-            for plant in c.plants {
+            for plant in c.plants.iter().filter(|p| **p != PlantKind::Space) {
                 assert!(span(c.name, *plant, 3).is_some(), "{} on {plant:?}", c.name);
             }
         }

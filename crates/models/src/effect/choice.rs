@@ -9,6 +9,8 @@ pub struct EffectChoice {
     pub kind: EffectKind,
     /// Which of its specification's places; 0 where it has none.
     pub place: usize,
+    /// The plant.
+    pub plant: PlantKind,
 }
 
 impl EffectChoice {
@@ -27,12 +29,12 @@ impl EffectChoice {
             return Err(EffectError::NotHere(spec.id, plant));
         }
         if spec.places.is_empty() && wanted.is_none() {
-            return Ok(Self { kind, place: 0 });
+            return Ok(Self { kind, place: 0, plant });
         }
         spec.places
             .iter()
             .position(|p| p.plants.contains(&plant) && wanted.is_none_or(|name| p.name == name))
-            .map(|place| Self { kind, place })
+            .map(|place| Self { kind, place, plant })
             .ok_or_else(|| EffectError::NoPlace(spec.id, id.to_owned(), plant))
     }
     /// All effects of a plant, each in each of its places, in the order in which they act.
@@ -40,7 +42,7 @@ impl EffectChoice {
         ALL.iter().filter(move |k| k.spec().plants.contains(&plant)).flat_map(move |kind| {
             let places = kind.spec().places;
             let here = move |i: &usize| places.get(*i).is_none_or(|p| p.plants.contains(&plant));
-            (0..places.len().max(1)).filter(here).map(|place| Self { kind: *kind, place })
+            (0..places.len().max(1)).filter(here).map(move |place| Self { kind: *kind, place, plant })
         })
     }
     /// `id` or `id:place`.
@@ -70,6 +72,9 @@ impl EffectChoice {
     pub fn parameters(&self) -> &'static [ParameterSpec] {
         match self.place() {
             Some(place) if !place.parameters.is_empty() => place.parameters,
+            _ if self.plant == PlantKind::Space && !self.spec().space_parameters.is_empty() => {
+                self.spec().space_parameters
+            }
             _ => self.spec().parameters,
         }
     }
@@ -112,6 +117,8 @@ pub enum EffectError {
     NoPlace(&'static str, String, PlantKind),
     /// It requires a base that is fixed, and this one floats.
     Floats(&'static str),
+    /// It acts on something that this structure does not have: what, and the remedy.
+    Nothing(&'static str, &'static str),
     /// Named twice.
     Twice(String),
 }
@@ -123,10 +130,15 @@ impl std::fmt::Display for EffectError {
                 let known: Vec<_> = ALL.iter().map(|k| k.spec().id).collect();
                 write!(f, "there is no effect {id:?}; choose from {}", known.join(", "))
             }
+            Self::NotHere(id, PlantKind::Space) => {
+                let why = ALL.iter().map(|k| k.spec()).find(|s| s.id == *id).map_or("", |s| s.not_in_space);
+                write!(f, "the effect {id:?} does not act on a robot in space: {why}")
+            }
             Self::NotHere(id, plant) => {
-                let (here, other) = match plant {
-                    PlantKind::Joint => ("TwoMassJoint", "PlanarManipulator"),
-                    PlantKind::Arm => ("PlanarManipulator", "TwoMassJoint"),
+                let (here, other) = if *plant == PlantKind::Joint {
+                    ("TwoMassJoint", "PlanarManipulator")
+                } else {
+                    ("PlanarManipulator", "TwoMassJoint")
                 };
                 write!(f, "the effect {id:?} does not act in {here}; pack it with {other}")
             }
@@ -135,6 +147,7 @@ impl std::fmt::Display for EffectError {
                     EffectChoice::all(*plant).filter(|c| c.spec().id == *id).map(|c| c.id()).collect();
                 write!(f, "there is no effect {asked:?}; choose from {}", ids.join(", "))
             }
+            Self::Nothing(id, what) => write!(f, "the effect {id:?} has nothing to act on: {what}"),
             Self::Floats(id) => write!(
                 f,
                 "the effect {id:?} requires a fixed base, and this one floats and would fall; choose base = fixed (fmu pack: --structure base=fixed; a case: base = \"fixed\" in [parameters])"

@@ -17,7 +17,7 @@ impl Effect for CurrentSaturation {
         noun: "saturation of the amplifier",
         check: "Command more and more current and measure the current itself: where does it stop to follow? Check limits in the drive's settings.",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         parameters: &[
             ParameterSpec {
                 name: "saturationTorque",

@@ -2,8 +2,8 @@
 //!
 //! (EF-25) size times E(t - t_0) - E(t - t_0 - d), E being 0 up to 0, (1 - cos(pi s / r)) / 2 during the edge and 1 after
 //! it: the impulse is size times the duration d whatever the edge r, and r = 0 is a rectangle. On the actuator it adds to
-//! the command, on the load it is a torque, on the tip and the base a force (inertial frame) with a torque. Up to three
-//! impulses add up; the sizes of the second and the third are 0 unless they are set.
+//! the command, on the load it is a torque, on the tip and the base a force (inertial frame) with a torque, of three components
+//! each in space. Up to three impulses add up; the sizes of the second and the third are 0 unless they are set.
 //!
 //! Begin and end of the edges are time events. What it gets wrong: a push that depends on the motion, as a contact does.
 
@@ -19,6 +19,8 @@ const TIMES: usize = 3;
 const ACTUATOR: usize = 3;
 const LOAD: usize = 0;
 const TIP: usize = 1;
+const SPACE_TIP: usize = 4;
+const SPACE_BASE: usize = 5;
 
 /// How far an edge that begins at `begin` has come: 0, 1 on it, 2 behind it.
 fn stage(t: f64, begin: f64, edge: f64) -> i32 {
@@ -33,7 +35,11 @@ fn risen<T: Scalar>(stage: i32, t: T, begin: T, edge: T) -> T {
 }
 /// How many sizes a push has: one torque, or a force and a torque.
 fn sizes<T: Scalar>(l: &Local<T>) -> usize {
-    if l.place() == LOAD || l.place() == ACTUATOR { 1 } else { 3 }
+    match l.place() {
+        LOAD | ACTUATOR => 1,
+        SPACE_TIP | SPACE_BASE => 6,
+        _ => 3,
+    }
 }
 /// Index of the first parameter of push `n`, and of its times.
 fn parameters<T: Scalar>(l: &Local<T>, n: usize) -> (usize, usize) {
@@ -53,11 +59,37 @@ fn wrench<T: Scalar>(l: &Local<T>, t: T) -> BaseWrench<T> {
     BaseWrench { force: [sum(l, t, 0), sum(l, t, 1)], torque: sum(l, t, 2) }
 }
 
+fn space_wrench<T: Scalar>(l: &Local<T>, t: T) -> SpatialWrench<T> {
+    SpatialWrench { force: [0, 1, 2].map(|i| sum(l, t, i)), torque: [3, 4, 5].map(|i| sum(l, t, i)) }
+}
+
 /// What the parameters of each push are called; the second and the third are neutral from the start.
-const NAMES: [[&str; 6]; PUSHES] = [
-    ["forceX", "forceY", "torque", "start", "duration", "edge"],
-    ["secondForceX", "secondForceY", "secondTorque", "secondStart", "secondDuration", "secondEdge"],
-    ["thirdForceX", "thirdForceY", "thirdTorque", "thirdStart", "thirdDuration", "thirdEdge"],
+const NAMES: [[&str; 10]; PUSHES] = [
+    ["forceX", "forceY", "torque", "start", "duration", "edge", "forceZ", "torqueX", "torqueY", "torqueZ"],
+    [
+        "secondForceX",
+        "secondForceY",
+        "secondTorque",
+        "secondStart",
+        "secondDuration",
+        "secondEdge",
+        "secondForceZ",
+        "secondTorqueX",
+        "secondTorqueY",
+        "secondTorqueZ",
+    ],
+    [
+        "thirdForceX",
+        "thirdForceY",
+        "thirdTorque",
+        "thirdStart",
+        "thirdDuration",
+        "thirdEdge",
+        "thirdForceZ",
+        "thirdTorqueX",
+        "thirdTorqueY",
+        "thirdTorqueZ",
+    ],
 ];
 const fn times(n: usize) -> [ParameterSpec; TIMES] {
     let start = ParameterSpec {
@@ -138,6 +170,12 @@ const ACTUATOR_PUSHES: [ParameterSpec; 12] = pushes([torque([3.0e-4, 0.1], &[(Me
 const WRENCHES: [ParameterSpec; 18] =
     pushes([force(0, [0.0, 0.5]), force(1, [0.0; 2]), torque([0.0; 2], &[(Measure::BaseTorque, 1)])]);
 
+const fn about(name: usize) -> Size {
+    Size { name, unit: "N.m", start: [0.0; 2], measure: &[(Measure::BaseTorque, 1)] }
+}
+const SPACE_WRENCHES: [ParameterSpec; 27] =
+    pushes([force(0, [0.0, 0.5]), force(1, [0.0; 2]), force(6, [0.0; 2]), about(7), about(8), about(9)]);
+
 const fn place(
     name: &'static str,
     prefix: &'static str,
@@ -156,7 +194,7 @@ impl Effect for ExternalForce {
         noun: "an unrecorded push from outside",
         check: "Look at video or notes of the times of the largest residuals: contact, a collision, a thruster, a hand, an input that was not logged?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         modes: 2 * PUSHES,
         pulses: PUSHES,
         places: &[
@@ -166,10 +204,12 @@ impl Effect for ExternalForce {
             place(
                 "actuator",
                 "actuatorPush",
-                &[PlantKind::Joint, PlantKind::Arm],
+                &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
                 Scope::Joint,
                 &ACTUATOR_PUSHES,
             ),
+            place("tip", "tipPush", &[PlantKind::Space], Scope::Once, &SPACE_WRENCHES),
+            place("base", "basePush", &[PlantKind::Space], Scope::Once, &SPACE_WRENCHES),
         ],
         ..Spec::NONE
     };
@@ -189,6 +229,12 @@ impl Effect for ExternalForce {
         } else {
             wrench(l, b.t)
         }
+    }
+    fn space_tip<T: Scalar>(l: &Local<T>, b: &FlyerBase<T>) -> SpatialWrench<T> {
+        if l.place() == SPACE_TIP { space_wrench(l, b.t) } else { SpatialWrench::zero() }
+    }
+    fn space_base<T: Scalar>(l: &Local<T>, b: &FlyerBase<T>) -> SpatialWrench<T> {
+        if l.place() == SPACE_BASE { space_wrench(l, b.t) } else { SpatialWrench::zero() }
     }
     fn update(l: &Local<f64>, d: &DriveTrain<f64>, modes: &mut [i32]) {
         for n in 0..PUSHES {

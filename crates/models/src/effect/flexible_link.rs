@@ -28,6 +28,7 @@ impl Effect for FlexibleLink {
         check: "Lock the joint and tap the end of the link: at which frequency does it ring, and how long?",
         scope: Scope::Joint,
         plants: &[PlantKind::Joint, PlantKind::Arm],
+        not_in_space: "links of a robot bend by shapes or tables of modes, which move what hangs on them: give its file a [body.link]",
         parameters: &[
             ParameterSpec {
                 name: "tipInertia",

@@ -18,7 +18,7 @@ impl Effect for FrictionDrift {
         noun: "friction that changes over the run",
         check: "Repeat one run cold and after an hour of work: does the current at the same speed change?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
         passive: true,
         parameters: &[

@@ -18,6 +18,7 @@ impl Effect for GravityTorque {
         check: "Hold the load still at several angles: does the holding current change with the angle? Check the balance and that the axis is upright.",
         scope: Scope::Joint,
         plants: &[PlantKind::Joint, PlantKind::Arm],
+        not_in_space: "no joint has an attitude in a plane to hang at: give `gravity` of a base that is held",
         parameters: &[
             ParameterSpec {
                 name: "gravityTorque",

@@ -17,7 +17,7 @@ impl Effect for JointFlexibility {
         noun: "flexibility of a joint assumed rigid",
         check: "Block the motor and push the link: does the link deflect, and spring back?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         passive: true,
         borrows: &[
             Borrowed {

@@ -18,7 +18,7 @@ impl Effect for KinematicError {
         noun: "a kinematic error of the gear",
         check: "Turn slowly through whole turns of the motor and plot load angle minus motor angle over the ratio: does it repeat once or twice a turn?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         compliant: true,
         passive: true,
         parameters: &[

@@ -1,8 +1,9 @@
 //! The list of effects: a new one is named at the end of this file and nowhere else.
 
 use super::{Effect, Local, Spec};
-use crate::drive::{BaseMotion, BaseWrench, DriveTrain, Spring};
+use crate::drive::{BaseMotion, BaseWrench, DriveTrain, FlyerBase, Spring};
 use crate::friction::Levels;
+use crate::space::spatial::SpatialWrench;
 use trueup_numerics::Scalar;
 
 /// One method of [`EffectKind`] per hook of [`Effect`], passed on to the effect's own file.
@@ -28,6 +29,8 @@ macro_rules! effects {
             field<T>(l: &Local<T>) -> [T; 2];
             base<T>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T>;
             tip<T>(l: &Local<T>, b: &BaseMotion<T>) -> BaseWrench<T>;
+            space_base<T>(l: &Local<T>, b: &FlyerBase<T>) -> SpatialWrench<T>;
+            space_tip<T>(l: &Local<T>, b: &FlyerBase<T>) -> SpatialWrench<T>;
             sensor<T>(l: &Local<T>, t: T, reading: T) -> T;
             sensor_start<T>(l: &Local<T>, reading: T, x: &mut [T]) -> ();
             sensor_rates<T>(l: &Local<T>, reading: T, dx: &mut [T]) -> ();

@@ -17,7 +17,7 @@ impl Effect for LoadDependentFriction {
         noun: "friction that grows with the load",
         check: "Run at one slow speed with and without an extra load: does the friction current grow?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
         passive: true,
         parameters: &[ParameterSpec {

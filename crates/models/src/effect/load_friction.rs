@@ -18,7 +18,7 @@ impl Effect for LoadFriction {
         noun: "friction on the load side",
         check: "Release the load from the gear, or turn it by hand: does its bearing or seal drag?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         passive: true,
         parameters: &[
             ParameterSpec {

@@ -44,8 +44,9 @@ mod table_tilt;
 mod torque_ripple;
 mod transmission_hysteresis;
 
-use crate::drive::{BaseMotion, BaseWrench, DriveTrain, Spring};
+use crate::drive::{BaseMotion, BaseWrench, DriveTrain, FlyerBase, Spring};
 use crate::friction::Levels;
+use crate::space::spatial::SpatialWrench;
 use trueup_numerics::Scalar;
 
 pub use choice::{EffectChoice, EffectError};
@@ -143,6 +144,14 @@ pub trait Effect {
     /// Wrench on the last link at its tip.
     fn tip<T: Scalar>(_l: &Local<T>, _b: &BaseMotion<T>) -> BaseWrench<T> {
         BaseWrench::default()
+    }
+    /// Wrench on the base of a robot in space, at its centre of mass, inertial axes.
+    fn space_base<T: Scalar>(_l: &Local<T>, _b: &FlyerBase<T>) -> SpatialWrench<T> {
+        SpatialWrench::zero()
+    }
+    /// Wrench on the body of a robot's first tip, at that tip, inertial axes.
+    fn space_tip<T: Scalar>(_l: &Local<T>, _b: &FlyerBase<T>) -> SpatialWrench<T> {
+        SpatialWrench::zero()
     }
     /// What a sensor shows instead of `reading`, at time `t`.
     fn sensor<T: Scalar>(_l: &Local<T>, _t: T, reading: T) -> T {

@@ -17,7 +17,7 @@ impl Effect for MotorFriction {
         noun: "Coulomb and viscous friction at the motor",
         check: "Raise the current slowly from 0: at which one does the motor start, and which one keeps it at a slow steady speed?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
         passive: true,
         // Nothing that sticks is rigid: a free run of dry friction without any give parts from the arm at every stop.

@@ -17,7 +17,7 @@ impl Effect for NonlinearDamping {
         noun: "damping that is not proportional to the deformation rate",
         check: "Let the joint ring down from a large and from a small amplitude: does the decrement differ?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         compliant: true,
         passive: true,
         parameters: &[

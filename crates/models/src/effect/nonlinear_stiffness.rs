@@ -28,7 +28,7 @@ impl Effect for NonlinearStiffness {
         noun: "a spring that hardens or softens",
         check: "Block the load and raise the motor torque in steps both ways: does the twist stay proportional?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         parameters: &[
             ParameterSpec {
                 name: "cubicStiffness",

@@ -17,7 +17,7 @@ impl Effect for NonlinearViscousFriction {
         noun: "friction that is not proportional to speed",
         check: "Run at several steady speeds and plot current over speed: is it a straight line?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
         passive: true,
         parameters: &[

@@ -29,7 +29,7 @@ impl Effect for PositionServo {
         noun: "a position servo",
         check: "Turn the joint by hand while the drive is on: does it push back?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         parameters: &[
             ParameterSpec {
                 name: "servoProportionalGain",

@@ -21,7 +21,7 @@ impl Effect for PreslidingFriction {
         noun: "spring-like friction before sliding",
         check: "Apply a torque well below break-away and take it away: does the motor move a little and spring back?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
         passive: true,
         parameters: &[

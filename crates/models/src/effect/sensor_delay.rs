@@ -34,7 +34,7 @@ impl Effect for SensorDelay {
         noun: "a late reading",
         check: "Compare the time stamps of this sensor with those of the others on one sharp event; check filters and the bus.",
         scope: Scope::Channel,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         places: channel::ALL,
         parameters: &[ParameterSpec {
             name: "delay",

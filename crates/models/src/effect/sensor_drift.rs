@@ -17,7 +17,7 @@ impl Effect for SensorDrift {
         noun: "a drifting reading",
         check: "Leave the rig at rest for the length of a run: does this reading move?",
         scope: Scope::Channel,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         places: channel::ALL,
         parameters: &[
             ParameterSpec {

@@ -16,7 +16,7 @@ impl Effect for SensorEccentricity {
         noun: "an eccentric encoder",
         check: "Turn slowly through whole turns and compare with a second sensor: does the difference repeat once a turn? Check how the disc is mounted.",
         scope: Scope::Channel,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         places: channel::ENCODERS,
         parameters: &[
             ParameterSpec {

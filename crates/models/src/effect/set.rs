@@ -1,8 +1,9 @@
 //! The effects packed into one plant, and where their values are in the plant's vectors.
 
 use super::{EffectChoice, EffectError, EffectKind, Local, ParameterRole, PlantKind, Scope, Spec, channel};
-use crate::drive::{BaseMotion, BaseWrench, DriveTrain, Spring};
+use crate::drive::{BaseMotion, BaseWrench, DriveTrain, FlyerBase, Spring};
 use crate::friction::Levels;
+use crate::space::spatial::SpatialWrench;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, ModelSizes};
 
@@ -55,6 +56,10 @@ pub struct EffectSet {
     sensed: bool,
 }
 
+/// Why a reading is not there.
+const NO_OUTPUT: &str =
+    "this structure does not have that output; leave the effect out, or give the robot a tip";
+
 /// Most states, outputs, modes or indicators of one effect at one site.
 const MOST: usize = 8;
 
@@ -69,6 +74,16 @@ impl EffectSet {
         ids: &[S],
         plant: PlantKind,
         joints: usize,
+        sizes: &mut ModelSizes,
+    ) -> Result<Self, EffectError> {
+        Self::place_with(ids, plant, joints, |channel| channel::span(channel, plant, joints), sizes)
+    }
+    /// The same where `span` gives first element and number of elements of an output that a sensor may act on.
+    pub fn place_with<S: AsRef<str>>(
+        ids: &[S],
+        plant: PlantKind,
+        joints: usize,
+        span: impl Fn(&str) -> Option<(usize, usize)>,
         sizes: &mut ModelSizes,
     ) -> Result<Self, EffectError> {
         let mut asked = Vec::new();
@@ -87,7 +102,7 @@ impl EffectSet {
                 Scope::Once => (0, 1),
                 Scope::Channel => {
                     let name = choice.place().map_or("", |p| p.name);
-                    channel::span(name, plant, joints).ok_or(EffectError::NotHere(spec.id, plant))?
+                    span(name).ok_or(EffectError::Nothing(spec.id, NO_OUTPUT))?
                 }
             };
             let sensor = choice.scope() == Scope::Channel;
@@ -190,6 +205,22 @@ impl EffectSet {
     /// The wrench on the last link at its tip.
     pub fn tip<T: Scalar>(&self, at: &At<T>, b: &BaseMotion<T>) -> BaseWrench<T> {
         self.placed.iter().fold(BaseWrench::default(), |sum, e| sum.plus(e.kind().tip(&e.local(at, 0), b)))
+    }
+    /// The wrench on the base of a robot in space.
+    pub fn space_base<T: Scalar>(&self, at: &At<T>, b: &FlyerBase<T>) -> SpatialWrench<T> {
+        self.placed
+            .iter()
+            .fold(SpatialWrench::zero(), |sum, e| sum.plus(e.kind().space_base(&e.local(at, 0), b)))
+    }
+    /// The wrench on the body of its first tip, at that tip.
+    pub fn space_tip<T: Scalar>(&self, at: &At<T>, b: &FlyerBase<T>) -> SpatialWrench<T> {
+        self.placed
+            .iter()
+            .fold(SpatialWrench::zero(), |sum, e| sum.plus(e.kind().space_tip(&e.local(at, 0), b)))
+    }
+    /// There are none.
+    pub fn is_empty(&self) -> bool {
+        self.placed.is_empty()
     }
     /// Turns the plant's outputs into what the sensors show.
     pub fn sense<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
@@ -319,7 +350,7 @@ mod tests {
 
     #[test]
     fn every_effect_fits_and_names_are_unique() {
-        for plant in [PlantKind::Joint, PlantKind::Arm] {
+        for plant in [PlantKind::Joint, PlantKind::Arm, PlantKind::Space] {
             let mut names = Vec::new();
             for choice in EffectChoice::all(plant) {
                 let (spec, id) = (choice.spec(), choice.id());

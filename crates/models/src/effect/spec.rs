@@ -1,12 +1,14 @@
 //! What an effect declares of itself, for packers and for the search for effects in data.
 
-/// The two plants.
+/// The plants that effects act in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlantKind {
     /// TwoMassJoint: angles and torques of the drive are referred to the motor.
     Joint,
     /// PlanarManipulator: they are referred to the joint.
     Arm,
+    /// SpatialFreeFlyer, alone or as the chaser of CaptureScene: as an arm's, base and tips in three dimensions.
+    Space,
 }
 
 /// How often an effect occurs in a plant.
@@ -243,7 +245,7 @@ pub struct SignalSpec {
 impl SignalSpec {
     /// Its name in that plant, without the place's prefix.
     pub fn name_in(&self, plant: PlantKind) -> &'static str {
-        if plant == PlantKind::Arm && !self.arm_name.is_empty() { self.arm_name } else { self.name }
+        if plant != PlantKind::Joint && !self.arm_name.is_empty() { self.arm_name } else { self.name }
     }
 }
 
@@ -288,6 +290,10 @@ pub struct Spec {
     pub places: &'static [EffectPlace],
     /// Parameters of its own.
     pub parameters: &'static [ParameterSpec],
+    /// The same in [`PlantKind::Space`]; empty: those.
+    pub space_parameters: &'static [ParameterSpec],
+    /// Why it does not act in [`PlantKind::Space`], and what does instead: follows a colon. Empty: it acts there.
+    pub not_in_space: &'static str,
     /// Parameters of the plant that belong to it.
     pub borrows: &'static [Borrowed],
     /// Inputs of its own.
@@ -345,6 +351,8 @@ impl Spec {
         plants: &[],
         places: &[],
         parameters: &[],
+        space_parameters: &[],
+        not_in_space: "",
         borrows: &[],
         inputs: &[],
         states: &[],

@@ -18,7 +18,7 @@ impl Effect for StribeckFriction {
         noun: "break-away (Stribeck) friction",
         check: "Raise the current slowly until the motor breaks loose, then lower it until it stops: are the two currents different?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
         passive: true,
         borrows: &[Borrowed {

@@ -15,6 +15,7 @@ impl Effect for TableTilt {
         check: "Leave the base floating at rest at several places: does it slide the same way? Check with a level.",
         scope: Scope::Once,
         plants: &[PlantKind::Arm],
+        not_in_space: "there is no table: give `gravity` of a base that is held",
         parameters: &[
             ParameterSpec {
                 name: "tiltAccelerationX",

@@ -18,7 +18,7 @@ impl Effect for TorqueRipple {
         noun: "a torque ripple of the motor",
         check: "Run slowly at constant speed and plot current over motor angle: does it repeat with the poles or slots?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         parameters: &[
             ParameterSpec {
                 name: "rippleSine",

@@ -17,7 +17,7 @@ impl Effect for TransmissionHysteresis {
         noun: "hysteresis of the transmission",
         check: "Block the load, raise and lower the motor torque slowly: does the twist come back by another way?",
         scope: Scope::Joint,
-        plants: &[PlantKind::Joint, PlantKind::Arm],
+        plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         parameters: &[
             ParameterSpec {
                 name: "hysteresisTorque",

@@ -6,7 +6,7 @@ use super::structure::FlexibleArmStructure;
 use crate::friction::{self, Levels, STUCK};
 use crate::space::layout::{self as space, States};
 use crate::space::stiff::Brake;
-use crate::space::{MAX_TIPS, PrescribedAccelerations, SpatialFreeFlyer};
+use crate::space::{MAX_TIPS, PrescribedAccelerations, SpatialFreeFlyer, StickSlip};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes, StiffPart};
@@ -92,14 +92,6 @@ impl FlexibleArm {
     pub fn joints(&self) -> usize {
         self.structure.robot.bodies()
     }
-    /// Row of the rate of what friction brakes at a joint: its motor's, of a rigid joint its own.
-    pub(super) fn rate_row(&self, joint: usize) -> usize {
-        let row = &self.state;
-        self.bodies
-            .motor_row(joint)
-            .map_or(row.joint_velocity + joint, |m| row.motor_velocity + m - row.motor_angle)
-    }
-
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors
@@ -223,14 +215,18 @@ impl Hybrid for FlexibleArm {
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
-        self.bodies.rates_led(own, PrescribedAccelerations { base: None, joints: &[], motors: &stuck }, dx);
+        self.bodies.rates_prescribed(
+            own,
+            PrescribedAccelerations { base: None, joints: &[], motors: &stuck },
+            dx,
+        );
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
         let mut held: PerJoint<T> = (0..self.joints()).map(|_| T::zero()).collect();
-        self.bodies.outputs_led(
+        self.bodies.outputs_prescribed(
             own,
             PrescribedAccelerations { base: None, joints: &[], motors: &stuck },
             y,
@@ -278,8 +274,8 @@ impl StiffPart for FlexibleArm {
             STUCK => Brake::Stuck,
             _ => Brake::Viscous(at.p[self.parameter.viscous_friction + j]),
         };
-        let led = PrescribedAccelerations { base: None, joints: &[], motors: &stuck };
-        self.bodies.factor_stiff(&own, led, (g, brake), room, dx)
+        let prescribed = PrescribedAccelerations { base: None, joints: &[], motors: &stuck };
+        self.bodies.factor_stiff(&own, prescribed, (g, brake), room, dx)
     }
 
     fn solve(&self, room: &[f64], y: &mut [f64]) {

@@ -26,7 +26,8 @@ struct KeptBody<T> {
 pub struct SweepResult<'a, T> {
     /// Of the joints, rad/s2 (m/s2).
     pub joint: &'a mut [T],
-    /// Of the rotors, joint side, rad/s2; of the prescribed ones: the torque that it takes, N.m.
+    /// Of the rotors, joint side, rad/s2; of a prescribed one, and of one that turns with a prescribed joint: the torque that the
+    /// motion takes, N.m (N).
     pub rotor: &'a mut [T],
     /// Of the modes, m/s2 (rad/s2).
     pub modal: &'a mut [T],
@@ -51,7 +52,9 @@ pub fn accelerations<T: Scalar>(
     inwards(at, applied, &mut m);
     let root = held.unwrap_or_else(|| solve(&m.inertia[0], m.bias[0]));
     m.acceleration.push(root);
-    outwards(at, &m.kept, &m.bending, &mut m.acceleration, &mut out);
+    if outwards(at, &m.kept, &m.bending, &mut m.acceleration, &mut out) {
+        prescribed(at, &m, &mut out);
+    }
     root
 }
 
@@ -116,7 +119,7 @@ fn inwards<T: Scalar>(
         let mut stiff = T::zero();
         match drive.rotor {
             Rotor::Driven(torque) => rotor = axpy(sigma * torque, k, rotor),
-            Rotor::Led(acceleration) => {
+            Rotor::Prescribed(acceleration) => {
                 rotor = axpy(reach * acceleration, k, rotor);
                 stiff = sigma * reach;
             }
@@ -126,7 +129,7 @@ fn inwards<T: Scalar>(
         carrier.add_outwards(mine, &at.frame);
         let mut on_parent;
         match drive.moves {
-            Moves::Led(acceleration) => {
+            Moves::Prescribed(acceleration) => {
                 force = force.plus(joint.column(mine, axis).times(acceleration));
                 on_parent = at.frame.outwards(force);
                 if geared {
@@ -159,7 +162,7 @@ fn inwards<T: Scalar>(
     }
 }
 
-/// From the base, whose acceleration is the first of `all`, to the tips.
+/// From the base, whose acceleration is the first of `all`, to the tips. Whether a joint is prescribed.
 #[inline(never)]
 fn outwards<T: Scalar>(
     now: &RobotSnapshot<'_, T>,
@@ -167,21 +170,25 @@ fn outwards<T: Scalar>(
     bending: &Bending<T>,
     all: &mut PerBody<SpatialMotion<T>>,
     found: &mut SweepResult<'_, T>,
-) {
+) -> bool {
+    let mut some = false;
     let RobotSnapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     for i in 1..=tree.bodies() {
         let (carrier, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
         let parent = now.carrier_acceleration(carrier, all[carrier], found.modal);
         let k = &kept[i];
         let joint = match drive.moves {
-            Moves::Led(acceleration) => acceleration,
+            Moves::Prescribed(acceleration) => {
+                some = true;
+                acceleration
+            }
             // `axis` is as the carrier sees it, its rotor included.
             Moves::Driven(_) => (k.rest - parent.power(k.axis)) * k.inverse,
         };
         found.joint[i - 1] = joint;
         found.rotor[i - 1] = match drive.rotor {
             Rotor::Geared => joint,
-            Rotor::Led(acceleration) => {
+            Rotor::Prescribed(acceleration) => {
                 drive.inertia * (acceleration + drive.share * dot(at.axis, parent.angular))
             }
             Rotor::Driven(torque) => torque / drive.inertia - drive.share * dot(at.axis, parent.angular),
@@ -196,6 +203,24 @@ fn outwards<T: Scalar>(
     for (j, on) in flexing.loose() {
         let met = flexing.force[j] - flexing.bias[j] - all[on].power(flexing.coupling[j]);
         found.modal[j] = met * flexing.modes[j].inverse; // (SFF-6)
+    }
+    some
+}
+
+/// What prescribed joints with geared rotors take: the articulated inertia is what each of them meets.
+#[cold]
+#[inline(never)]
+fn prescribed<T: Scalar>(now: &RobotSnapshot<'_, T>, m: &SweepMemory<T>, found: &mut SweepResult<'_, T>) {
+    let RobotSnapshot { tree, bodies, placed, drives, .. } = *now;
+    for i in 1..=tree.bodies() {
+        let drive = &drives[i - 1];
+        if let (Moves::Prescribed(acceleration), Rotor::Geared) = (drive.moves, drive.rotor) {
+            let carrier = tree.parent[i - 1];
+            let parent = now.carrier_acceleration(carrier, m.acceleration[carrier], found.modal);
+            let met = m.inertia[i].times(m.acceleration[i]).plus(m.bias[i]);
+            let turned = drive.inertia * (acceleration + drive.share * dot(placed[i].axis, parent.angular));
+            found.rotor[i - 1] = tree.joint[i - 1].power(bodies[i].axis, &met) + turned; // (SFF-11)
+        }
     }
 }
 

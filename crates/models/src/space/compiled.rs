@@ -6,6 +6,7 @@ use super::model::SpatialFreeFlyer;
 use super::prescribed::PrescribedAccelerations;
 use super::tree::JointType;
 use crate::compiled::{self, PlantModel};
+use crate::effect::{EffectSet, PlantKind as EffectPlant};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 use trueup_plant::{
@@ -20,15 +21,15 @@ impl SpatialFreeFlyer {
     pub(crate) fn rates_under<T: Scalar>(
         &self,
         at: At<T>,
-        led: PrescribedAccelerations<'_, T>,
+        prescribed: PrescribedAccelerations<'_, T>,
         force: &[T],
         dx: &mut [T],
     ) {
         let mut now = RobotInstant::new();
         now.set(self, &at);
         now.push(self, force);
-        now.lead(self, &led);
-        self.accelerate_led(&now, &at, &led, dx, &mut []);
+        now.prescribe(self, &prescribed);
+        self.accelerate_prescribed(&now, &at, &prescribed, dx, &mut []);
     }
 
     /// What was chosen of its joints.
@@ -50,11 +51,13 @@ impl PlantModel for SpatialFreeFlyer {
 
     fn table(&self) -> VariableTable {
         let s = self.structure();
-        let drive = Inputs::new(s).joint_torque;
+        let servo = self.effects().servo();
+        let drive = servo.map_or(Inputs::new(s).joint_torque, |servo| servo.begin.inputs);
+        let friction = self.friction_lists();
         let mut t = VariableTable {
-            parameters: compiled::parameters(&Parameters::list(s), &self.defaults()),
+            parameters: compiled::parameters(&[Parameters::list(s), friction.0].concat(), &self.defaults()),
             inputs: compiled::inputs(&Inputs::list(s)),
-            outputs: compiled::outputs(&Outputs::list(s)),
+            outputs: compiled::outputs(&[Outputs::list(s), friction.1].concat()),
             states: compiled::states(&States::list(s)),
             choices: self.choices(),
             driving: (drive..drive + s.bodies()).collect(),
@@ -64,13 +67,16 @@ impl PlantModel for SpatialFreeFlyer {
         compiled::rates_of(&self.coordinates(), &mut t);
         let to = Outputs::new(s);
         t.joint_angles((0..s.bodies()).flat_map(|j| [to.joint_angle + j, to.motor_angle + j]));
+        compiled::add_effects(self.effects(), EffectPlant::Space, &mut t);
         t
     }
 
     fn coordinates(&self) -> Vec<Coordinate> {
         let s = self.structure();
         let (row, from, to) = (States::new(s), Parameters::new(s), Outputs::new(s));
-        let own = |name: String,
+        // `joint`: whose drive moves by it.
+        let own = |joint: Option<usize>,
+                   name: String,
                    kind,
                    force_unit,
                    states: (Option<usize>, usize),
@@ -86,8 +92,9 @@ impl PlantModel for SpatialFreeFlyer {
                 initial_rate: begin[1],
                 position_output: shown[0],
                 rate_output: shown[1],
-                friction_mode: None,
-                dry_friction: None,
+                friction_mode: joint.filter(|_| self.friction.is_some()),
+                dry_friction: joint
+                    .and_then(|j| self.friction.map(|(p, _)| [p.coulomb + j, p.breakaway + j])),
                 follows: None,
             }
         };
@@ -97,23 +104,26 @@ impl PlantModel for SpatialFreeFlyer {
                 let states = (Some(row.base_position + i), row.base_velocity + i);
                 let begin = [from.initial_base_position + i, from.initial_base_velocity + i];
                 let shown = [to.base_position + i, to.base_velocity + i];
-                all.push(own(name, CoordinateKind::Base, "N", states, begin, shown));
+                all.push(own(None, name, CoordinateKind::Base, "N", states, begin, shown));
             }
             for (i, name) in elements("baseRotation", &[3]).into_iter().enumerate() {
                 let states = (None, row.base_angular_velocity + i);
                 let begin = [from.initial_base_quaternion + 1 + i, from.initial_base_angular_velocity + i];
                 let shown = [to.base_quaternion + 1 + i, to.base_angular_velocity + i];
-                all.push(own(name, CoordinateKind::Base, "N.m", states, begin, shown));
+                all.push(own(None, name, CoordinateKind::Base, "N.m", states, begin, shown));
             }
         }
         let first = all.len();
         let unit = |j: usize| if s.tree.joint[j] == JointType::Prismatic { "N" } else { "N.m" };
         for (j, name) in elements("joint", &[s.bodies()]).into_iter().enumerate() {
-            let kind = if self.motor_row(j).is_some() { CoordinateKind::Link } else { CoordinateKind::Motor };
+            let (kind, drive) = match self.motor_row(j) {
+                Some(_) => (CoordinateKind::Link, None),
+                None => (CoordinateKind::Motor, Some(j)),
+            };
             let states = (Some(row.joint_angle + j), row.joint_velocity + j);
             let begin = [from.initial_joint_angle + j, from.initial_joint_velocity + j];
             let shown = [to.joint_angle + j, to.joint_velocity + j];
-            all.push(own(name, kind, unit(j), states, begin, shown));
+            all.push(own(drive, name, kind, unit(j), states, begin, shown));
         }
         for (j, name) in elements("motor", &[s.bodies()]).into_iter().enumerate() {
             let Some(position) = self.motor_row(j) else { continue };
@@ -121,7 +131,7 @@ impl PlantModel for SpatialFreeFlyer {
             let begin = [from.initial_motor_angle + j, from.initial_motor_velocity + j];
             let shown = [to.motor_angle + j, to.motor_velocity + j];
             let follows = Some(Follows { coordinate: first + j, ratio: None });
-            let motor = own(name, CoordinateKind::Motor, unit(j), states, begin, shown);
+            let motor = own(Some(j), name, CoordinateKind::Motor, unit(j), states, begin, shown);
             all.push(Coordinate { follows, ..motor });
         }
         all
@@ -132,7 +142,11 @@ impl PlantModel for SpatialFreeFlyer {
     }
 
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {
-        compiled::no_effects(Self::NAME, effects).map(|()| self.clone())
+        Self::with_effects(self.structure().clone(), effects).map_err(PlantError)
+    }
+
+    fn effect_set(&self) -> Option<&EffectSet> {
+        Some(self.effects())
     }
 }
 
@@ -140,11 +154,11 @@ impl PlantModel for SpatialFreeFlyer {
 pub trait RobotScalar: PlantScalar {
     /// See [`SpatialFreeFlyer::mass_matrix`].
     fn mass_matrix(robot: &SpatialFreeFlyer, at: &At<Self>, m: &mut [Self]) -> usize;
-    /// See [`SpatialFreeFlyer::rates_led`].
-    fn rates_led(
+    /// See [`SpatialFreeFlyer::rates_prescribed`].
+    fn rates_prescribed(
         robot: &SpatialFreeFlyer,
         at: At<Self>,
-        led: PrescribedAccelerations<'_, Self>,
+        prescribed: PrescribedAccelerations<'_, Self>,
         dx: &mut [Self],
     );
 }
@@ -157,13 +171,13 @@ macro_rules! robot_scalar {
                 robot.mass_matrix(at, m)
             }
             #[inline(never)]
-            fn rates_led(
+            fn rates_prescribed(
                 robot: &SpatialFreeFlyer,
                 at: At<Self>,
-                led: PrescribedAccelerations<'_, Self>,
+                prescribed: PrescribedAccelerations<'_, Self>,
                 dx: &mut [Self],
             ) {
-                robot.rates_led(at, led, dx);
+                robot.rates_prescribed(at, prescribed, dx);
             }
         }
     )*};

@@ -4,18 +4,15 @@ use super::articulated::SweepResult;
 use super::attitude::{self, four};
 use super::composite::{forces, mass_matrix, rotor_rows};
 use super::instant::RobotInstant;
-use super::joint_drive::Rotor;
+use super::joint_drive::{Moves, Rotor};
 use super::model::SpatialFreeFlyer;
 use super::prescribed::PrescribedAccelerations;
 use super::spatial::SpatialMotion;
 use super::tree::Joints;
 use super::vector::{add, cross, times};
-use super::{MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL};
+use super::{MAX_DOFS, MAX_STATES};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
-
-/// Most states.
-const MAX_STATES: usize = 13 + 2 * (2 * MAX_BODIES + MAX_MODES_OF_ALL);
 
 impl SpatialFreeFlyer {
     /// M (SFF-8) into `m`, row by row; returns the number of its rows. They are the base's velocity and its rate, both in
@@ -58,8 +55,8 @@ impl SpatialFreeFlyer {
         x
     }
 
-    /// How velocities jump where motors of flexible joints (by joint, from 0) change theirs by so much at once: an impulse at
-    /// each of them, everything else free. The other rows of `jump` are 0.
+    /// How velocities jump where these motors (by joint, from 0; of a rigid joint, the joint itself) change theirs by so much at once: an
+    /// impulse at each of them, everything else free. The other rows of `jump` are 0.
     pub fn impulse(&self, at: At<f64>, motors: &[(usize, f64)], jump: &mut [f64]) {
         let mut x = [0.0; MAX_STATES];
         x[..self.state.base_velocity].copy_from_slice(&at.x[..self.state.base_velocity]);
@@ -67,22 +64,25 @@ impl SpatialFreeFlyer {
         let mut now = RobotInstant::new();
         now.set(self, &At { x, ..at });
         now.rest(self.structure.held);
-        for (j, change) in motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
-            now.drives[*j].rotor = Rotor::Led(*change);
+        for (j, change) in motors {
+            match self.spring[*j] {
+                Some(_) => now.drives[*j].rotor = Rotor::Prescribed(*change),
+                None => now.drives[*j].moves = Moves::Prescribed(*change),
+            }
         }
         self.accelerate(&now, &At { x, ..at }, jump);
         jump[..self.state.base_velocity].fill(0.0);
-        for (j, change) in motors {
-            if let Some(k) = self.spring[*j] {
-                jump[self.state.motor_velocity + k] = *change;
-            }
-        }
     }
 
     /// Rates of the states where some accelerations are given.
     #[inline(never)]
-    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: PrescribedAccelerations<'_, T>, dx: &mut [T]) {
-        self.rates_with_torques(at, led, dx, &mut []);
+    pub fn rates_prescribed<T: Scalar>(
+        &self,
+        at: At<T>,
+        prescribed: PrescribedAccelerations<'_, T>,
+        dx: &mut [T],
+    ) {
+        self.rates_with_torques(at, prescribed, dx, &mut []);
     }
 
     /// The same, and the torques on the prescribed motors in addition to those of their springs, N.m, joint side, where there is room
@@ -91,33 +91,34 @@ impl SpatialFreeFlyer {
     pub fn rates_with_torques<T: Scalar>(
         &self,
         at: At<T>,
-        led: PrescribedAccelerations<'_, T>,
+        prescribed: PrescribedAccelerations<'_, T>,
         dx: &mut [T],
         needed: &mut [T],
     ) {
         let mut now = RobotInstant::new();
         now.set(self, &at);
-        now.lead(self, &led);
-        self.accelerate_led(&now, &at, &led, dx, needed);
+        now.prescribe(self, &prescribed);
+        self.accelerate_prescribed(&now, &at, &prescribed, dx, needed);
     }
 
-    /// The same at an instant that leads those.
-    pub(super) fn accelerate_led<T: Scalar>(
+    /// The same at an instant with those prescribed.
+    pub(super) fn accelerate_prescribed<T: Scalar>(
         &self,
         now: &RobotInstant<T>,
         at: &At<T>,
-        led: &PrescribedAccelerations<'_, T>,
+        prescribed: &PrescribedAccelerations<'_, T>,
         dx: &mut [T],
         needed: &mut [T],
     ) {
         let rotor = self.accelerate(now, at, dx);
         needed.fill(T::zero());
-        for (j, acceleration) in led.motors {
-            let Some(k) = self.spring[*j] else { continue };
-            dx[self.state.motor_velocity + k] = *acceleration;
+        for (j, _) in prescribed.motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
             if let Some(needed) = needed.get_mut(*j) {
                 *needed = rotor[*j];
             }
+        }
+        if !self.effects.is_empty() {
+            self.effect_rates(at, dx);
         }
     }
 
@@ -145,7 +146,10 @@ impl SpatialFreeFlyer {
             dx[row.joint_angle + j] = at.x[row.joint_velocity + j];
             if let Some(k) = self.spring[j] {
                 dx[row.motor_angle + k] = at.x[row.motor_velocity + k];
-                dx[row.motor_velocity + k] = rotor[j];
+                dx[row.motor_velocity + k] = match now.drives[j].rotor {
+                    Rotor::Prescribed(acceleration) => acceleration,
+                    Rotor::Geared | Rotor::Driven(_) => rotor[j],
+                };
             }
         }
         dx[row.modal_coordinate..][..modes].copy_from_slice(&at.x[row.modal_velocity..][..modes]);
@@ -182,21 +186,36 @@ impl Hybrid for SpatialFreeFlyer {
             let q = attitude::normalized(four(p, from.initial_base_quaternion));
             x[to.base_quaternion..][..4].copy_from_slice(&q);
         }
+        if !self.effects.is_empty() {
+            self.start_effects(p, x);
+        }
     }
 
-    fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        if !modes.is_empty() {
+            self.start_effect_modes(at, modes);
+        }
+    }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        self.rates_led(at, PrescribedAccelerations::none(), dx);
+        self.rates_prescribed(at, PrescribedAccelerations::none(), dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        self.outputs_led(at, PrescribedAccelerations::none(), y, &mut []);
+        self.outputs_prescribed(at, PrescribedAccelerations::none(), y, &mut []);
     }
 
-    fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        if !z.is_empty() {
+            self.effect_indicators(&at, z);
+        }
+    }
 
-    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> EventUpdate {
-        EventUpdate::default()
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
+        if modes.is_empty() { EventUpdate::default() } else { self.update_effects(t, x, u, p, modes) }
+    }
+
+    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        self.effects.next_event(p, modes)
     }
 }

@@ -165,6 +165,10 @@ impl<T: Scalar> RobotInstant<T> {
         }
     }
 
+    /// The axis of the joint of this body (from 1), own axes.
+    pub(super) fn axis(&self, body: usize) -> Vector3<T> {
+        self.bodies[body].axis
+    }
     /// Velocity of what hangs on this body, its axes and origin.
     pub(super) fn carrier_velocity(&self, body: usize) -> SpatialMotion<T> {
         let own = self.placed[body].velocity;
@@ -192,16 +196,20 @@ impl<T: Scalar> RobotInstant<T> {
     }
 
     /// Some accelerations are given.
-    pub(super) fn lead(&mut self, model: &SpatialFreeFlyer, led: &PrescribedAccelerations<'_, T>) {
+    pub(super) fn prescribe(
+        &mut self,
+        model: &SpatialFreeFlyer,
+        prescribed: &PrescribedAccelerations<'_, T>,
+    ) {
         let base = self.placed[0];
-        if let Some((linear, angular)) = led.base.filter(|_| !model.structure().held) {
+        if let Some((linear, angular)) = prescribed.base.filter(|_| !model.structure().held) {
             let own = transposed_times(&base.frame.rotation, linear);
             let (v, omega) = (base.velocity.linear, base.velocity.angular);
             self.held = Some(SpatialMotion { angular, linear: add(own, cross(v, omega)) });
         }
-        led.joints.iter().for_each(|(j, a)| self.drives[*j].moves = Moves::Led(*a));
-        for (j, a) in led.motors.iter().filter(|(j, _)| model.motor_row(*j).is_some()) {
-            self.drives[*j].rotor = Rotor::Led(*a);
+        prescribed.joints.iter().for_each(|(j, a)| self.drives[*j].moves = Moves::Prescribed(*a));
+        for (j, a) in prescribed.motors.iter().filter(|(j, _)| model.motor_row(*j).is_some()) {
+            self.drives[*j].rotor = Rotor::Prescribed(*a);
         }
     }
 
@@ -293,11 +301,44 @@ fn apply<T: Scalar>(
         if force.iter().chain(&torque).all(|c| c.vanishes()) {
             continue;
         }
-        let mut w = turned(&s.tree, placed, *tip, force, torque);
-        let offset = three(at.p, p.tip_offset + 3 * a);
-        w.torque = add(w.torque, cross(bent.ends.displaced(*tip, offset), w.force));
-        all[*tip] = all[*tip].plus(w);
-        bent.push(*tip, w);
+        at_tip(model, at, (a, *tip), placed, (force, torque), (all, bent));
+    }
+    if !model.effects().is_empty() {
+        affect(model, at, placed, (all, bent));
+    }
+}
+
+/// A force and a torque in inertial axes at tip `a`, which is on this body.
+#[inline]
+fn at_tip<T: Scalar>(
+    model: &SpatialFreeFlyer,
+    at: &At<T>,
+    (a, body): (usize, usize),
+    placed: &[PlacedBody<T>],
+    (force, torque): (Vector3<T>, Vector3<T>),
+    (all, bent): (&mut [SpatialWrench<T>], &mut DeformedAppendages<T>),
+) {
+    let mut w = turned(&model.structure().tree, placed, body, force, torque);
+    let offset = three(at.p, model.parameter.tip_offset + 3 * a);
+    w.torque = add(w.torque, cross(bent.ends.displaced(body, offset), w.force));
+    all[body] = all[body].plus(w);
+    bent.push(body, w);
+}
+
+/// Puts on the base and on the body of the first tip what effects put there.
+#[cold]
+#[inline(never)]
+fn affect<T: Scalar>(
+    model: &SpatialFreeFlyer,
+    at: &At<T>,
+    placed: &[PlacedBody<T>],
+    (all, bent): (&mut [SpatialWrench<T>], &mut DeformedAppendages<T>),
+) {
+    let (on_base, on_tip) = model.effect_wrenches(at, &placed[0]);
+    let tree = &model.structure().tree;
+    all[0] = all[0].plus(turned(tree, placed, 0, on_base.force, on_base.torque));
+    if let Some(body) = model.structure().tips.first() {
+        at_tip(model, at, (0, *body), placed, (on_tip.force, on_tip.torque), (all, bent));
     }
 }
 

@@ -9,7 +9,7 @@ pub enum Rotor<T> {
     /// By itself, driven by this torque, N.m.
     Driven(T),
     /// By itself, with this acceleration, rad/s2, whatever torque that takes.
-    Led(T),
+    Prescribed(T),
 }
 
 /// How a joint moves.
@@ -18,7 +18,7 @@ pub enum Moves<T> {
     /// Driven by this torque (force), N.m (N).
     Driven(T),
     /// With this acceleration, rad/s2 (m/s2), whatever torque that takes.
-    Led(T),
+    Prescribed(T),
 }
 
 /// One joint with its motor at one instant.

@@ -2,7 +2,7 @@
 
 use super::structure::RobotStructure;
 use crate::layout::AllowedValues::{self, NotNegative, OneUp, Positive};
-use crate::layout::{InputStart, Items, LayoutState, Parameter, Shows, layout};
+use crate::layout::{INITIAL, InputStart, Items, LayoutState, Parameter, Shows, layout, state, tunable};
 
 /// How a rotor is coupled to the body that carries it.
 pub static COUPLING: Items = Items {
@@ -16,15 +16,8 @@ pub static COUPLING: Items = Items {
         ("geared", "rotor behind a gear: the carrier takes that of I_m/N and I_m/N^2"),
     ],
 };
-const INITIAL: Parameter = Parameter::initial();
-const fn tunable(allowed: AllowedValues) -> Parameter {
-    Parameter::tunable(allowed)
-}
 const fn following(follows: &'static str) -> Parameter {
     Parameter::following(follows)
-}
-const fn state(rate: &'static str, nominal: f64, depends: Shows) -> LayoutState {
-    LayoutState::new(rate, nominal, depends)
 }
 
 layout! {
@@ -176,4 +169,19 @@ layout! {
     motor_velocity "motorVelocity" [s.springs()], "rad/s", state("rad/s2", 0.001, Shows::All), "motor velocities of the flexible joints (SFF-12)";
     modal_velocity "modalVelocity" [s.modes() - s.linked()], "m/s", state("m/s2", 0.01, Shows::All), "modal rates (SFF-6)";
     link_velocity "linkModalVelocity" [s.linked()], "m/s", state("m/s2", 0.01, Shows::All), "modal rates of links (LNK-3)";
+}
+
+layout! {
+    /// Where parameters of friction begin that an effect brings to every joint, behind those of the robot.
+    FrictionParameters of Parameter, n: usize:
+    coulomb "coulombFriction" [*n], "N.m", tunable(NotNegative), "Sliding friction of the motor, joint side, tau_c (EF-1)";
+    breakaway "staticFriction" [*n], "N.m", tunable(NotNegative), "Largest friction at rest, tau_s (EF-1); a smaller value counts as tau_c";
+    viscous "viscousFriction" [*n], "N.m.s/rad", tunable(NotNegative), "Viscous friction of the motor, joint side, D_m (EF-1)";
+}
+
+layout! {
+    /// Where outputs of that friction begin, behind those of the robot.
+    FrictionOutputs of Shows, n: usize:
+    torque "frictionTorque" [*n], "N.m", Shows::All, "Of the motor's friction against positive motion; balances what is applied while it sticks (EF-1)";
+    sticking "sticking" [*n], "", Shows::Flag, "The motor sticks; of a rigid joint: the joint";
 }

@@ -3,11 +3,12 @@
 use super::MAX_BODIES;
 use super::attitude::{about, four, rotation, unit};
 use super::joint_drive::{JointDrive, Moves, Rotor};
-use super::layout::{Inputs, Outputs, Parameters, States};
+use super::layout::{FrictionOutputs, FrictionParameters, Inputs, Outputs, Parameters, States};
 use super::structure::RobotStructure;
 use super::tree::JointType;
 use super::vector::{Vector3, add, scale, three, times};
 use crate::arm::rotor;
+use crate::effect::{EffectChoice, EffectSet, PlantKind};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, ModelSizes};
 
@@ -28,6 +29,9 @@ pub struct SpatialFreeFlyer {
     pub(super) output: Outputs,
     /// Per joint: which of the springs is its own.
     pub(super) spring: [Option<usize>; MAX_BODIES],
+    pub(super) effects: EffectSet,
+    /// Of the friction that one of them brings along.
+    pub(super) friction: Option<(FrictionParameters, FrictionOutputs)>,
     pub(super) sizes: ModelSizes,
 }
 
@@ -37,13 +41,25 @@ impl SpatialFreeFlyer {
     /// # Errors
     /// What of it cannot be, with the remedy.
     pub fn new(structure: RobotStructure) -> Result<Self, String> {
+        Self::with_effects::<&str>(structure, &[])
+    }
+
+    /// The same with the effects of those ids; `joint-flexibility` makes all joints flexible. Their values are behind the robot's, those of
+    /// the friction that some bring along between.
+    ///
+    /// # Errors
+    /// What of it cannot be, with the remedy.
+    pub fn with_effects<S: AsRef<str>>(mut structure: RobotStructure, ids: &[S]) -> Result<Self, String> {
+        if ids.iter().any(|id| id.as_ref() == "joint-flexibility") {
+            structure.flexible.fill(true);
+        }
         structure.check()?;
         let (state, parameter) = (States::new(&structure), Parameters::new(&structure));
         let (input, output) = (Inputs::new(&structure), Outputs::new(&structure));
         let mut spring = [None; MAX_BODIES];
         let flexible = structure.flexible.iter().enumerate().filter(|(_, f)| **f);
         flexible.enumerate().for_each(|(k, (j, _))| spring[j] = Some(k));
-        let sizes = ModelSizes {
+        let mut sizes = ModelSizes {
             states: state.count,
             inputs: input.count,
             parameters: parameter.count,
@@ -51,7 +67,32 @@ impl SpatialFreeFlyer {
             modes: 0,
             indicators: 0,
         };
-        Ok(Self { structure, state, parameter, input, output, spring, sizes })
+        let choices = ids.iter().filter_map(|id| EffectChoice::parse(id.as_ref(), PlantKind::Space).ok());
+        let mut friction = None;
+        if choices.into_iter().any(|c| c.spec().friction) {
+            let n = structure.bodies();
+            let of = (
+                FrictionParameters::new(&n).behind(sizes.parameters),
+                FrictionOutputs::new(&n).behind(sizes.outputs),
+            );
+            (sizes.parameters, sizes.outputs) = (of.0.count, of.1.count);
+            (sizes.modes, sizes.indicators) = (n, 2 * n);
+            friction = Some(of);
+        }
+        let span = |name: &str| {
+            let mut first = 0;
+            for e in Outputs::list(&structure) {
+                if e.name == name {
+                    return Some((first, e.len()));
+                }
+                first += e.len();
+            }
+            None
+        };
+        let effects = EffectSet::place_with(ids, PlantKind::Space, structure.bodies(), span, &mut sizes)
+            .map_err(|e| e.to_string())?;
+        let model = Self { structure, state, parameter, input, output, spring, effects, friction, sizes };
+        model.check_effects().map(|()| model)
     }
 
     /// What is fixed.
@@ -66,6 +107,9 @@ impl SpatialFreeFlyer {
 
     /// A joint with its motor.
     pub(super) fn drive<T: Scalar>(&self, at: &At<T>, j: usize) -> JointDrive<T> {
+        if !self.effects.is_empty() {
+            return self.affected_drive(at, j);
+        }
         let p = &self.parameter;
         let torque = at.u[self.input.joint_torque + j];
         let (moves, rotor, rate) = match self.spring[j] {
@@ -91,8 +135,11 @@ impl SpatialFreeFlyer {
             + at.p[self.parameter.joint_damping + j] * (x[row.motor_velocity + k] - x[row.joint_velocity + j])
     }
 
-    /// Energy of the springs, J.
+    /// Energy of the springs, J; with effects theirs too.
     pub(super) fn spring_energy<T: Scalar>(&self, at: &At<T>) -> T {
+        if !self.effects.is_empty() {
+            return self.affected_energy(at);
+        }
         let mut sum = T::zero();
         for (j, k) in self.spring.iter().enumerate().filter_map(|(j, k)| k.map(|k| (j, k))) {
             let twist = at.x[self.state.motor_angle + k] - at.x[self.state.joint_angle + j];
@@ -103,7 +150,10 @@ impl SpatialFreeFlyer {
 
     /// Of the spring and damper of a joint on its body, N.m (N); 0 of a rigid joint.
     pub fn transmission_torque<T: Scalar>(&self, at: &At<T>, joint: usize) -> T {
-        self.spring[joint].map_or(T::zero(), |k| self.spring_torque(at, joint, k))
+        let linear = |k| self.spring_torque(at, joint, k);
+        let affected = |_| self.affected_spring(at, joint, &self.drive_train(at, joint)).torque();
+        let of = self.spring[joint];
+        if self.effects.is_empty() { of.map(linear) } else { of.map(affected) }.unwrap_or_else(T::zero)
     }
 
     /// Where the first tip of a robot whose base is held would be at these coordinates of its joints, links straight, inertial

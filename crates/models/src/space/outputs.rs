@@ -5,7 +5,7 @@ use super::attitude::{Quaternion, about_axis, four, normalized, product as turne
 use super::composite::momentum;
 use super::flexible::Modal;
 use super::instant::RobotInstant;
-use super::joint_drive::Rotor;
+use super::joint_drive::{Moves, Rotor};
 use super::measures::Arms;
 use super::model::SpatialFreeFlyer;
 use super::prescribed::PrescribedAccelerations;
@@ -19,32 +19,57 @@ use trueup_numerics::hybrid::At;
 impl SpatialFreeFlyer {
     /// Outputs where some accelerations are given; `needed` as of [`Self::rates_with_torques`].
     #[inline(never)]
-    pub fn outputs_led<T: Scalar>(
+    pub fn outputs_prescribed<T: Scalar>(
         &self,
         at: At<T>,
-        led: PrescribedAccelerations<'_, T>,
+        prescribed: PrescribedAccelerations<'_, T>,
         y: &mut [T],
         needed: &mut [T],
     ) {
         let at = &at;
         let mut now = RobotInstant::new();
         now.set(self, at);
-        now.lead(self, &led);
+        now.prescribe(self, &prescribed);
         let frames = now.frames(self);
         let base = &frames[0];
         let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
-        let to = &self.output;
-        put(to.base_position, &base.origin);
-        put(to.base_velocity, &times(&base.rotation, now.placed[0].velocity.linear));
-        put(to.base_angular_velocity, &now.placed[0].velocity.angular);
-        self.joints(at, &mut put);
-        self.tips(at, (&now, &frames), &mut put);
+        self.moved(at, (&now, &frames), &mut put);
         self.appendages(at, base, &mut put);
-        self.reactions(at, &now, &mut put, needed);
+        let mut found = Joints::from_iter((0..self.structure().bodies()).map(|_| T::zero()));
+        self.reactions(at, &now, &mut put, &mut found);
+        let fit = needed.len().min(found.len());
+        needed[..fit].copy_from_slice(&found[..fit]);
         self.totals(at, (&now, &frames), &mut put);
         if self.structure().analysis {
             self.analysis(at, &now, &mut put);
         }
+        if !self.effects.is_empty() {
+            self.effect_outputs(at, &found, y);
+        }
+    }
+
+    /// The outputs of base, joints and tips alone: what sensors look at.
+    pub(super) fn readings<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
+        let mut now = RobotInstant::new();
+        now.place(self, at);
+        let frames = now.frames(self);
+        self.moved(at, (&now, &frames), &mut |begin: usize, values: &[T]| {
+            y[begin..][..values.len()].copy_from_slice(values);
+        });
+    }
+
+    fn moved<T: Scalar>(
+        &self,
+        at: &At<T>,
+        (now, frames): (&RobotInstant<T>, &[SpatialFrame<T>]),
+        put: &mut impl FnMut(usize, &[T]),
+    ) {
+        let (to, base) = (&self.output, &frames[0]);
+        put(to.base_position, &base.origin);
+        put(to.base_velocity, &times(&base.rotation, now.placed[0].velocity.linear));
+        put(to.base_angular_velocity, &now.placed[0].velocity.angular);
+        self.joints(at, put);
+        self.tips(at, (now, frames), put);
     }
 
     fn joints<T: Scalar>(&self, at: &At<T>, put: &mut impl FnMut(usize, &[T])) {
@@ -138,15 +163,18 @@ impl SpatialFreeFlyer {
         let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
         let out = SweepResult { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
         let base = now.accelerations(self, out);
-        // Of a prescribed rotor the torque was found.
+        // Of a prescribed motion the torque was found.
         needed.fill(T::zero());
         for (j, (found, drive)) in rotor.iter_mut().zip(&now.drives).enumerate() {
-            if let Rotor::Led(acceleration) = drive.rotor {
-                if let Some(needed) = needed.get_mut(j) {
-                    *needed = *found;
-                }
-                *found = acceleration;
+            let acceleration = match (drive.rotor, drive.moves) {
+                (Rotor::Prescribed(of_rotor), _) => of_rotor,
+                (Rotor::Geared, Moves::Prescribed(of_joint)) => of_joint,
+                _ => continue,
+            };
+            if let Some(needed) = needed.get_mut(j) {
+                *needed = *found;
             }
+            *found = acceleration;
         }
         let given = (base, &joint[..], &rotor[..], &modal[..]);
         let by_joint = transmitted(&now.snapshot(self), &now.applied, given);

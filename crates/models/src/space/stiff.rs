@@ -57,14 +57,14 @@ impl SpatialFreeFlyer {
     }
 
     /// Factors of M + g D + g^2 K into `room`, which is as long as [`Self::stiff_room`] gives, and the rates into `dx`; `brake`
-    /// gives for each joint (from 0) what acts on its motor, `led` which motors have given accelerations. The base must be held.
+    /// gives for each joint (from 0) what acts on its motor, `prescribed` which motors have given accelerations. The base must be held.
     ///
     /// # Errors
     /// The row of a pivot that is not positive.
     pub fn factor_stiff(
         &self,
         at: &At<f64>,
-        led: PrescribedAccelerations<'_, f64>,
+        prescribed: PrescribedAccelerations<'_, f64>,
         (g, brake): (f64, impl Fn(usize) -> Brake),
         room: &mut [f64],
         dx: &mut [f64],
@@ -73,8 +73,8 @@ impl SpatialFreeFlyer {
         let Some((matrix, rows)) = self.rows(room) else { return Err(0) };
         let mut now = RobotInstant::new();
         now.set(self, at);
-        now.lead(self, &led);
-        self.accelerate_led(&now, at, &led, dx, &mut []);
+        now.prescribe(self, &prescribed);
+        self.accelerate_prescribed(&now, at, &prescribed, dx, &mut []);
         mass_matrix(&now.snapshot(self), matrix);
         let whole = BASE + n;
         for i in 0..n {

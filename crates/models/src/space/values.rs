@@ -240,7 +240,9 @@ fn plain(s: &RobotStructure, at: &Parameters) -> Vec<f64> {
 impl SpatialFreeFlyer {
     /// Start values of all parameters of a model that is no robot's yet.
     pub fn defaults(&self) -> Vec<f64> {
-        plain(self.structure(), &self.parameter)
+        let mut p = plain(self.structure(), &self.parameter);
+        p.extend(self.effect_defaults());
+        p
     }
 
     /// Conditions on parameters that no single bound can say.

@@ -7,6 +7,7 @@ mod end_ball;
 mod events;
 mod motor;
 mod properties;
-mod run;
+pub(crate) mod run;
 mod scaling;
 mod space;
+mod space_effects;

@@ -7,7 +7,7 @@ use trueup_numerics::driver::{
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// A moment of a run: time, states, outputs, modes; whether it is an event's, after it.
-pub(super) struct Moments {
+pub(crate) struct Moments {
     pub t: Vec<f64>,
     pub x: Vec<Vec<f64>>,
     pub y: Vec<Vec<f64>>,
@@ -17,11 +17,11 @@ pub(super) struct Moments {
 
 impl Moments {
     /// The last outputs.
-    pub(super) fn end(&self) -> &[f64] {
+    pub(crate) fn end(&self) -> &[f64] {
         self.y.last().unwrap()
     }
     /// Times at which the mode of a pair changes, and the mode from there on.
-    pub(super) fn changes(&self, pair: usize) -> Vec<(f64, i32)> {
+    pub(crate) fn changes(&self, pair: usize) -> Vec<(f64, i32)> {
         let mut all = Vec::new();
         for i in 1..self.t.len() {
             if self.modes[i][pair] != self.modes[i - 1][pair] {
@@ -31,12 +31,12 @@ impl Moments {
         all
     }
     /// Largest value of an output.
-    pub(super) fn largest(&self, output: usize) -> f64 {
+    pub(crate) fn largest(&self, output: usize) -> f64 {
         self.y.iter().map(|y| y[output]).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
-pub(super) const TIGHT: DriverOptions = DriverOptions {
+pub(crate) const TIGHT: DriverOptions = DriverOptions {
     solver: Solver::Explicit,
     tolerance: 1e-13,
     max_step: f64::INFINITY,
@@ -47,7 +47,7 @@ pub(super) const TIGHT: DriverOptions = DriverOptions {
 };
 
 /// All of a run from 0 on through `times`, with the inputs held at `u`.
-pub(super) fn run<M: Hybrid>(
+pub(crate) fn run<M: Hybrid>(
     model: &M,
     p: &[f64],
     u: &[f64],
@@ -85,13 +85,13 @@ pub(super) fn run<M: Hybrid>(
 }
 
 /// Sets elements of a vector by the names of a list.
-pub(super) fn set<K>(list: &[LayoutEntry<K>], values: &mut [f64], name: &str, new: &[f64]) {
+pub(crate) fn set<K>(list: &[LayoutEntry<K>], values: &mut [f64], name: &str, new: &[f64]) {
     let begin = place(list, name);
     values[begin..begin + new.len()].copy_from_slice(new);
 }
 
 /// Where a variable of a list begins.
-pub(super) fn place<K>(list: &[LayoutEntry<K>], name: &str) -> usize {
+pub(crate) fn place<K>(list: &[LayoutEntry<K>], name: &str) -> usize {
     let mut begin = 0;
     for e in list {
         if e.name == name {

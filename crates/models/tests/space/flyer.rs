@@ -12,6 +12,8 @@ use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{At, Hybrid};
 
+pub(crate) use balances::lost;
+
 use crate::arm_common::Random;
 
 /// A model with the places and the values of its variables.

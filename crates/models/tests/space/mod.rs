@@ -2,6 +2,7 @@
 
 mod claims;
 mod control;
+mod effects;
 mod facts;
 mod flexible_golden;
 mod flexible_lagrange;

@@ -158,15 +158,17 @@ fn articulated_and_composite_bodies_agree() {
         let mut led = c.drives.clone();
         for i in 0..n {
             if rng.random_bool(0.5) {
-                led[i].moves = Moves::Led(joint[i]);
+                led[i].moves = Moves::Prescribed(joint[i]);
             }
             if rng.random_bool(0.5) && led[i].rotor != Rotor::Geared {
-                led[i].rotor = Rotor::Led(rotor[i]);
+                led[i].rotor = Rotor::Prescribed(rotor[i]);
             }
         }
         let (base, joint, mut rotor) = c.accelerations(&led);
         for i in 0..n {
-            if let (Rotor::Led(acceleration), Rotor::Driven(torque)) = (led[i].rotor, c.drives[i].rotor) {
+            if let (Rotor::Prescribed(acceleration), Rotor::Driven(torque)) =
+                (led[i].rotor, c.drives[i].rotor)
+            {
                 // Of a prescribed rotor the torque is found: the one that drove it.
                 worst = worst.max((rotor[i] - torque).abs() / largest);
                 rotor[i] = acceleration;

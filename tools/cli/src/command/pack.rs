@@ -70,8 +70,11 @@ fn written(args: &Pack, ready: Vec<(String, Vec<u8>)>) -> Result<(), CliError> {
     Ok(())
 }
 
-fn acts(model: CatalogModel, effect: &str) -> bool {
-    catalog::in_order(model.name, &[effect.to_owned()]).is_some()
+/// The chaser of a capture is a robot in space.
+fn in_space(args: &Pack) -> bool {
+    args.structure.iter().any(|choice| {
+        choice.split_once('=').is_some_and(|(name, item)| (name.trim(), item.trim()) == ("chaser", "spatial"))
+    })
 }
 
 fn has_preset(model: CatalogModel, preset: &str) -> bool {
@@ -84,8 +87,11 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
         let effect = args
             .effect
             .iter()
-            .find(|e| !acts(m, e))
-            .map(|e| format!("effect `{e}` does not act in {}", m.name));
+            .find(|e| catalog::in_order(m.name, in_space(args), &[(*e).clone()]).is_none())
+            .map(|e| {
+                let plain = || format!("effect `{e}` does not act in {}", m.name);
+                catalog::misfit(m.name, in_space(args), e).unwrap_or_else(plain)
+            });
         effect
             .or_else(|| {
                 args.preset
@@ -96,7 +102,10 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
             .or_else(|| {
                 let robot = args.robot.as_ref().filter(|_| !catalog::of_robots(m.name));
                 let (a, b, c) = (catalog::FLYER, catalog::ARM, catalog::CONTROLLER);
-                robot.map(|r| format!("robot {} is for {a}, {b} and {c}, not for {}", r.display(), m.name))
+                let d = catalog::CAPTURE;
+                robot.map(|r| {
+                    format!("robot {} is for {a}, {b}, {c} and {d}, not for {}", r.display(), m.name)
+                })
             })
     };
     if args.model.is_empty() {
@@ -112,10 +121,14 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
         let robot = args.robot.is_some() || args.preset.is_some();
         let ground = |m: &CatalogModel| args.robot.is_some() && m.name == catalog::ARM;
         let controls = |m: &CatalogModel| robot && m.name == catalog::CONTROLLER;
-        // Its chaser is rigid, in which no effect acts.
-        let rigid = |m: &CatalogModel| !args.effect.is_empty() && m.name == catalog::CAPTURE;
-        let fits =
-            |m: &CatalogModel| misfit(*m).is_none() && !floats(m) && !ground(m) && !controls(m) && !rigid(m);
+        // Its chaser is rigid, in which no effect acts and which is no robot.
+        let described = !args.effect.is_empty() || args.robot.is_some();
+        let rigid = |m: &CatalogModel| described && m.name == catalog::CAPTURE;
+        // Which of its joints and outputs an effect finds is the robot's: one is named.
+        let unnamed = |m: &CatalogModel| !args.effect.is_empty() && m.name == catalog::FLYER;
+        let fits = |m: &CatalogModel| {
+            !(floats(m) || ground(m) || controls(m) || rigid(m) || unnamed(m)) && misfit(*m).is_none()
+        };
         let fitting: Vec<CatalogModel> = catalog::models().filter(fits).collect();
         if fitting.is_empty() {
             return Err(CliError::Usage(
@@ -143,14 +156,15 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
     if !catalog::of_robots(model.name) {
         return Ok(None);
     }
-    // The arm's preset is the default.
-    let named = args.preset.as_ref().filter(|_| model.name != catalog::ARM).map(PathBuf::from);
+    // The arm's preset is the default, a capture's has values of its own.
+    let of_robots = [catalog::FLYER, catalog::CONTROLLER].contains(&model.name);
+    let named = args.preset.as_ref().filter(|_| of_robots).map(PathBuf::from);
     let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
     let mut robot = crate::robot::read(&file, args.repair_inertia)?;
     // An arm of FlexibleArm is on the ground anyway.
     let ground = model.name == catalog::ARM;
     let floats = robot.floats.iter().filter(|_| !args.held && !ground);
-    let without = robot.without_friction.iter().filter(|_| !ground);
+    let without = robot.without_friction.iter().filter(|_| !ground && !catalog::bring_friction(&args.effect));
     robot.notes.iter().chain(floats).chain(without).for_each(|note| crate::voice::note(note));
     robot.design.held |= args.held || ground;
     if !args.flexible.is_empty() {
@@ -159,11 +173,11 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
     Ok(Some(robot))
 }
 
-/// What its joints lose, as start values of an arm on the ground: a joint at rest starts to move at its break-away torque. Dry
-/// friction acts on the motors of flexible joints; that of rigid ones is named.
-fn frictions(robot: &crate::robot::RobotFile) -> Vec<(String, f64)> {
+/// What its joints lose, as start values: a joint at rest starts to move at its break-away torque. Of an arm on the ground dry friction
+/// acts on the motors of flexible joints; that of rigid ones is named.
+fn frictions(robot: &crate::robot::RobotFile, ground: bool) -> Vec<(String, f64)> {
     let links = || robot.friction.iter().zip(&robot.design.links).enumerate();
-    let rigid = links().filter(|(_, (f, l))| f.coulomb != 0.0 && !l.motor.flexible);
+    let rigid = links().filter(|(_, (f, l))| ground && f.coulomb != 0.0 && !l.motor.flexible);
     let named: Vec<_> = rigid.map(|(_, (_, l))| l.name.as_str()).collect();
     if !named.is_empty() {
         crate::voice::note(&format!(
@@ -174,7 +188,7 @@ fn frictions(robot: &crate::robot::RobotFile) -> Vec<(String, f64)> {
     links()
         .flat_map(|(k, (f, l))| {
             let of = |name: &str| format!("{name}[{}]", k + 1);
-            let dry = if l.motor.flexible { f.coulomb } else { 0.0 };
+            let dry = if l.motor.flexible || !ground { f.coulomb } else { 0.0 };
             [(of("viscousFriction"), f.viscous), (of("coulombFriction"), dry), (of("staticFriction"), dry)]
         })
         .collect()
@@ -223,7 +237,7 @@ fn chosen_preset(model: CatalogModel, args: &Pack) -> Option<&'static ValuePrese
 fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliError> {
     let refused = |why: String| CliError::Usage(format!("{}: {why}", model.name));
     // In the order in which they act; given twice, an effect is packed once.
-    let effects = catalog::in_order(model.name, &args.effect)
+    let effects = catalog::in_order(model.name, in_space(args), &args.effect)
         .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
     let mut configuration = match robot(model, args)? {
         Some(robot) if model.name == catalog::ARM => {
@@ -231,21 +245,28 @@ fn configuration(model: CatalogModel, args: &Pack) -> Result<Configuration, CliE
             let design = fmu_library::with_links(robot.design.clone(), &chosen).map_err(refused)?;
             design.unstiffened().iter().for_each(|note| crate::voice::note(note));
             let mut own = fmu_library::of_arm(&design, &chosen).map_err(refused)?;
-            let lossy = frictions(&robot).into_iter().filter(|(_, value)| *value != 0.0);
+            let lossy = frictions(&robot, true).into_iter().filter(|(_, value)| *value != 0.0);
             let chosen = lossy.chain(robot.start);
             chosen.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
             Configuration { effects, ..own }
         }
         Some(robot) => {
-            // Nothing is: a name is refused.
-            structure(model, args).map_err(refused)?;
+            // But for a capture nothing is: a name is refused.
+            let chosen = structure(model, args).map_err(refused)?;
             robot.design.unstiffened().iter().for_each(|note| crate::voice::note(note));
             if model.name == catalog::CONTROLLER {
                 let own = fmu_library::controller_of_design(&robot.design).map_err(refused)?;
                 Configuration { effects, ..own }
             } else {
-                let mut own = fmu_library::of_design(&robot.design).map_err(refused)?;
-                let start = robot.start.into_iter();
+                let mut own = match model.name == catalog::CAPTURE {
+                    true => fmu_library::capture_of_design(&robot.design, &chosen),
+                    false => fmu_library::of_design(&robot.design),
+                }
+                .map_err(refused)?;
+                // Of a file without friction the effect's small start values stay.
+                let lossy = catalog::bring_friction(&effects).then(|| frictions(&robot, false));
+                let lossy = lossy.filter(|all| all.iter().any(|(_, value)| *value != 0.0));
+                let start = lossy.into_iter().flatten().chain(robot.start);
                 start.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
                 Configuration { effects, ..own }
             }

@@ -49,7 +49,7 @@ impl<T: ArmScalar> StepContext<'_, T> {
                 self.links.lead(c, x);
                 let t = T::constant(t + part * h);
                 self.links.accelerations(c, given);
-                self.model.rates_led(At { t, x, u: self.u, p: self.p, modes: self.modes }, given, dx);
+                self.model.rates_prescribed(At { t, x, u: self.u, p: self.p, modes: self.modes }, given, dx);
             };
         w.x.copy_from_slice(x);
         if self.links.free.is_empty() {

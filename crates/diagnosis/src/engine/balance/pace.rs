@@ -23,7 +23,7 @@ pub(super) fn fastest(model: &EngineModel, links: &Links, at: &At<'_, f64>) -> f
     let columns: Vec<(usize, usize)> = links.free.iter().copied().enumerate().collect();
     for group in columns.chunks(LANES) {
         group.iter().enumerate().for_each(|(lane, (_, s))| x[*s].eps[lane] = 1.0);
-        model.rates_led(
+        model.rates_prescribed(
             At { t: Dual::constant(at.t), x: &x, u: &u, p: &p, modes: at.modes },
             &given,
             &mut dx,

@@ -106,7 +106,7 @@ impl Hypothesis {
         for b in spec.borrows {
             let name = match p.subject.plant {
                 effect::PlantKind::Joint => b.joint_name,
-                effect::PlantKind::Arm => b.arm_name,
+                effect::PlantKind::Arm | effect::PlantKind::Space => b.arm_name,
             };
             let Some(at) = find(name) else { continue };
             let name = &*self.here(name);

@@ -1,9 +1,9 @@
 //! The variables of a capture in space: what each is, and where its values are in the vectors.
 
-use crate::contact::layout::{Closing, DAMPING};
+use crate::contact::layout::{Closing, DAMPING, contact_layout};
 use crate::contact::outcome::OUTCOME;
 use crate::layout::AllowedValues::{self, NotNegative, Positive};
-use crate::layout::{InputStart, LayoutState, Parameter, Shows, layout};
+use crate::layout::{FIXED, INITIAL, InputStart, LayoutState, Parameter, Shows, layout, state, tunable};
 
 /// What is about the target's port.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,24 +59,9 @@ impl SpatialGripperStructure {
     }
 }
 
-const FIXED: Parameter = Parameter::fixed(AllowedValues::Any);
-const INITIAL: Parameter = Parameter::initial();
-const fn tunable(allowed: AllowedValues) -> Parameter {
-    Parameter::tunable(allowed)
-}
-const fn state(rate: &'static str, nominal: f64, depends: Shows) -> LayoutState {
-    LayoutState::new(rate, nominal, depends)
-}
-
-layout! {
+contact_layout! {
     /// Where parameters of a hand and of its contact begin.
     HandParameters of Parameter, s: SpatialGripperStructure:
-    stiffness "stiffness" [], "N/m", tunable(Positive), "Of the contact, k (CON-2)";
-    damping "normalDamping" [], "N.s/m", tunable(NotNegative), "Of the contact, eta_n (CON-2)";
-    damping_law "damping" [], "", Parameter::fixed(AllowedValues::Item(&DAMPING)), "Damper of the contact (CON-3)";
-    reference "referencePenetration" [], "m", tunable(Positive), "delta_ref: depth at which the damping hunt-crossley is eta_n";
-    friction "frictionCoefficient" [], "1", tunable(NotNegative), "Of the contact; 0 in S2";
-    slip_speed "slipSpeed" [], "m/s", tunable(Positive), "Slip at which friction has 0.7 of its level: below it creeps instead of sticking";
     ball_radius "ballRadius" [s.balls], "m", Parameter::fixed(Positive), "r_i (CON-15)";
     open "ballPositionOpen" [s.balls, 3], "m", FIXED, "From the end effector, axes of the tip's body, jaws open";
     closed "ballPositionClosed" [s.balls, 3], "m", FIXED, "From the end effector, axes of the tip's body, jaws closed";

@@ -3,7 +3,6 @@
 //! The law, its modes and the jaws are those of the plane. [`solid`]: pure functions of one pair; [`scene`]: chaser, hand and target.
 
 mod body;
-mod drives;
 pub mod layout;
 mod outcome;
 mod parameters;
@@ -11,6 +10,5 @@ mod scene;
 pub mod solid;
 mod touch;
 
-pub use drives::DRIVE_EFFECTS;
 pub use layout::{SolidShape, SpatialGripperStructure};
 pub use scene::SpatialCaptureScene;

@@ -6,7 +6,6 @@
 //! one rigid body.
 
 use super::body::{BodyFrame, FloatingMass, FloatingRates, PointWrench, floating};
-use super::drives::SpaceDrives;
 use super::layout::{
     HandCommand, HandOutputs, HandParameters, HandStates, SpatialGripperStructure, TargetOutputs,
     TargetParameters, TargetStates,
@@ -14,21 +13,23 @@ use super::layout::{
 use super::touch::{HandContacts, contacts, vector};
 use super::{outcome, parameters};
 use crate::contact::MAX_BALLS;
-use crate::contact::closing::{self, CLOSED, CLOSING, JAMMED, Jaws};
+use crate::contact::closing::{self, CLOSED, CLOSING, HandModes, JAMMED, Jaws};
 use crate::contact::law::{self, FREE, touches};
 use crate::contact::layout::Closing;
 use crate::contact::outcome::{CaptureFacts, CaptureOutcome};
 use crate::contact::presets::SIM2;
-use crate::effect::EffectSet;
 use crate::space::attitude::{self, rotation};
 use crate::space::layout::{Inputs, Outputs, Parameters};
 use crate::space::vector::{add, dot, matrix, sub, times};
-use crate::space::{MAX_BODIES, MAX_THRUSTERS, MAX_TIPS, RobotStructure, SpatialFreeFlyer};
+use crate::space::{MAX_BODIES, MAX_MODES, MAX_THRUSTERS, MAX_TIPS, RobotStructure, SpatialFreeFlyer};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, EventUpdate, Hybrid, ModelSizes};
 
-/// Most inputs of a robot: joints, thrusters, wrenches on base and tips.
-const MOST_INPUTS: usize = MAX_BODIES + MAX_THRUSTERS + 6 + 6 * MAX_TIPS;
+/// Most inputs of a robot: joints, thrusters, wrenches on base and tips, references of servos.
+const MOST_INPUTS: usize = 2 * MAX_BODIES + MAX_THRUSTERS + 6 + 6 * MAX_TIPS;
+
+/// Most modes of a scene: those of a hand and of a robot's effects.
+const MOST_MODES: usize = MAX_BALLS + 3 + MAX_MODES;
 
 /// The structure of a capture in space.
 #[derive(Clone, Debug)]
@@ -45,7 +46,6 @@ pub struct SpatialCaptureScene {
     target: TargetParameters,
     target_shown: TargetOutputs,
     target_state: TargetStates,
-    drives: SpaceDrives,
     sizes: ModelSizes,
     /// Of the robot's tip wrench among its inputs, its momenta and its kinetic energy among its outputs.
     tip: [usize; 2],
@@ -62,15 +62,11 @@ struct HandInstant<T> {
 }
 
 impl SpatialCaptureScene {
-    /// With this robot, whose first tip has the hand, and the effects of those ids ([`super::DRIVE_EFFECTS`]).
+    /// With this robot, whose first tip has the hand; its effects act here.
     ///
     /// # Errors
     /// A structure that is not possible, with the remedy.
-    pub fn new<S: AsRef<str>>(
-        robot: SpatialFreeFlyer,
-        structure: SpatialGripperStructure,
-        effects: &[S],
-    ) -> Result<Self, String> {
+    pub fn new(robot: SpatialFreeFlyer, structure: SpatialGripperStructure) -> Result<Self, String> {
         let (balls, of) = (structure.balls, robot.structure());
         if balls == 0 || balls > MAX_BALLS {
             return Err(format!("a hand of {balls} balls: it has 1 to {MAX_BALLS}; give numberOfBalls"));
@@ -88,25 +84,24 @@ impl SpatialCaptureScene {
             inputs: command.count,
             parameters: hand.count,
             outputs: shown.count,
-            modes: balls + 3,
+            modes: HandModes::of(balls).count,
             indicators: 2 * balls + 3,
         };
         let (inputs, outputs, length) = (Inputs::new(of), Outputs::new(of), robot.sizes());
         let target = TargetParameters::new(&()).behind(begin.parameters + length.parameters);
         let target_shown = TargetOutputs::new(&()).behind(begin.outputs + length.outputs);
         let target_state = TargetStates::new(&()).behind(begin.states + length.states);
-        let mut sizes = ModelSizes {
+        let sizes = ModelSizes {
             states: target_state.count,
             inputs: begin.inputs + length.inputs,
             parameters: target.count,
             outputs: target_shown.count,
-            modes: begin.modes,
-            indicators: begin.indicators,
+            modes: begin.modes + length.modes,
+            indicators: begin.indicators + length.indicators,
         };
         Ok(Self {
             structure,
             begin,
-            drives: SpaceDrives::new(&robot, begin, effects, &mut sizes)?,
             sizes,
             length,
             hand,
@@ -124,10 +119,6 @@ impl SpatialCaptureScene {
     /// Its hand's structure.
     pub fn structure(&self) -> &SpatialGripperStructure {
         &self.structure
-    }
-    /// Its effects.
-    pub fn effects(&self) -> &EffectSet {
-        &self.drives.effects
     }
     /// Its robot.
     pub fn robot(&self) -> &SpatialFreeFlyer {
@@ -147,7 +138,6 @@ impl SpatialCaptureScene {
             let velocity = self.begin.parameters + Parameters::new(s).initial_base_velocity;
             p[velocity..velocity + 3].copy_from_slice(&axis);
         }
-        self.drives.defaults(&mut p);
         p
     }
     /// Whether the parameters fit each other.
@@ -218,6 +208,9 @@ impl SpatialCaptureScene {
     fn own_parameters<'a, T>(&self, p: &'a [T]) -> &'a [T] {
         &p[self.begin.parameters..][..self.length.parameters]
     }
+    fn own_modes<'a>(&self, modes: &'a [i32]) -> &'a [i32] {
+        modes.get(self.begin.modes..).unwrap_or_default()
+    }
     fn own_states<'a, T>(&self, x: &'a [T]) -> &'a [T] {
         &x[self.begin.states..][..self.length.states]
     }
@@ -230,14 +223,8 @@ impl SpatialCaptureScene {
         let s = &self.target_state;
         [s.position, s.quaternion, s.velocity, s.rate]
     }
-    fn jaws_mode(&self) -> usize {
-        self.structure.balls
-    }
-    fn outcome_mode(&self) -> usize {
-        self.structure.balls + 1
-    }
-    fn begun_mode(&self) -> usize {
-        self.structure.balls + 2
+    fn hand_modes(&self) -> HandModes {
+        HandModes::of(self.structure.balls)
     }
     fn jaws<T: Scalar>(&self, at: &At<'_, T>) -> Jaws<T> {
         match self.structure.closing {
@@ -245,7 +232,7 @@ impl SpatialCaptureScene {
             Closing::Schedule | Closing::Motor => closing::scheduled(
                 at.x[self.state.closing],
                 at.p[self.hand.closing_time],
-                at.modes[self.jaws_mode()],
+                at.modes[self.hand_modes().jaws],
             ),
         }
     }
@@ -262,7 +249,6 @@ impl SpatialCaptureScene {
     fn pushed<T: Scalar>(&self, at: &At<'_, T>, on_host: &PointWrench<T>) -> [T; MOST_INPUTS] {
         let mut u = [T::zero(); MOST_INPUTS];
         u[..self.length.inputs].copy_from_slice(&at.u[self.begin.inputs..][..self.length.inputs]);
-        self.drives.actuate(at, &mut u);
         for i in 0..3 {
             u[self.tip[0] + i] += on_host.force[i];
             u[self.tip[1] + i] += on_host.torque[i];
@@ -276,7 +262,7 @@ impl SpatialCaptureScene {
             x: self.own_states(at.x),
             u: &u[..self.length.inputs],
             p: self.own_parameters(at.p),
-            modes: &[],
+            modes: self.own_modes(at.modes),
         }
     }
     fn mass<T: Scalar>(&self, p: &[T]) -> FloatingMass<T> {
@@ -311,9 +297,9 @@ impl SpatialCaptureScene {
         CaptureFacts {
             closed: match self.structure.closing {
                 Closing::Command => now.jaws.position.value() >= 1.0,
-                Closing::Schedule | Closing::Motor => at.modes[self.jaws_mode()] == CLOSED,
+                Closing::Schedule | Closing::Motor => at.modes[self.hand_modes().jaws] == CLOSED,
             },
-            jammed: at.modes[self.jaws_mode()] == JAMMED,
+            jammed: at.modes[self.hand_modes().jaws] == JAMMED,
             caged: outcome::within(&host, port.position, &balls[..n], reach),
             speed: [self.relative_speed(now), at.x[s.first_speed].value()],
             turn: outcome::turn(&matrix(&first, 0), &outcome::relative(&host.rotation, &port.rotation)),
@@ -346,7 +332,7 @@ impl SpatialCaptureScene {
         y[to.jaw_work] = at.x[self.state.jaw_work];
         y[to.relative_energy] = self.relative_energy(at, now);
         // Before the first event there is none yet.
-        let outcome = match at.modes[self.outcome_mode()] {
+        let outcome = match at.modes[self.hand_modes().outcome] {
             0 => CaptureOutcome::Open as i32,
             known => known,
         };
@@ -380,14 +366,18 @@ impl Hybrid for SpatialCaptureScene {
         x[to.quaternion..to.quaternion + 4].copy_from_slice(&quaternion);
         x[to.velocity..to.velocity + 3].copy_from_slice(&vector(p, from.velocity));
         x[to.rate..to.rate + 3].copy_from_slice(&vector(p, from.rate));
-        self.drives.start(p, x);
     }
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
         modes.fill(0);
         let unset = [FREE; MAX_BALLS + 3];
-        let now = self.look(&At { modes: &unset[..self.begin.modes], ..at });
+        let begin = At { modes: &unset[..self.begin.modes], ..at };
+        let now = self.look(&begin);
         for i in 0..self.structure.balls {
             modes[i] = law::next_mode(FREE, &now.met.pairs[i]);
+        }
+        if self.begin.modes < modes.len() {
+            let u = self.pushed(&begin, &now.met.on_host);
+            self.robot.start_modes(self.own(&begin, &u), &mut modes[self.begin.modes..]);
         }
     }
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
@@ -396,7 +386,7 @@ impl Hybrid for SpatialCaptureScene {
         dx[..self.begin.states].fill(T::zero());
         dx[to.dissipated_energy] = now.met.loss;
         dx[to.jaw_work] = now.met.jaw_power;
-        if self.structure.closing == Closing::Schedule && at.modes[self.jaws_mode()] == CLOSING {
+        if self.structure.closing == Closing::Schedule && at.modes[self.hand_modes().jaws] == CLOSING {
             dx[to.closing] = T::one() / at.p[self.hand.closing_time];
         }
         let u = self.pushed(&at, &now.met.on_host);
@@ -412,7 +402,6 @@ impl Hybrid for SpatialCaptureScene {
         dx[to.quaternion..to.quaternion + 4].copy_from_slice(&quaternion);
         dx[to.velocity..to.velocity + 3].copy_from_slice(&velocity);
         dx[to.rate..to.rate + 3].copy_from_slice(&rate);
-        self.drives.rates(&at, dx);
     }
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let now = self.look(&at);
@@ -436,7 +425,6 @@ impl Hybrid for SpatialCaptureScene {
         y[to.quaternion..to.quaternion + 4].copy_from_slice(&q);
         let offset = now.host.inward(sub(now.port.position, now.host.position));
         y[to.port_offset..to.port_offset + 3].copy_from_slice(&offset);
-        self.drives.outputs(&at, y);
     }
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         let (now, n) = (self.look(&at), self.structure.balls);
@@ -444,18 +432,21 @@ impl Hybrid for SpatialCaptureScene {
             [z[2 * i], z[2 * i + 1]] = law::indicators(at.modes[i], &now.met.pairs[i]);
         }
         (z[2 * n], z[2 * n + 1]) = (T::one(), T::one());
-        if self.structure.closing == Closing::Schedule && at.modes[self.jaws_mode()] == CLOSING {
+        if self.structure.closing == Closing::Schedule && at.modes[self.hand_modes().jaws] == CLOSING {
             z[2 * n] = -at.x[self.state.closing] + 1.0;
             z[2 * n + 1] = at.p[self.hand.hold_force] - now.met.jaw_force;
         }
-        let same = self.outcome(&at, &now) as i32 == at.modes[self.outcome_mode()];
+        let same = self.outcome(&at, &now) as i32 == at.modes[self.hand_modes().outcome];
         z[2 * n + 2] = T::constant(if same { 1.0 } else { -1.0 });
-        self.drives.indicators(&at, z);
+        if self.begin.indicators < z.len() {
+            let u = self.pushed(&at, &now.met.on_host);
+            self.robot.indicators(self.own(&at, &u), &mut z[self.begin.indicators..]);
+        }
     }
     fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> EventUpdate {
-        let mut frozen = [0; MAX_BALLS + 3];
-        let before = &mut frozen[..self.begin.modes];
-        before.copy_from_slice(&modes[..self.begin.modes]);
+        let mut frozen = [0; MOST_MODES];
+        let before = &mut frozen[..modes.len()];
+        before.copy_from_slice(modes);
         let at = At { t, x, u, p, modes: before };
         let now = self.look(&at);
         let outcome = self.outcome(&at, &now) as i32;
@@ -469,7 +460,7 @@ impl Hybrid for SpatialCaptureScene {
         if self.touching(before).count() > 0 && self.touching(modes).count() == 0 {
             (x[s.last_contact], done.states) = (t, true);
         }
-        let jaws = &mut modes[self.jaws_mode()];
+        let jaws = &mut modes[self.hand_modes().jaws];
         if self.structure.closing == Closing::Schedule && *jaws == CLOSING {
             if x[s.closing] >= 1.0 {
                 (*jaws, x[s.closing], done) = (CLOSED, 1.0, EventUpdate { modes: true, states: true });
@@ -477,8 +468,8 @@ impl Hybrid for SpatialCaptureScene {
                 (*jaws, done.modes) = (JAMMED, true);
             }
         }
-        if before[self.begun_mode()] == 0 {
-            modes[self.begun_mode()] = 1;
+        if before[self.hand_modes().begun] == 0 {
+            modes[self.hand_modes().begun] = 1;
             x[s.first_speed] = self.relative_speed(&now);
             let first = outcome::relative(&now.host.rotation, &now.port.rotation);
             x[s.first_attitude..s.first_attitude + 9].copy_from_slice(first.as_flattened());
@@ -486,14 +477,20 @@ impl Hybrid for SpatialCaptureScene {
             done = EventUpdate { modes: true, states: true };
         }
         if done.settled() {
-            let slot = &mut modes[self.outcome_mode()];
+            let slot = &mut modes[self.hand_modes().outcome];
             done.modes = *slot != outcome;
             *slot = outcome;
         }
-        done.modes |= self.drives.update(t, x, u, p, modes);
+        if self.begin.modes < modes.len() {
+            let u = self.pushed(&At { t, x, u, p, modes: before }, &now.met.on_host);
+            let (x, modes) = (&mut x[self.begin.states..], &mut modes[self.begin.modes..]);
+            let (x, u) = (&mut x[..self.length.states], &u[..self.length.inputs]);
+            let own = self.robot.update(t, x, u, self.own_parameters(p), modes);
+            (done.modes, done.states) = (done.modes || own.modes, done.states || own.states);
+        }
         done
     }
     fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
-        self.drives.effects.next_event(p, modes)
+        self.robot.next_event(self.own_parameters(p), self.own_modes(modes))
     }
 }

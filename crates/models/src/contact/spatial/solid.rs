@@ -127,7 +127,7 @@ mod tests {
         let seed = 20261130;
         println!("seed {seed}");
         let mut r = Numbers(seed);
-        for _ in 0..40 {
+        for _ in 0..8 {
             let solids = solids(&mut r);
             let center = scale(0.6, r.vector());
             for solid in solids {

@@ -3,7 +3,7 @@
 
 use super::super::structure::RobotStructure;
 use crate::layout::AllowedValues::{Any, Item, NotNegative, Positive};
-use crate::layout::{InputStart, Items, LayoutState, Parameter, Shows, layout};
+use crate::layout::{InputStart, Items, LayoutState, Parameter, Shows, layout, tunable};
 
 /// How the base moves while the hands follow their references.
 pub static BASE_CONTROL: Items = Items {
@@ -57,10 +57,6 @@ impl BaseControl {
         let all = [Self::Free, Self::Attitude, Self::Moving, Self::Fixed, Self::Reactionless];
         all.into_iter().enumerate().find(|(k, _)| (k + 1) as f64 == number).map(|(_, item)| item)
     }
-}
-
-const fn tunable(allowed: crate::layout::AllowedValues) -> Parameter {
-    Parameter::tunable(allowed)
 }
 
 layout! {

@@ -13,7 +13,7 @@ use super::{Flyer, everything, three, worst};
 use crate::arm_common::Random;
 
 /// What the appendages of [`everything`] turn into heat, W.
-fn lost(f: &Flyer, y: &[f64]) -> f64 {
+pub(crate) fn lost(f: &Flyer, y: &[f64]) -> f64 {
     let mut all = Appendages::<f64>::new();
     everything(false, true).appendages.iter().for_each(|a| all.add_beam(0, a.shapes, &a.beam()).unwrap());
     all.dissipation(&y[f.output.modal_velocity..])

@@ -139,7 +139,7 @@ fn rows_that_are_led_move_the_rest_as_their_torques_do() {
             u[f.input.base_force..][..6].fill(f64::NAN);
         }
         let mut dx = vec![0.0; x.len()];
-        f.model.rates_led(f.now(&x, &u), led, &mut dx);
+        f.model.rates_prescribed(f.now(&x, &u), led, &mut dx);
         let size = wanted.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
         most = most.max(worst(&dx, &wanted) / size);
     }
