@@ -11,24 +11,44 @@ use trueup_numerics::hybrid::At;
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{LANES, Lanes, Plant, PlantScalar};
 
-/// Step times largest eigenvalue of an affine law: short enough that no event is stepped over.
-const AFFINE_STEP: f64 = 0.4;
-/// The same for Runge-Kutta: phase error 1e-6 per radian.
-const RUNGE_KUTTA_STEP: f64 = 0.1;
-/// Terms of the Taylor series: 0.4^14/14! is below rounding.
-const TERMS: usize = 14;
-/// Step sizes whose maps are kept, per mode; with jittered clocks there is no end of them.
-const KEPT: usize = 24;
+use crate::plan::PredictionPlan;
 
-/// A linear map as its entries that are not 0: row, column, value.
+/// Step times largest eigenvalue of an affine law: short enough that no event is stepped over.
+pub(crate) const AFFINE_STEP: f64 = 0.4;
+/// Terms of the Taylor series at most: 0.4^14/14! is below rounding.
+const TERMS: usize = 14;
+/// What is left out of the series, relative to 1.
+const ROUNDING: f64 = 1e-18;
+
+/// Terms of the Taylor series over a step of this many radians.
+pub(crate) fn terms(radians: f64) -> usize {
+    let mut term = 1.0;
+    (1..TERMS)
+        .find(|k| {
+            term *= radians / *k as f64;
+            term < ROUNDING
+        })
+        .unwrap_or(TERMS)
+}
+/// Step sizes whose maps are kept, per mode; with jittered clocks there is no end of them.
+pub(crate) const KEPT: usize = 24;
+
+/// A linear map as its entries that are not 0, row by row: row, column, value.
 #[derive(Clone, Debug, Default)]
-struct Sparse<T>(Vec<(usize, usize, T)>);
+pub(crate) struct Sparse<T>(pub(crate) Vec<(usize, usize, T)>);
 
 impl<T: Scalar> Sparse<T> {
+    fn new(mut entries: Vec<(usize, usize, T)>) -> Self {
+        entries.sort_by_key(|e| (e.0, e.1));
+        Self(entries)
+    }
+
     fn apply(&self, z: &[T], out: &mut [T]) {
         out.fill(T::zero());
-        for &(row, column, value) in &self.0 {
-            out[row] += value * z[column];
+        for row in self.0.chunk_by(|a, b| a.0 == b.0) {
+            let mut sum = T::zero();
+            row.iter().for_each(|(_, column, value)| sum += *value * z[*column]);
+            out[row[0].0] = sum;
         }
     }
 }
@@ -37,9 +57,9 @@ impl<T: Scalar> Sparse<T> {
 #[derive(Debug)]
 pub(crate) struct LinearStepLaw<T> {
     /// [dx/dt] from [x, u, 1].
-    rates: Sparse<T>,
+    pub(crate) rates: Sparse<T>,
     /// Requested outputs from [x, u, 1].
-    readout: Sparse<T>,
+    pub(crate) readout: Sparse<T>,
     /// Whether state `row` at the end of a step depends on `[x, u, 1][column]` at its start.
     reach: Vec<Vec<bool>>,
     /// x at the end of a step from [x, u, 1, du/dt], by the bits of the step size.
@@ -47,8 +67,8 @@ pub(crate) struct LinearStepLaw<T> {
     /// Longest step, s.
     pub(crate) longest: f64,
     affine: bool,
-    states: usize,
-    inputs: usize,
+    pub(crate) states: usize,
+    pub(crate) inputs: usize,
     z: Vec<T>,
     k: [Vec<T>; 8],
     followers: Vec<usize>,
@@ -134,8 +154,8 @@ impl<T: PlantScalar> FrozenPlant<'_, T> {
 }
 
 impl<T: PlantScalar> LinearStepLaw<T> {
-    /// Begins at `x`, `u`; `wanted` are the outputs to be read.
-    pub(crate) fn new(f: &FrozenPlant<T>, t: f64, x: &[T], u: &[T], wanted: &[usize]) -> Self {
+    /// Begins at `x`, `u`, for the steps and the outputs of a plan.
+    pub(crate) fn new(f: &FrozenPlant<T>, t: f64, x: &[T], u: &[T], plan: &PredictionPlan) -> Self {
         let n = f.model.sizes();
         let mut law = Self {
             rates: Sparse(Vec::new()),
@@ -152,14 +172,14 @@ impl<T: PlantScalar> LinearStepLaw<T> {
             weights: vec![Weights::PLAIN; n.states],
         };
         if law.affine {
-            law.find_matrices(f, wanted);
+            law.find_matrices(f, &plan.wanted);
         }
         let values: Vec<f64> = f.p.iter().map(|p| p.value()).collect();
         let frozen = FrozenPlant { model: f.model, p: &values, modes: f.modes };
         let (x, u): (Vec<f64>, Vec<f64>) =
             (x.iter().map(|v| v.value()).collect(), u.iter().map(|v| v.value()).collect());
         let fastest = fastest(&frozen, t, &x, &u);
-        law.longest = if law.affine { AFFINE_STEP } else { RUNGE_KUTTA_STEP } / fastest;
+        law.longest = if law.affine { AFFINE_STEP } else { plan.radians } / fastest;
         law
     }
 
@@ -172,14 +192,16 @@ impl<T: PlantScalar> LinearStepLaw<T> {
         let last = n.states + n.inputs;
         self.reach = vec![vec![false; last + 1]; n.states];
         (0..n.states).for_each(|i| self.reach[i][i] = true);
+        let mut rows = [Vec::new(), Vec::new()];
         for (column, ((rates, outputs), (dx, y))) in pattern.iter().zip(values).enumerate() {
             let kept = |pattern: &[f64], v: Vec<T>| {
                 let entries = v.into_iter().enumerate().map(move |(row, v)| (row, column, v));
                 entries.zip(pattern.to_vec()).filter(|(_, p)| *p != 0.0).map(|(entry, _)| entry)
             };
-            self.rates.0.extend(kept(rates, dx));
-            self.readout.0.extend(kept(outputs, y));
+            rows[0].extend(kept(rates, dx));
+            rows[1].extend(kept(outputs, y));
         }
+        [self.rates, self.readout] = rows.map(Sparse::new);
         for _ in 0..=n.states {
             for &(row, k, _) in &self.rates.0 {
                 for column in 0..=last {
@@ -237,19 +259,8 @@ impl<T: PlantScalar> LinearStepLaw<T> {
         }
         let (n, m) = (self.states, self.inputs);
         if !self.maps.contains_key(&h.to_bits()) {
-            let mut entries = Vec::new();
-            for column in 0..n + 2 * m + 1 {
-                let mut z = vec![T::zero(); n + 2 * m + 1];
-                z[column] = T::one();
-                let (x, u, one, du) = (&z[..n], &z[n..n + m], z[n + m], &z[n + m + 1..]);
-                let mut end = x.to_vec();
-                self.taylor(&mut end, u, one, du, h);
-                // A slope reaches what its input reaches.
-                let source = if column > n + m { column - m - 1 } else { column };
-                let kept = end.into_iter().enumerate().filter(|(row, _)| self.reach[*row][source]);
-                entries.extend(kept.map(|(row, v)| (row, column, v)));
-            }
-            self.maps.insert(h.to_bits(), Sparse(entries));
+            let map = self.map(n + 2 * m + 1, h);
+            self.maps.insert(h.to_bits(), map);
         }
         self.z[..n].copy_from_slice(x);
         self.z[n..n + m].copy_from_slice(u);
@@ -258,6 +269,24 @@ impl<T: PlantScalar> LinearStepLaw<T> {
         if let Some(map) = self.maps.get(&h.to_bits()) {
             map.apply(&self.z, x);
         }
+    }
+
+    /// x at the end of a step of an affine law from these `columns`: [x, u, 1, du/dt].
+    pub(crate) fn map(&mut self, columns: usize, h: f64) -> Sparse<T> {
+        let (n, m) = (self.states, self.inputs);
+        let mut entries = Vec::new();
+        for column in 0..columns {
+            let mut z = vec![T::zero(); columns];
+            z[column] = T::one();
+            let (x, u, one, du) = (&z[..n], &z[n..n + m], z[n + m], &z[n + m + 1..]);
+            let mut end = x.to_vec();
+            self.taylor(&mut end, u, one, du, h);
+            // A slope reaches what its input reaches.
+            let source = if column > n + m { column - m - 1 } else { column };
+            let kept = end.into_iter().enumerate().filter(|(row, _)| self.reach[*row][source]);
+            entries.extend(kept.map(|(row, v)| (row, column, v)));
+        }
+        Sparse::new(entries)
     }
 
     /// A step of any size up to [`LinearStepLaw::longest`].
@@ -273,7 +302,7 @@ impl<T: PlantScalar> LinearStepLaw<T> {
         z[n..n + m].copy_from_slice(u);
         z[n + m] = one;
         let mut factor = 1.0;
-        for k in 1..=TERMS {
+        for k in 1..=terms(AFFINE_STEP * h / self.longest) {
             self.rates.apply(z, d);
             factor *= h / k as f64;
             x.iter_mut().zip(d.iter()).for_each(|(x, d)| *x += *d * factor);

@@ -1,6 +1,7 @@
 //! Parameters from recordings, with uncertainty.
 
 pub mod carried;
+mod constant_law;
 pub mod covariance;
 pub mod draft;
 pub mod estimate;

@@ -9,6 +9,9 @@ use crate::sensors::InputMap;
 /// Steps between two nodes after which a simulation gives up.
 const MOST_STEPS: f64 = 5000.0;
 
+/// Step of Runge-Kutta times largest eigenvalue: phase error 1e-6 per radian.
+const RUNGE_KUTTA_STEP: f64 = 0.1;
+
 /// An instant at which something happens.
 #[derive(Clone, Debug)]
 pub(crate) struct PlanNode {
@@ -36,6 +39,8 @@ pub struct PredictionPlan {
     pub(crate) name: String,
     /// Most steps between two nodes.
     pub(crate) most_steps: f64,
+    /// Longest step of what is integrated by Runge-Kutta, in radians (or e-folds) of the fastest mode.
+    pub(crate) radians: f64,
 }
 
 /// Times are rounded to this, s, such that an even clock has few step sizes.
@@ -94,7 +99,17 @@ impl PredictionPlan {
             begin.push(begin[begin.len() - 1] + channel.t.len());
         }
         let wanted = run.channels.iter().map(|c| c.output).collect();
-        Self { nodes, u, du, inputs, wanted, begin, name: run.name.clone(), most_steps: MOST_STEPS }
+        Self {
+            nodes,
+            u,
+            du,
+            inputs,
+            wanted,
+            begin,
+            name: run.name.clone(),
+            most_steps: MOST_STEPS,
+            radians: RUNGE_KUTTA_STEP,
+        }
     }
     /// Name of the recording.
     pub fn name(&self) -> &str {
@@ -136,6 +151,12 @@ impl PredictionPlan {
     /// Gives up on a model that needs more steps than this between two nodes.
     pub fn within(mut self, most_steps: f64) -> Self {
         self.most_steps = most_steps;
+        self
+    }
+    /// Integrates models that are not affine in steps of so many radians (or e-folds) of their fastest mode at most, instead of
+    /// 0.1: an oscillation is behind by the fourth power of that over 120 in each radian.
+    pub fn stepping(mut self, radians: f64) -> Self {
+        self.radians = radians;
         self
     }
     /// How many readings are predicted.

@@ -10,11 +10,15 @@
 //! s+ = dR (s- + f- dt*) - f+ dt*. Where the inputs jump, the instant does not move and dt* = 0. An event that is only
 //! grazed (dz/dt = 0) has no derivative; there the jump is left out.
 
+mod events;
+
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::At;
-use trueup_numerics::{Dual, Scalar, ShortNumber};
-use trueup_plant::{Lanes, Plant, PlantScalar};
+use trueup_numerics::{Scalar, ShortNumber};
+use trueup_plant::{Plant, PlantScalar};
 
+pub use crate::constant_law::KeptLaws;
+use crate::constant_law::{ConstantLaw, ModelLaws, StepStates, constant_laws};
 use crate::law::{FrozenPlant, LinearStepLaw};
 pub use crate::plan::PredictionPlan;
 use crate::plan::{PlanNode, TICK};
@@ -101,10 +105,29 @@ pub struct Prediction<T> {
     pub modes: Vec<i32>,
 }
 
-/// The laws met so far, by their modes.
+/// The laws met so far, by their modes; `constant`: those of a run of which only the start has derivatives.
 struct Laws<T> {
     known: Vec<(Vec<i32>, LinearStepLaw<T>, LinearStepLaw<f64>)>,
+    constant: Option<ModelLaws>,
     current: usize,
+    states: StepStates<T>,
+    values: StepStates<f64>,
+}
+
+impl<T> Laws<T> {
+    /// The present one, where its matrices are constant.
+    fn constant(&mut self) -> Option<&mut ConstantLaw> {
+        self.constant.as_mut().map(|own| &mut own.known[self.current].1)
+    }
+    fn modes(&self, at: usize) -> Option<&[i32]> {
+        match &self.constant {
+            Some(own) => own.known.get(at).map(|known| &known.0[..]),
+            None => self.known.get(at).map(|known| &known.0[..]),
+        }
+    }
+    fn count(&self) -> usize {
+        self.constant.as_ref().map_or(self.known.len(), |own| own.known.len())
+    }
 }
 
 struct Simulation<'a, T> {
@@ -115,6 +138,9 @@ struct Simulation<'a, T> {
     x: Vec<T>,
     modes: Vec<i32>,
     laws: Laws<T>,
+    /// States before a step, slopes of the inputs from a node on.
+    before: Vec<T>,
+    slope: Vec<f64>,
     z: [Vec<f64>; 2],
     buffers: [Vec<f64>; 4],
 }
@@ -131,7 +157,22 @@ pub fn predict<T: PlantScalar>(
     map: &InputMap<T>,
     at_rest: bool,
 ) -> Result<Prediction<T>, PredictError> {
-    follow(model, plan, p, map, at_rest, &mut |_| ())
+    predict_again(model, plan, p, map, at_rest, &KeptLaws::default())
+}
+
+/// [`predict`], one of several of the same model: laws that are constant are kept for the next one.
+///
+/// # Errors
+/// See [`PredictError`].
+pub fn predict_again<T: PlantScalar>(
+    model: &dyn Plant,
+    plan: &PredictionPlan,
+    p: &[T],
+    map: &InputMap<T>,
+    at_rest: bool,
+    kept: &KeptLaws,
+) -> Result<Prediction<T>, PredictError> {
+    run((model, Some(kept)), plan, p, map, at_rest, &mut |_| ())
 }
 
 /// [`predict`] with an observer.
@@ -140,6 +181,17 @@ pub fn predict<T: PlantScalar>(
 /// See [`PredictError`].
 pub fn follow<T: PlantScalar>(
     model: &dyn Plant,
+    plan: &PredictionPlan,
+    p: &[T],
+    map: &InputMap<T>,
+    at_rest: bool,
+    each: &mut dyn FnMut(SimulationMoment<T>),
+) -> Result<Prediction<T>, PredictError> {
+    run((model, None), plan, p, map, at_rest, each)
+}
+
+fn run<T: PlantScalar>(
+    (model, kept): (&dyn Plant, Option<&KeptLaws>),
     plan: &PredictionPlan,
     p: &[T],
     map: &InputMap<T>,
@@ -164,7 +216,15 @@ pub fn follow<T: PlantScalar>(
         values,
         x,
         modes: vec![0; n.modes],
-        laws: Laws { known: Vec::new(), current: usize::MAX },
+        laws: Laws {
+            known: Vec::new(),
+            constant: kept.and_then(|kept| constant_laws(model, &p, map, &plan.wanted, kept)),
+            current: usize::MAX,
+            states: StepStates::default(),
+            values: StepStates::default(),
+        },
+        before: Vec::with_capacity(n.states),
+        slope: vec![0.0; n.inputs],
         z: [vec![0.0; n.indicators], vec![0.0; n.indicators]],
         buffers: [vec![0.0; n.states], vec![0.0; n.states], vec![0.0; n.inputs], vec![0.0; n.inputs]],
     };
@@ -174,32 +234,16 @@ pub fn follow<T: PlantScalar>(
     let mut first = vec![0; n.modes];
     model.start_modes(At { t: begin, x: &x0, u: &u0, p: &s.values, modes: &none }, &mut first);
     s.modes = first;
-    s.update(begin, &u)?;
     let mut out = Prediction {
         y: vec![T::zero(); plan.len()],
         events: Vec::new(),
         modes: vec![0; plan.len() * n.modes],
     };
-    let mut y = vec![T::zero(); plan.wanted.len()];
-    for (i, node) in plan.nodes.iter().enumerate() {
-        fill(i, &mut u, &mut du);
-        if node.jump && s.update(node.t, &u)? {
-            out.events.push((node.t, s.modes.clone()));
-        }
-        s.enter(node.t, &u);
-        each(SimulationMoment::Begin { t: node.t, x: &mut s.x, u: &mut u });
-        if !node.readings.is_empty() {
-            s.read(node.t, &u, &mut y);
-            for &(channel, k) in &node.readings {
-                let at = plan.begin[channel] + k;
-                out.y[at] = y[channel];
-                each(SimulationMoment::Reading { channel, sample: k, y: y[channel] });
-                out.modes[at * n.modes..][..n.modes].copy_from_slice(&s.modes);
-            }
-        }
-        s.advance(node, &mut u, &du, &mut out.events)?;
+    let ended = s.through(begin, map, [&mut u, &mut du], each, &mut out);
+    if let Some((kept, laws)) = kept.zip(s.laws.constant.take()) {
+        kept.give_back(laws);
     }
-    Ok(out)
+    ended.map(|()| out)
 }
 
 fn plain<T: Scalar>(v: &[T]) -> Vec<f64> {
@@ -207,22 +251,74 @@ fn plain<T: Scalar>(v: &[T]) -> Vec<f64> {
 }
 
 impl<T: PlantScalar> Simulation<'_, T> {
+    /// From node to node.
+    fn through(
+        &mut self,
+        begin: f64,
+        map: &InputMap<T>,
+        [u, du]: [&mut [T]; 2],
+        each: &mut dyn FnMut(SimulationMoment<T>),
+        out: &mut Prediction<T>,
+    ) -> Result<(), PredictError> {
+        let (plan, modes) = (self.plan, self.modes.len());
+        self.update(begin, u)?;
+        let mut y = vec![T::zero(); plan.wanted.len()];
+        for (i, node) in plan.nodes.iter().enumerate() {
+            plan.inputs_at(i, map, u, du);
+            self.slope.iter_mut().zip(&*du).for_each(|(own, du)| *own = du.value());
+            if node.jump && self.update(node.t, u)? {
+                out.events.push((node.t, self.modes.clone()));
+            }
+            self.enter(node.t, u);
+            each(SimulationMoment::Begin { t: node.t, x: &mut self.x, u: &mut *u });
+            if !node.readings.is_empty() {
+                self.read(node.t, u, &mut y);
+                for &(channel, k) in &node.readings {
+                    let at = plan.begin[channel] + k;
+                    out.y[at] = y[channel];
+                    each(SimulationMoment::Reading { channel, sample: k, y: y[channel] });
+                    out.modes[at * modes..][..modes].copy_from_slice(&self.modes);
+                }
+            }
+            self.advance(node, u, du, &mut out.events)?;
+        }
+        Ok(())
+    }
+
     /// Finds the law of the present modes.
     fn enter(&mut self, t: f64, u: &[T]) {
         let laws = &mut self.laws;
-        if laws.known.get(laws.current).is_some_and(|(modes, ..)| *modes == self.modes) {
+        if laws.modes(laws.current).is_some_and(|modes| *modes == self.modes) {
             return;
         }
-        laws.current = laws.known.iter().position(|(modes, ..)| *modes == self.modes).unwrap_or_else(|| {
-            let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
-            let law = LinearStepLaw::new(&f, t, &self.x, u, &self.plan.wanted);
-            let values = law.values();
-            laws.known.push((self.modes.clone(), law, values));
-            laws.known.len() - 1
+        let known = (0..laws.count()).find(|at| laws.modes(*at).is_some_and(|modes| *modes == self.modes));
+        laws.current = known.unwrap_or_else(|| {
+            if let Some(own) = &mut laws.constant {
+                let f = FrozenPlant { model: self.model, p: &self.values, modes: &self.modes };
+                let law = LinearStepLaw::new(&f, t, &plain(&self.x), &plain(u), self.plan);
+                own.known.push((self.modes.clone(), ConstantLaw::new(law, self.plan.wanted.len())));
+            } else {
+                let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
+                let law = LinearStepLaw::new(&f, t, &self.x, u, self.plan);
+                let values = law.values();
+                laws.known.push((self.modes.clone(), law, values));
+            }
+            laws.count() - 1
         });
     }
 
+    /// Longest step of the present law, s.
+    fn longest(&mut self) -> f64 {
+        match self.laws.constant() {
+            Some(law) => law.longest,
+            None => self.laws.known[self.laws.current].1.longest,
+        }
+    }
+
     fn read(&mut self, t: f64, u: &[T], y: &mut [T]) {
+        if let Some(law) = self.laws.constant() {
+            return law.read(&self.x, u.iter().map(|u| u.value()), y);
+        }
         let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
         let law = &mut self.laws.known[self.laws.current].1;
         law.read(&f, t, &self.x, u, &self.plan.wanted, y);
@@ -277,8 +373,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
         }
         let [mut x0, mut x1, mut u0, mut u1] = core::mem::take(&mut self.buffers);
         let (mut t, mut left, mut met) = (node.t, node.h, 0);
-        let longest = self.laws.known[self.laws.current].1.longest;
-        let mut h = even(node.h, longest);
+        let mut h = even(node.h, self.longest());
         while left > 0.0 {
             if h < node.h / self.plan.most_steps && h < left {
                 return Err(PredictError::Stiff { run: self.plan.name.clone(), t, step: h });
@@ -295,9 +390,14 @@ impl<T: PlantScalar> Simulation<'_, T> {
                 (*a, *b) = (u[i].value(), (u[i] + du[i] * h).value());
             }
             self.indicators(0, t, &x0, &u0);
-            let before = self.x.clone();
-            let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
-            self.laws.known[self.laws.current].1.step(&f, t, &mut self.x, u, du, h);
+            self.before.clone_from(&self.x);
+            if let Some(own) = &mut self.laws.constant {
+                let law = &mut own.known[self.laws.current].1;
+                law.step(&mut self.x, [&u0, &self.slope], h, &mut self.laws.states);
+            } else {
+                let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
+                self.laws.known[self.laws.current].1.step(&f, t, &mut self.x, u, du, h);
+            }
             x1.iter_mut().zip(&self.x).for_each(|(a, b)| *a = b.value());
             if let Some(state) = x1.iter().position(|v| !v.is_finite()) {
                 return Err(PredictError::NotFinite { run: self.plan.name.clone(), t, state });
@@ -313,7 +413,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
                         events.push((t, self.modes.clone()));
                         self.enter(t, u);
                     }
-                    h = even(left, self.laws.known[self.laws.current].1.longest);
+                    h = even(left, self.longest());
                 }
                 if met > MOST_EVENTS {
                     return Err(PredictError::Chatter { run: self.plan.name.clone(), t });
@@ -324,117 +424,25 @@ impl<T: PlantScalar> Simulation<'_, T> {
             if met > MOST_EVENTS {
                 return Err(PredictError::Chatter { run: self.plan.name.clone(), t });
             }
-            let slope = plain(du);
-            let (tau, which) = self.locate(&crossed, t, &x0, &u0, &slope, h);
-            self.x = before;
-            let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
-            self.laws.known[self.laws.current].1.step_once(&f, t, &mut self.x, u, du, tau);
+            let (tau, which) = self.locate(&crossed, t, &x0, &u0, h);
+            std::mem::swap(&mut self.x, &mut self.before);
+            if let Some(own) = &mut self.laws.constant {
+                let law = &mut own.known[self.laws.current].1;
+                law.step_once(&mut self.x, [&u0, &self.slope], tau, &mut self.laws.states);
+            } else {
+                let f = FrozenPlant { model: self.model, p: self.p, modes: &self.modes };
+                self.laws.known[self.laws.current].1.step_once(&f, t, &mut self.x, u, du, tau);
+            }
             (t, left) = (t + tau, left - tau);
             u.iter_mut().zip(du).for_each(|(u, du)| *u += *du * tau);
-            if self.jump(t, which, u, &slope)? {
+            if self.jump(t, which, u)? {
                 events.push((t, self.modes.clone()));
                 self.enter(t, u);
             }
-            let longest = self.laws.known[self.laws.current].1.longest;
-            h = even(left, longest);
+            h = even(left, self.longest());
         }
         self.buffers = [x0, x1, u0, u1];
         Ok(())
-    }
-
-    /// The earliest of the crossings within (0, h]: the time at which it has just happened, and which it is.
-    fn locate(
-        &mut self,
-        crossed: &[usize],
-        t: f64,
-        x0: &[f64],
-        u0: &[f64],
-        du: &[f64],
-        h: f64,
-    ) -> (f64, usize) {
-        let f = FrozenPlant { model: self.model, p: &self.values, modes: &self.modes };
-        let law = &mut self.laws.known[self.laws.current].2;
-        let (mut x, mut u) = (x0.to_vec(), u0.to_vec());
-        let mut z = self.z[0].clone();
-        let mut at = |tau: f64, i: usize| {
-            x.copy_from_slice(x0);
-            law.step_once(&f, t, &mut x, u0, du, tau);
-            u.iter_mut().zip(u0.iter().zip(du)).for_each(|(u, (u0, du))| *u = u0 + du * tau);
-            let at = At { t: t + tau, x: &x, u: &u, p: f.p, modes: f.modes };
-            f.model.indicators(at, &mut z);
-            z[i]
-        };
-        let mut earliest = (h, crossed[0]);
-        for &i in crossed {
-            // Illinois: false position that halves the end that stays.
-            let before = self.z[0][i] > 0.0;
-            let (mut a, mut b, mut za, mut zb) = (0.0, earliest.0, self.z[0][i], at(earliest.0, i));
-            if (zb > 0.0) == before {
-                continue;
-            }
-            let mut stayed = 0;
-            for _ in 0..100 {
-                if b - a <= 4.0 * f64::EPSILON * (t.abs() + h) {
-                    break;
-                }
-                let middle = b - zb * (b - a) / (zb - za);
-                let tau = if middle > a && middle < b { middle } else { 0.5 * (a + b) };
-                let tau = if !(-3..=3).contains(&stayed) { 0.5 * (a + b) } else { tau };
-                let zt = at(tau, i);
-                if (zt > 0.0) == before {
-                    (a, za) = (tau, zt);
-                    stayed = if stayed > 0 { stayed + 1 } else { 1 };
-                    zb *= if stayed > 1 { 0.5 } else { 1.0 };
-                } else {
-                    (b, zb) = (tau, zt);
-                    stayed = if stayed < 0 { stayed - 1 } else { -1 };
-                    za *= if stayed < -1 { 0.5 } else { 1.0 };
-                }
-            }
-            earliest = (b, i);
-        }
-        earliest
-    }
-
-    /// Event iteration with the jump of the sensitivities; did anything change?
-    fn jump(&mut self, t: f64, which: usize, u: &[T], du: &[f64]) -> Result<bool, PredictError> {
-        let n = self.model.sizes();
-        let modes = self.modes.clone();
-        let (mut z, mut old) = (vec![T::zero(); n.indicators], vec![T::zero(); n.states]);
-        let at = At { t: T::constant(t), x: &self.x, u, p: self.p, modes: &modes };
-        T::indicators(self.model, at, &mut z);
-        T::rates(self.model, at, &[], &mut old);
-        let along = self.indicator_rate(t, which, &plain(&self.x), &plain(u), &plain(&old), du);
-        // Value 0, derivative that of the event's time.
-        let shift = if along != 0.0 && along.is_finite() {
-            (z[which] - T::constant(z[which].value())) * (-1.0 / along)
-        } else {
-            T::zero()
-        };
-        self.x.iter_mut().zip(&old).for_each(|(x, f)| *x += *f * shift);
-        let changed = self.update(t, u)?;
-        let mut new = vec![T::zero(); n.states];
-        let at = At { t: T::constant(t), x: &self.x, u, p: self.p, modes: &self.modes };
-        T::rates(self.model, at, &[], &mut new);
-        self.x.iter_mut().zip(&new).for_each(|(x, f)| *x += *f * -shift);
-        Ok(changed)
-    }
-
-    /// dz/dt of an indicator along the motion.
-    fn indicator_rate(&self, t: f64, which: usize, x: &[f64], u: &[f64], dx: &[f64], du: &[f64]) -> f64 {
-        let moving = |v: f64, d: f64| -> Lanes {
-            let mut moving = Dual::constant(v);
-            moving.eps[0] = d;
-            moving
-        };
-        let along =
-            |v: &[f64], d: &[f64]| -> Vec<Lanes> { v.iter().zip(d).map(|(v, d)| moving(*v, *d)).collect() };
-        let p: Vec<Lanes> = self.values.iter().map(|v| Dual::constant(*v)).collect();
-        let mut z = vec![Lanes::default(); self.z[0].len()];
-        let (x, u) = (along(x, dx), along(u, du));
-        let at = At { t: moving(t, 1.0), x: &x, u: &u, p: &p, modes: &self.modes };
-        self.model.indicators_lanes(at, &mut z);
-        z[which].eps[0]
     }
 }
 

@@ -4,7 +4,7 @@ use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
 use super::claim::{augmented, candidates, effects, elsewhere, indistinguishable, parameters};
-use super::estimate::{ReportedEstimate, SetEstimate};
+use super::estimate::{ReportedEstimate, SetEstimate, leaves_noise};
 use super::ground::ComparisonBasis;
 use super::held_out::{closed_alone, held_out};
 use super::place::{locate_gap, look};
@@ -77,29 +77,36 @@ pub(super) fn conclude(
     // Of a set that was found by evidence its own values come first, unless gains, offsets or delays are estimated: the interval about
     // them would be that of the equation error there. Behind a servo no torque is measured: priors of sizes would decide the scale of all.
     let servo = case.subject.servo(0).is_some();
+    let scaled = |own: &FittedSet| servo || own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
+    let is_own = |own: &FittedSet, of: &FittedSet| same(&own.stated.set, &of.stated.set) && !scaled(own);
     let reported = |prescribed: &FittedSet, free: &[&FreeRunFit]| {
-        let scaled =
-            |own: &FittedSet| servo || own.stated.unknowns.iter().any(|u| u.target.is_of_case_sensor());
-        let alike = |own: &&FittedSet| same(&own.stated.set, &prescribed.stated.set);
-        let own = by_evidence.as_ref().filter(|own| alike(own) && !scaled(own));
+        let own = by_evidence.as_ref().filter(|own| is_own(own, prescribed));
         let prescribed: Vec<&FittedSet> = own.into_iter().chain([prescribed]).collect();
         ReportedEstimate::of(search, window, &prescribed, free)
     };
     let mut claim: Option<(ReportedEstimate, SimulatedRuns)> = None;
     if matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
+        // Where the values that were found leave no more than noise over windows, no free run is fitted: it can do no better.
+        let enough = window.zip(by_evidence.as_ref().filter(|own| is_own(own, &found.best)));
+        let enough = enough.is_some_and(|(seconds, own)| leaves_noise(search, seconds, own, options.seed));
         let attempt = || -> Result<Result<(ReportedEstimate, SimulatedRuns), String>, PredictError> {
-            let polished = search.polish(&found.best, LAST);
-            let free = search.replay(&polished.complete, runs)?;
-            let Some(own) = reported(&found.best, &[&polished]) else { return Ok(Err(NO_FIT.into())) };
+            let polished = (!enough).then(|| search.polish(&found.best, LAST));
+            let Some(own) = reported(&found.best, &polished.iter().collect::<Vec<_>>()) else {
+                return Ok(Err(NO_FIT.into()));
+            };
             // A claim by evidence has no need of a free run through stick and slip.
-            let refused = match window {
-                Some(seconds) => refusal::in_windows(&ground, seconds, &tuned.complete, &own),
-                None => refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free),
+            let refused = match (window, &polished) {
+                (Some(seconds), _) => refusal::in_windows(&ground, seconds, &tuned.complete, &own),
+                (None, Some(polished)) => {
+                    let free = search.replay(&polished.complete, runs)?;
+                    refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free)
+                }
+                (None, None) => None,
             };
             if let Some(why) = refused {
                 return Ok(Err(why));
             }
-            let shown = if own.free == Some(0) { free } else { search.replay(&own.complete, runs)? };
+            let shown = search.replay(&own.complete, runs)?;
             search.fitted_replay(&own.complete, runs)?;
             let complete = own.complete.clone();
             Ok(Ok((own, SimulatedRuns { complete, shown })))

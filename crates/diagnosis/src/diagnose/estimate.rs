@@ -157,6 +157,25 @@ pub(super) fn predicts_as_well(one: Option<&[Window]>, other: Option<&[Window]>)
     mean <= (SURE * (variance / n).sqrt()).max(ALIKE.ln())
 }
 
+/// Whether a set leaves over windows of the recordings for fitting no more than noise of sensors and inputs does: [`ALIKE`] times that
+/// power at most, as the mean of logarithms. Nothing predicts them better.
+pub(super) fn leaves_noise(search: &CaseSearch<'_>, seconds: f64, set: &FittedSet, seed: u64) -> bool {
+    let (model, train) = (set.complete(), &search.case.train);
+    let Ok(windows) = search.in_windows(&model, train, seconds, None) else { return false };
+    let over = |floors: &dyn Fn(usize, usize) -> f64| {
+        let of = |w: &Window| {
+            let all = w.missed_by_channel().map(|(c, missed)| (missed / floors(w.of, c).powi(2)).ln());
+            all.collect::<Vec<_>>()
+        };
+        let all: Vec<f64> = windows.iter().flat_map(of).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
+    };
+    let alike = |floors: &dyn Fn(usize, usize) -> f64| over(floors) <= ALIKE.ln();
+    // That of inputs takes runs of its own.
+    alike(&|run, channel| train[run].run.channels[channel].sigma)
+        || search.window_floors(&model, &windows, seed).is_ok_and(|floors| alike(&|run, c| floors[run][c]))
+}
+
 impl SetEstimate {
     pub(super) fn new(reported: &FittedSet, other: Option<&FittedSet>) -> Self {
         Self { reported: One::new(reported), other: other.map(One::new) }

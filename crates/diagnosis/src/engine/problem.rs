@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use trueup_identification::lsq::{LeastSquares, ResidualEvaluation};
 use trueup_identification::parallel;
-use trueup_identification::predict::{PredictError, PredictionPlan, predict};
+use trueup_identification::predict::{KeptLaws, PredictError, PredictionPlan, predict, predict_again};
 use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation};
 use trueup_identification::sensors::SensorSet;
 use trueup_models::arm::ArmScalar;
@@ -13,12 +13,12 @@ use trueup_signals::PriorGuess;
 
 use super::balance::{GriddedRecording, Links};
 pub use super::compared::Compared;
-use super::compared::MOST_STEPS;
+use super::compared::plan_of;
 use super::subject::EngineModel;
 pub use super::unknown::{BalanceTarget, BalanceUnknown};
 
 /// Columns of a Jacobian with the unknown that each belongs to.
-type BalanceColumns = Vec<(usize, Vec<f64>)>;
+pub(super) type BalanceColumns = Vec<(usize, Vec<f64>)>;
 
 /// The joint prior of several unknowns: `rows` times their distance from `at` has deviation 1.
 #[derive(Clone, Debug)]
@@ -52,6 +52,8 @@ pub struct BalanceProblem<'a> {
     pub belief: Option<&'a Belief>,
     /// Orders of a shaft: which unknown (its logarithm is searched), and the angle that the shaft turns through (rad).
     pub orders: Vec<(usize, f64)>,
+    /// Laws of the model, where several problems differ in where it begins.
+    pub laws: Option<&'a KeptLaws>,
 }
 
 impl<'a> BalanceProblem<'a> {
@@ -67,6 +69,7 @@ impl<'a> BalanceProblem<'a> {
             orders: Vec::new(),
             allowed: Vec::new(),
             belief: None,
+            laws: None,
         }
     }
 }
@@ -175,7 +178,7 @@ impl BalanceProblem<'_> {
                 _ => {}
             }
         }
-        let plan = PredictionPlan::new(&shifted, self.model.sizes().inputs).within(MOST_STEPS);
+        let plan = plan_of(&shifted, self.model.sizes().inputs);
         Some((shifted, plan))
     }
 
@@ -194,9 +197,14 @@ impl BalanceProblem<'_> {
     /// # Errors
     /// See [`PredictError`].
     pub fn shown(&self, run: usize, theta: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
-        let mut errors = self.errors(run, theta)?.into_iter();
+        Ok(self.with_errors(run, self.errors(run, theta)?))
+    }
+
+    /// Readings of a recording with these errors, channel by channel.
+    pub(super) fn with_errors(&self, run: usize, errors: Vec<f64>) -> Vec<Vec<f64>> {
+        let mut errors = errors.into_iter();
         let channels = self.runs[run].run.channels.iter();
-        Ok(channels.map(|c| c.y.iter().zip(errors.by_ref()).map(|(y, e)| e + y).collect()).collect())
+        channels.map(|c| c.y.iter().zip(errors.by_ref()).map(|(y, e)| e + y).collect()).collect()
     }
 
     fn differences<T: ArmScalar>(
@@ -208,7 +216,11 @@ impl BalanceProblem<'_> {
     ) -> Result<Vec<T>, PredictError> {
         let (data, plan) = shifted.map_or((&self.runs[run].run, &self.runs[run].plan), |(r, p)| (r, p));
         let map = sensors.inputs_of();
-        let mut found = predict(self.model.plant(), plan, p, &map, data.at_rest)?;
+        let plant = self.model.plant();
+        let mut found = match self.laws {
+            Some(laws) => predict_again(plant, plan, p, &map, data.at_rest, laws)?,
+            None => predict(plant, plan, p, &map, data.at_rest)?,
+        };
         for (c, channel) in data.channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
             for (y, measured) in found.y[range].iter_mut().zip(&channel.y) {
@@ -218,17 +230,20 @@ impl BalanceProblem<'_> {
         Ok(found.y)
     }
 
-    /// Residuals of a recording in units of what a perfect model leaves.
+    /// Residuals of a recording in units of what a perfect model leaves; of a free run, where not `weighted`, in those of the readings.
     fn look<T: ArmScalar>(
         &self,
         run: usize,
         theta: &[f64],
         p: &[T],
         sensors: &SensorSet<T>,
+        weighted: bool,
     ) -> Result<Vec<T>, PredictError> {
         let Some((prescribed, links)) = self.prescribed.get(run) else {
             let mut found = self.differences(run, p, sensors, self.shifted(run, theta).as_ref())?;
-            found.iter_mut().zip(self.weights(run)).for_each(|(v, w)| *v = *v * w);
+            if weighted {
+                found.iter_mut().zip(self.weights(run)).for_each(|(v, w)| *v = *v * w);
+            }
             return Ok(found);
         };
         let moves: Vec<(BalanceTarget, f64)> = (self.acting(run).into_iter())
@@ -272,7 +287,7 @@ impl BalanceProblem<'_> {
     }
 
     /// 1 over the deviation of each reading.
-    fn weights(&self, run: usize) -> Vec<f64> {
+    pub(super) fn weights(&self, run: usize) -> Vec<f64> {
         let channels = self.runs[run].run.channels.iter();
         let own = self.allowed.get(run);
         let allowed = |output: usize| own.and_then(|a| a.get(output)).copied().unwrap_or(0.0);
@@ -286,6 +301,7 @@ impl BalanceProblem<'_> {
         run: usize,
         theta: &[f64],
         acting: &[usize],
+        weighted: bool,
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
         let (p, sensors) = self.arguments(run, theta, |k, value, slope| {
             let mut v = Lanes::constant(value);
@@ -294,7 +310,7 @@ impl BalanceProblem<'_> {
             }
             v
         });
-        let found = self.look(run, theta, &p, &sensors)?;
+        let found = self.look(run, theta, &p, &sensors, weighted)?;
         let columns = (0..acting.len()).map(|i| found.iter().map(|y| y.eps[i]).collect()).collect();
         Ok((found.iter().map(|y| y.value()).collect(), columns))
     }
@@ -305,27 +321,34 @@ impl BalanceProblem<'_> {
     /// See [`PredictError`].
     pub fn residual(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
         let (p, sensors) = self.arguments(run, theta, |_, v, _| v);
-        self.look(run, theta, &p, &sensors)
+        self.look(run, theta, &p, &sensors, true)
     }
 
-    fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, BalanceColumns), PredictError> {
+    fn derivatives(
+        &self,
+        run: usize,
+        theta: &[f64],
+        weighted: bool,
+    ) -> Result<(Vec<f64>, BalanceColumns), PredictError> {
         let (shifts, smooth): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
         for piece in smooth.chunks(LANES) {
-            let (r, columns) = self.columns(run, theta, piece)?;
+            let (r, columns) = self.columns(run, theta, piece, weighted)?;
             residuals = r;
             all.extend(piece.iter().copied().zip(columns));
         }
+        let plain =
+            |theta: &[f64]| if weighted { self.residual(run, theta) } else { self.errors(run, theta) };
         if residuals.is_empty() {
-            residuals = self.residual(run, theta)?;
+            residuals = plain(theta)?;
         }
         let moves = |&k: &usize| self.unknowns[k].lower < self.unknowns[k].upper;
         for k in shifts.into_iter().filter(moves) {
             let mut moved = theta.to_vec();
             let step = 0.02;
             moved[k] += step;
-            let there = self.residual(run, &moved)?;
+            let there = plain(&moved)?;
             let column = there.iter().zip(&residuals).map(|(a, b)| (a - b) / step).collect();
             all.push((k, column));
         }
@@ -343,6 +366,64 @@ impl BalanceProblem<'_> {
             all.extend(r?);
         }
         Ok(all)
+    }
+
+    /// What the first recording shows beyond what is measured, and its derivatives if requested, neither of them weighted; it runs
+    /// freely.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub(super) fn unweighted(
+        &self,
+        theta: &[f64],
+        jacobian: bool,
+    ) -> Result<(Vec<f64>, Option<BalanceColumns>), PredictError> {
+        match jacobian {
+            true => self.derivatives(0, theta, false).map(|(errors, columns)| (errors, Some(columns))),
+            false => self.errors(0, theta).map(|errors| (errors, None)),
+        }
+    }
+
+    /// Residuals and derivatives of all recordings with those of the priors behind them.
+    pub(super) fn with_priors(
+        &self,
+        theta: &[f64],
+        all: Vec<(Vec<f64>, Option<BalanceColumns>)>,
+        jacobian: bool,
+    ) -> ResidualEvaluation {
+        let believed: Vec<usize> = (0..theta.len()).filter(|&k| self.unknowns[k].prior.is_some()).collect();
+        let together = self.belief.map_or(0, |b| b.rows.nrows());
+        let (readings, rows) = (self.readings(), self.readings() + believed.len() + together);
+        let begin = self.begins();
+        let mut residuals = DVector::zeros(rows);
+        let mut columns = jacobian.then(|| DMatrix::zeros(rows, theta.len()));
+        for (run, (r, own)) in all.into_iter().enumerate() {
+            let range = begin[run]..begin[run + 1];
+            residuals.as_mut_slice()[range.clone()].copy_from_slice(&r);
+            let Some(j) = &mut columns else { continue };
+            for (k, column) in own.iter().flatten() {
+                j.column_mut(*k).as_mut_slice()[range.clone()].copy_from_slice(column);
+            }
+        }
+        for (row, &k) in believed.iter().enumerate() {
+            if let Some((residual, slope)) = self.unknowns[k].prior.map(|p| p.residual(theta[k])) {
+                residuals[readings + row] = residual;
+                if let Some(j) = &mut columns {
+                    j[(readings + row, k)] = slope;
+                }
+            }
+        }
+        if let Some(belief) = self.belief {
+            let apart = DVector::from_fn(belief.of.len(), |i, _| theta[belief.of[i]] - belief.at[i]);
+            let begin = readings + believed.len();
+            residuals.rows_mut(begin, together).copy_from(&(&belief.rows * apart));
+            if let Some(j) = &mut columns {
+                for (i, k) in belief.of.iter().enumerate() {
+                    j.view_mut((begin, *k), (together, 1)).copy_from(&belief.rows.column(i));
+                }
+            }
+        }
+        ResidualEvaluation { residuals, jacobian: columns }
     }
 }
 
@@ -394,43 +475,11 @@ impl LeastSquares for BalanceProblem<'_> {
     }
 
     fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<ResidualEvaluation, PredictError> {
-        let believed: Vec<usize> = (0..theta.len()).filter(|&k| self.unknowns[k].prior.is_some()).collect();
-        let together = self.belief.map_or(0, |b| b.rows.nrows());
-        let (readings, rows) = (self.readings(), self.readings() + believed.len() + together);
-        let begin = self.begins();
-        let mut residuals = DVector::zeros(rows);
-        let mut columns = jacobian.then(|| DMatrix::zeros(rows, theta.len()));
-        if let Some(j) = &mut columns {
-            let found: Vec<_> = parallel::map(0..self.runs.len(), |run| self.derivatives(run, theta));
-            for (run, found) in found.into_iter().enumerate() {
-                let (r, all) = found?;
-                let range = begin[run]..begin[run + 1];
-                residuals.as_mut_slice()[range.clone()].copy_from_slice(&r);
-                for (k, column) in all {
-                    j.column_mut(k).as_mut_slice()[range.clone()].copy_from_slice(&column);
-                }
-            }
-        } else {
-            residuals.as_mut_slice()[..readings].copy_from_slice(&self.residuals(theta)?);
-        }
-        for (row, &k) in believed.iter().enumerate() {
-            if let Some((residual, slope)) = self.unknowns[k].prior.map(|p| p.residual(theta[k])) {
-                residuals[readings + row] = residual;
-                if let Some(j) = &mut columns {
-                    j[(readings + row, k)] = slope;
-                }
-            }
-        }
-        if let Some(belief) = self.belief {
-            let apart = DVector::from_fn(belief.of.len(), |i, _| theta[belief.of[i]] - belief.at[i]);
-            let begin = readings + believed.len();
-            residuals.rows_mut(begin, together).copy_from(&(&belief.rows * apart));
-            if let Some(j) = &mut columns {
-                for (i, k) in belief.of.iter().enumerate() {
-                    j.view_mut((begin, *k), (together, 1)).copy_from(&belief.rows.column(i));
-                }
-            }
-        }
-        Ok(ResidualEvaluation { residuals, jacobian: columns })
+        let of = |run: usize| match jacobian {
+            true => self.derivatives(run, theta, true).map(|(r, columns)| (r, Some(columns))),
+            false => self.residual(run, theta).map(|r| (r, None)),
+        };
+        let all: Result<Vec<_>, PredictError> = parallel::map(0..self.runs.len(), of).into_iter().collect();
+        Ok(self.with_priors(theta, all?, jacobian))
     }
 }

@@ -1,5 +1,6 @@
 //! Free-running simulations: the last polish of a fit, and the gap on recordings that were never fitted.
 
+mod remembered;
 mod settle;
 mod windows;
 
@@ -7,9 +8,10 @@ use std::convert::Infallible;
 
 use super::unknown::UnknownPrior;
 use nalgebra::DMatrix;
-use trueup_identification::lsq::{SolverOptions, solve};
+use remembered::RememberedRuns;
+use trueup_identification::lsq::SolverOptions;
 use trueup_identification::parallel;
-use trueup_identification::predict::PredictError;
+use trueup_identification::predict::{KeptLaws, PredictError};
 use trueup_identification::run::OutputChannel;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::Measure;
@@ -319,7 +321,10 @@ impl CaseSearch<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        let make = || self.floors_around(complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS));
+        let make = || {
+            let laws = KeptLaws::default();
+            self.floors_around(&laws, complete, runs, &self.fitted_replay(complete, runs)?, (seed, DRAWS))
+        };
         match self.part_of(runs) {
             Some(part) => self.memory.get_or((ModelKey::of(complete), part, seed), make),
             None => make(),
@@ -335,8 +340,9 @@ impl CaseSearch<'_> {
     ///
     /// # Errors
     /// The model cannot be simulated.
-    pub fn floors_around(
+    pub(super) fn floors_around(
         &self,
+        laws: &KeptLaws,
         complete: &CompleteModel,
         runs: &[Compared],
         fitted_replay: &[FittedReplay],
@@ -356,12 +362,15 @@ impl CaseSearch<'_> {
                 let mut noisy = run.run.clone();
                 noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
                 let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
-                let problem =
-                    BalanceProblem { allowed: fitted_replay.allowed.clone(), ..self.alone(complete, &noisy) };
+                let problem = BalanceProblem {
+                    allowed: fitted_replay.allowed.clone(),
+                    laws: Some(laws),
+                    ..self.alone(complete, &noisy)
+                };
                 // Part of the noise goes into the first states.
-                let theta = solve(&problem, &fitted_replay.theta, options)
-                    .map_or_else(|_| fitted_replay.theta.clone(), |found| found.x);
-                problem.shown(0, &theta)
+                let runs = RememberedRuns::default();
+                let theta = runs.minimum(&problem, &fitted_replay.theta, options);
+                runs.shown(&problem, &theta.unwrap_or_else(|_| fitted_replay.theta.clone()), false)
             })?;
             Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
         };

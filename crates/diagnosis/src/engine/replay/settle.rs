@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use trueup_identification::lsq::{SolverOptions, solve};
+use trueup_identification::lsq::{SolverOptions, minimise};
 use trueup_identification::parallel;
-use trueup_identification::predict::PredictError;
+use trueup_identification::predict::{KeptLaws, PredictError};
 
+use super::remembered::RememberedRuns;
 use super::{CompleteModel, FittedReplay, ModelKey, NEAR, ReplayedReadings};
 use crate::engine::hypothesis::PosedHypothesis;
 use crate::engine::problem::{BalanceProblem, BalanceTarget, BalanceUnknown, Compared};
@@ -119,31 +120,32 @@ impl CaseSearch<'_> {
     }
 
     fn settle_anew(&self, complete: &CompleteModel, run: &Compared) -> Result<FittedReplay, PredictError> {
-        let mut problem = self.alone(complete, run);
+        let laws = KeptLaws::default();
+        let mut problem = BalanceProblem { laws: Some(&laws), ..self.alone(complete, run) };
         // The smallest gap, whatever the prior; what nothing shows still stays near.
         for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
             prior.deviation *= VAGUELY;
         }
-        let start = problem.start();
-        let mut best = self.settle_from(&mut problem, start, run);
+        let (start, runs) = (problem.start(), RememberedRuns::default());
+        let mut best = self.settle_from((&mut problem, &runs), start, run);
         if let Some(start) = self.begun(&problem, run) {
-            best = nearer(best, self.settle_from(&mut problem, start, run));
+            best = nearer(best, self.settle_from((&mut problem, &runs), start, run));
         }
         let far = |missed: f64| missed >= NEAR * self.noise(run);
         if let Ok((missed, there)) = &best
             && far(*missed)
             && let Some(start) = self.turned(&problem, run, &there.theta)
         {
-            best = nearer(best, self.settle_from(&mut problem, start, run));
+            best = nearer(best, self.settle_from((&mut problem, &runs), start, run));
         }
         // Stops and slips far along the way hide where it began.
         if let Ok((missed, _)) = &best
             && far(*missed)
             && let Ok(start) = self.grown(&problem, run)
             // It is worth a fit where it is not far worse as it is.
-            && problem.shown(0, &start).is_ok_and(|shown| self.missed(&shown, run) < NEAR * *missed)
+            && runs.shown(&problem, &start, true).is_ok_and(|shown| self.missed(&shown, run) < NEAR * *missed)
         {
-            best = nearer(best, self.settle_from(&mut problem, start, run));
+            best = nearer(best, self.settle_from((&mut problem, &runs), start, run));
         }
         Ok(best?.1)
     }
@@ -159,9 +161,10 @@ impl CaseSearch<'_> {
             let part = run.until(share, problem.model.sizes().inputs);
             let mut begun = BalanceProblem {
                 unknowns: problem.unknowns.clone(),
+                laws: problem.laws,
                 ..BalanceProblem::free(problem.model, problem.nominal.clone(), std::slice::from_ref(&part))
             };
-            theta = self.evenly(&mut begun, theta, &part, (6, 1e-3))?;
+            theta = self.evenly((&mut begun, &RememberedRuns::default()), theta, &part, (6, 1e-3))?;
         }
         Ok(theta)
     }
@@ -169,33 +172,34 @@ impl CaseSearch<'_> {
     /// Solves from `start`, all channels allowed to miss as much as they do together.
     fn evenly(
         &self,
-        problem: &mut BalanceProblem<'_>,
+        (problem, runs): (&mut BalanceProblem<'_>, &RememberedRuns),
         start: Vec<f64>,
         run: &Compared,
         (max_iterations, cost_tolerance): (usize, f64),
     ) -> Result<Vec<f64>, PredictError> {
-        let missed = self.missed(&problem.shown(0, &start)?, run) / run.run.channels.len().max(1) as f64;
+        let missed =
+            self.missed(&runs.shown(problem, &start, true)?, run) / run.run.channels.len().max(1) as f64;
         let noise = run.run.channels.iter().map(|c| self.noise_of(c)).fold(0.0, f64::max);
         let share = EVENLY * (missed + noise).sqrt();
         let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
         problem.allowed = vec![ranges.collect()];
         let options =
             SolverOptions { max_iterations, cost_tolerance, radius: 10.0, ..SolverOptions::default() };
-        Ok(solve(problem, &start, options)?.x)
+        runs.minimum(problem, &start, options)
     }
 
     /// The same from one start, and what it misses.
     pub(super) fn settle_from(
         &self,
-        problem: &mut BalanceProblem<'_>,
+        (problem, runs): (&mut BalanceProblem<'_>, &RememberedRuns),
         start: Vec<f64>,
         run: &Compared,
     ) -> Result<(f64, FittedReplay), PredictError> {
         let mut theta = start;
         for limits in [(3, 3e-3), (8, 1e-4)] {
-            theta = self.evenly(problem, theta, run, limits)?;
+            theta = self.evenly((problem, runs), theta, run, limits)?;
         }
-        let shown = problem.shown(0, &theta)?;
+        let shown = runs.shown(problem, &theta, false)?;
         let missed = self.missed(&shown, run);
         let first = problem.unknowns.iter().map(|u| u.name.clone()).zip(theta.iter().copied()).collect();
         let offset = |(u, x): (&BalanceUnknown, &f64)| match u.target {
@@ -227,11 +231,11 @@ impl CaseSearch<'_> {
                 radius: 10.0,
                 ..SolverOptions::default()
             };
-            solve(&prescribed, start, options).ok()
+            minimise(&prescribed, start, options).ok()
         };
         let best = from(&prescribed.start())?;
-        let other = self.turned(problem, run, &best.x).and_then(|start| from(&start));
-        Some(other.filter(|other| other.cost < best.cost).unwrap_or(best).x)
+        let other = self.turned(problem, run, &best.0).and_then(|start| from(&start));
+        Some(other.filter(|other| other.1 < best.1).unwrap_or(best).0)
     }
 
     /// The same first states, what no sensor shows and nothing holds turning the other way: its rate enters by its square above all,

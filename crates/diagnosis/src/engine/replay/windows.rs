@@ -5,10 +5,11 @@ use core::f64::consts::TAU;
 use core::ops::Range;
 
 use trueup_identification::parallel;
-use trueup_identification::predict::PredictError;
+use trueup_identification::predict::{KeptLaws, PredictError};
 use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::Measure;
 
+use super::remembered::RememberedRuns;
 use super::settle::nearer;
 use super::{CompleteModel, FittedReplay, ModelKey, NEAR, ReplayedReadings};
 use crate::engine::coordinate::median_step;
@@ -40,12 +41,17 @@ pub struct Window {
 }
 
 impl Window {
-    /// Mean square of what it misses of each channel, in the channels' units.
+    /// Mean square of what it misses of each channel that is read in it, in the channels' units.
     pub fn missed(&self) -> impl Iterator<Item = f64> {
-        let channels = self.run.run.channels.iter().zip(&self.fitted_replay.shown);
-        channels.filter(|(c, _)| !c.y.is_empty()).map(|(c, shown)| {
+        self.missed_by_channel().map(|(_, missed)| missed)
+    }
+
+    /// The same with the channels' indices.
+    pub fn missed_by_channel(&self) -> impl Iterator<Item = (usize, f64)> {
+        let channels = self.run.run.channels.iter().zip(&self.fitted_replay.shown).enumerate();
+        channels.filter(|(_, (c, _))| !c.y.is_empty()).map(|(k, (c, shown))| {
             let squares = c.y.iter().zip(shown).map(|(y, s)| (s - y).powi(2)).sum::<f64>();
-            squares / c.y.len() as f64
+            (k, squares / c.y.len() as f64)
         })
     }
 }
@@ -99,19 +105,20 @@ impl CaseSearch<'_> {
             self.cut_into(complete, run, seconds).into_iter().map(move |window| (of, window))
         };
         let all: Vec<(usize, Compared)> = runs.iter().enumerate().flat_map(cut).collect();
+        let laws = KeptLaws::default();
         let one = |(of, run): (usize, Compared)| {
-            let mut problem = self.alone(complete, &run);
+            let mut problem = BalanceProblem { laws: Some(&laws), ..self.alone(complete, &run) };
             hold_first(complete, &mut problem, fitted_replay.map(|s| &s[of]));
             for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
                 prior.deviation *= VAGUELY;
             }
-            let start = problem.start();
-            let mut best = self.settle_from(&mut problem, start, &run);
+            let (start, runs) = (problem.start(), RememberedRuns::default());
+            let mut best = self.settle_from((&mut problem, &runs), start, &run);
             // It may end away from the best where something sticks or goes through play.
             if best.as_ref().is_ok_and(|b| b.0 >= NEAR * self.noise(&run))
                 && let Ok(start) = self.grown(&problem, &run)
             {
-                best = nearer(best, self.settle_from(&mut problem, start, &run));
+                best = nearer(best, self.settle_from((&mut problem, &runs), start, &run));
             }
             let fitted_replay = best?.1;
             Ok(Window { of, fitted_replay, run: run.clone() })
@@ -164,12 +171,13 @@ impl CaseSearch<'_> {
         windows: &[Window],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
+        let laws = KeptLaws::default();
         let one = |(k, w): (usize, &Window)| {
             let (runs, fitted_replay) =
                 (std::slice::from_ref(&w.run), std::slice::from_ref(&w.fitted_replay));
             // There are many windows: noise is drawn once in each.
             let found =
-                self.floors_around(complete, runs, fitted_replay, (seed.wrapping_add(k as u64), 1))?;
+                self.floors_around(&laws, complete, runs, fitted_replay, (seed.wrapping_add(k as u64), 1))?;
             Ok(found.into_iter().next().unwrap_or_default())
         };
         let found: Result<Vec<Vec<f64>>, PredictError> =
