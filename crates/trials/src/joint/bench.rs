@@ -16,8 +16,15 @@ use crate::tune::{TuningBench, TuningPoint, tune};
 const FINE: f64 = 2e-4;
 const FINER: f64 = 1e-4;
 const COARSE: f64 = 5e-4;
-/// A run begins this long before its recording.
-const RUN_IN: f64 = 1.5;
+/// A run begins this long before its recording, s.
+pub(super) const RUN_IN: f64 = 1.5;
+/// Positions of the amplifier's converter, either way: 16 bits.
+const CONVERTER: f64 = 32768.0;
+
+/// A current as the amplifier's converter gives it, A, at most `limit` either way.
+pub(super) fn converted(current: f64, limit: f64) -> f64 {
+    (current / limit * CONVERTER).round() / CONVERTER * limit
+}
 
 /// One recorded run, free of noise.
 #[derive(Clone, Debug)]
@@ -120,9 +127,7 @@ pub(crate) fn record(
             integral = integral.clamp(-limit * v.torque_constant, limit * v.torque_constant);
             total * bandwidth * error + integral
         };
-        // The amplifier's converter: 16 bits.
-        current =
-            ((torque / v.torque_constant).clamp(-limit, limit) / limit * 32768.0).round() / 32768.0 * limit;
+        current = converted((torque / v.torque_constant).clamp(-limit, limit), limit);
         if *t >= time[0] {
             kept.push(current);
         }

@@ -1,6 +1,6 @@
 //! A joint that is sealed, but runs what is proposed.
 
-use super::bench::JointRecord;
+use super::bench::{JointRecord, RUN_IN, converted};
 use super::law::JointLawEffect;
 use super::plant::TrialJoint;
 use super::run::JointRun;
@@ -13,12 +13,8 @@ use crate::sense;
 
 /// Step of the truth, s.
 const FINE: f64 = 1e-4;
-/// The drive is off for this long before an experiment, s.
-const RUN_IN: f64 = 1.5;
 /// Half of what a time stamp shows, s: what is written as the same time is the same.
 const HALF_STAMP: f64 = 5e-6;
-/// Positions of the converter of the current, either way.
-const CONVERTER: f64 = 32768.0;
 
 /// The rig of a case.
 pub(crate) struct SealedJoint {
@@ -48,6 +44,7 @@ impl SealedJoint {
         let joint = TrialJoint::new(self.truth, self.scene.rigid, there, self.scene.span);
         let mut state = [0.0; 12];
         (state[0], state[2]) = (self.truth.gear_ratio * begin, begin);
+        // The drive is off before an experiment.
         let mut run = JointRun::new(joint, -RUN_IN, state, FINE);
         run.hold(instants[0], 0.0);
         let (start, mut current, mut kept) = (run.state, 0.0, Vec::new());
@@ -59,7 +56,7 @@ impl SealedJoint {
                 break;
             }
             let at = time.partition_point(|begin| *begin <= t + HALF_STAMP).saturating_sub(1);
-            current = (currents[at] / most * CONVERTER).round() / CONVERTER * most;
+            current = converted(currents[at], most);
             kept.push(current);
         }
         let time = instants[..kept.len()].to_vec();
