@@ -3,11 +3,11 @@
 use trueup_identification::predict::PredictionPlan;
 use trueup_identification::run::IdentificationRun;
 
-/// Longest step of models that are not affine, in radians (or e-folds) of their fastest mode: an oscillation is behind by 3e-5 of a
+/// Longest step of models that are not affine, in radians (or e-folds) of their fastest mode: an oscillation is behind by 4e-6 of a
 /// radian in each one (decision 108).
-const RADIANS: f64 = 0.25;
+const RADIANS: f64 = 0.15;
 /// A model that needs more steps than this between two readings is too stiff to be looked at.
-const MOST_STEPS: f64 = 24.0;
+const MOST_STEPS: f64 = 40.0;
 
 /// A recording ready for the simulation of a plant with `inputs` inputs.
 pub(super) fn plan_of(run: &IdentificationRun, inputs: usize) -> PredictionPlan {
