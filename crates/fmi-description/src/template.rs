@@ -72,9 +72,8 @@ impl Template {
     /// Where its block begins.
     fn block(&self, stamp: &str) -> Result<usize, TemplateError> {
         // The marker alone is also a constant of the program; a block goes on with zeros.
-        let marked = self.bytes.windows(MARKER.len()).enumerate().filter(|(_, window)| *window == MARKER);
-        let blocks: Vec<(usize, &[u8; BLOCK_SIZE])> = marked
-            .filter_map(|(at, _)| Some((at, self.bytes[at..].first_chunk()?)))
+        let blocks: Vec<(usize, &[u8; BLOCK_SIZE])> = memchr::memmem::find_iter(&self.bytes, MARKER)
+            .filter_map(|at| Some((at, self.bytes[at..].first_chunk()?)))
             .filter(is_empty)
             .collect();
         let [(start, block)] = blocks[..] else {

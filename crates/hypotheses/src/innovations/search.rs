@@ -67,7 +67,7 @@ pub enum JointSearchError {
         name: &'static str,
     },
     /// A known effect that is no force along the trajectory.
-    #[error("{file}: causes cannot be compared with `{id}` as a known effect: {why}")]
+    #[error("{file}: causes cannot be compared with `{id}` as a known effect: {why}; remove it from [effects]")]
     Effect {
         /// The case.
         file: String,

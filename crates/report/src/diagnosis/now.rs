@@ -105,8 +105,9 @@ fn checks(d: &Diagnosis) -> Vec<String> {
     if d.capped {
         return vec!["The findings about the recordings, listed under the verdict: correct them first and diagnose again.".into()];
     }
-    if let Some(why) = &d.not_compared {
-        return vec![format!("What hinders the comparison of causes: {}.", escape(why))];
+    // The reason why causes were not compared is in the verdict: it is no matter of the rig.
+    if d.not_compared.is_some() {
+        return Vec::new();
     }
     let of =
         |id: &str| check(id).map(|check| format!("<b>{}</b>: {}", escape(effect_name(id)), escape(check)));

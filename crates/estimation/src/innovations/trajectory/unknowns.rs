@@ -75,9 +75,12 @@ impl UnknownParameter {
         let n = plant.coordinates();
         let state: Vec<f64> = (0..2 * n).map(|k| 0.1 + 0.07 * k as f64).collect();
         let torque = vec![1.0; plant.drives.len()];
-        let at = TrajectoryPoint { theta, state: &state, torque: &torque, time: 0.0 };
         let changes: Vec<(usize, f64)> = found.iter().map(|u| (u.index, u.unit)).collect();
-        let inverse = plant.inverse_mass(theta, &state)?;
+        // A standard deviation off: where a payload has no mass yet, its centre is worth no force.
+        let mut theta = theta.to_vec();
+        found.iter().filter(|u| u.absolute).for_each(|u| theta[u.index] += u.deviation);
+        let at = TrajectoryPoint { theta: &theta, state: &state, torque: &torque, time: 0.0 };
+        let inverse = plant.inverse_mass(&theta, &state)?;
         let forces = plant.sensitivity(at, &vec![1.0; n], &changes, &inverse);
         let mut worth = forces.chunks(n).map(|f| f.iter().any(|x| *x != 0.0));
         found.retain(|_| worth.next().unwrap_or(false));
