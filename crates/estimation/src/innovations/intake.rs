@@ -151,6 +151,14 @@ impl NodeIntake {
     /// # Errors
     /// See [`NodesError`].
     pub fn new(loaded: &Loaded, plant: &dyn ForcedPlant) -> Result<Self, NodesError> {
+        Self::in_steps(loaded, plant, f64::INFINITY)
+    }
+
+    /// The same in steps of at most `longest` s.
+    ///
+    /// # Errors
+    /// See [`NodesError`].
+    pub fn in_steps(loaded: &Loaded, plant: &dyn ForcedPlant, longest: f64) -> Result<Self, NodesError> {
         let train = loaded.train();
         let enough = |name: &str| {
             train.iter().all(|r| r.channel(name).is_some_and(|c| c.len() > FEW)) && !train.is_empty()
@@ -173,7 +181,7 @@ impl NodeIntake {
             channels.push(IntakeChannel {
                 name: r.name.to_owned(),
                 reading,
-                state: r.state,
+                state: r.element.is_none().then_some(r.state),
                 angle: r.angle,
                 resolution: (resolution * resolution + 12.0 * white).sqrt(),
                 variance: (counting + white) * colour(loaded, r.name) + floor + 1e-300,
@@ -184,7 +192,8 @@ impl NodeIntake {
         }
         let drive = plant.input_forces().first().map_or("", |i| i.name);
         let known = train.iter().find_map(|r| r.channel(drive)).and_then(|c| c.sensor.noise);
-        let recordings = train.iter().map(|r| recording(r, plant, &channels)).collect::<Result<_, _>>()?;
+        let recordings =
+            train.iter().map(|r| recording(r, plant, &channels, longest)).collect::<Result<_, _>>()?;
         let rig = Rc::new(RigTerms::new(loaded, plant, &channels));
         Ok(Self { recordings, channels, input_noise: known.unwrap_or(0.0), rig })
     }
@@ -195,7 +204,7 @@ impl NodeIntake {
     }
     /// Index of the channel that shows a state.
     pub fn channel_of(&self, state: usize) -> Option<usize> {
-        self.channels.iter().position(|c| c.state == state)
+        self.channels.iter().position(|c| c.state == Some(state))
     }
     /// By how much the zeros of the angles differ, as a standard deviation: the sum of their resolutions.
     pub fn zero(&self) -> f64 {
@@ -235,6 +244,7 @@ fn recording(
     r: &Recording,
     plant: &dyn ForcedPlant,
     channels: &[IntakeChannel],
+    longest: f64,
 ) -> Result<IntakeRecording, UnfitRecording> {
     // With delays the channels of a file have rows of their own: the channel with the most samples has its step.
     let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
@@ -254,6 +264,7 @@ fn recording(
     } else {
         sample / (sample / 4e-3).round_ties_even()
     };
+    let dt = dt / (dt / longest - 1e-6).ceil().max(1.0);
     let rounded =
         |d: i32| times.iter().all(|t| (t * 10f64.powi(d) - (t * 10f64.powi(d)).round()).abs() < 1e-3);
     let stamp = (3..9).find(|d| rounded(*d)).map_or(0.0, |d| 10f64.powi(-d));
