@@ -3,7 +3,7 @@
     python tests/python/benchmark_coverage.py target/release/trueup FOLDER --plant joint --seed 650111 --count 200
 
 Cases are those of `trueup trial generate --split none` with other values in `[parameters]`: what is fitted begins at 0.8 to 1.25 of the true value,
-inertias (of an arm masses and inertias of the links) are drawn from their priors (5 %), all others are the true ones. Results are appended to FOLDER/results.csv and kept: a second
+inertias (of an arm masses, too) are drawn from their priors (5 %), all others are the true ones. Results are appended to FOLDER/results.csv and kept: a second
 call goes on. The first method of `--methods` is the one that the others are compared with.
 """
 
@@ -19,7 +19,10 @@ from pathlib import Path
 import numpy as np
 
 FIT = {"joint": ("stiffness", "damping", "coulombFriction", "viscousFriction"), "manipulator": ("jointStiffness", "jointDamping")}
-PRIOR = {"joint": ("motorInertia", "loadInertia"), "manipulator": ("linkMass", "linkInertia")}
+PRIOR = {
+    "joint": ("motorInertia", "loadInertia"),
+    "manipulator": ("linkMass", "linkInertia", "motorInertia", "baseMass", "baseInertia"),
+}
 DEVIATION = 0.05
 FIELDS = ("case", "method", "parameter", "truth", "value", "error", "low", "high", "prior", "seconds")
 
@@ -31,50 +34,33 @@ def wilson(hits, of, z=1.959964):
     return middle - half, middle + half
 
 
-def elements(table, name):
-    """Name and value of a number, or of each element of an array; zeros are not fitted."""
-    value = table.get(name, 0.0)
-    if isinstance(value, list):
-        return [(f"{name}[{k + 1}]", v) for k, v in enumerate(value) if v > 0]
-    return [(name, value)] if value > 0 else []
-
-
 def write(made, key, folder, plant, rng):
-    """The case with other values, next to its recordings; which parameters are judged."""
+    """The case with other values, next to its recordings; which parameters are judged, with their true values."""
     truth = tomllib.loads(key.read_text())["parameters"]
     text = (made / "case.toml").read_text()
-    case = tomllib.loads(text)
-    true = {**case["parameters"], **truth}
-    lines = {}
-    for name in FIT[plant]:
-        for element, value in elements(true, name):
-            lines[element] = value * np.exp(rng.uniform(-0.22, 0.22))
-    doubts = {}
-    for name in PRIOR[plant]:
-        for element, value in elements(true, name):
-            lines[element], doubts[element] = value / (1 + DEVIATION * rng.standard_normal()), DEVIATION
-    judged = {element: value for name in FIT[plant] + PRIOR[plant] for element, value in elements(true, name)}
-    given = {}
-    for name, value in true.items():
-        if name == "staticFriction":
-            given[name] = 0.0
-        elif isinstance(value, list):
-            given[name] = [lines.get(f"{name}[{k + 1}]", v) for k, v in enumerate(value)]
+    given = tomllib.loads(text)["parameters"]
+    of = lambda names: [n for n, value in truth.items() if n.split("[")[0] in names[plant] and value > 0]
+    values = {n: truth[n] * np.exp(rng.uniform(-0.22, 0.22)) for n in of(FIT)}
+    values |= {n: truth[n] / (1 + DEVIATION * rng.standard_normal()) for n in of(PRIOR)}
+    for name, value in values.items():
+        array, _, index = name.partition("[")
+        if index and array in given:
+            given[array][int(index[:-1]) - 1] = value
         else:
-            given[name] = lines.get(name, value)
-    as_toml = lambda v: json.dumps(v)
+            given[name] = value
+    if plant == "joint":
+        given["staticFriction"] = 0.0
     head, rest = text.split("[parameters]")[0], text.split("[channels", 1)
-    out = [head, "[parameters]", *(f"{k} = {as_toml(v)}" for k, v in given.items()), "", "[uncertain]"]
-    out += [f'"{k}" = {v}' for k, v in doubts.items()]
-    out += ["", "[fit]", f"parameters = {as_toml([n for n in FIT[plant] if elements(true, n)])}", ""]
-    out += ["[channels" + rest[1]] if len(rest) > 1 else []
+    table = lambda items: [f'"{k}" = {json.dumps(v)}' for k, v in items]
+    out = [head, "[parameters]", *table(given.items()), "", "[uncertain]", *table((n, DEVIATION) for n in of(PRIOR))]
+    out += ["", "[fit]", f"parameters = {json.dumps(of(FIT))}", "", "[channels" + rest[1]]
     folder.mkdir(parents=True, exist_ok=True)
     for file in made.glob("*.csv"):
         link = folder / file.name
         if not link.exists():
             link.symlink_to(file.resolve())
     (folder / "case.toml").write_text("\n".join(out))
-    return judged
+    return {n: truth[n] for n in values}
 
 
 def run(binary, folder, method):

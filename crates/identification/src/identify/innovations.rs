@@ -98,7 +98,7 @@ pub(super) fn by_innovations(
         names: Default::default(),
         correlation: DMatrix::from_fn(order.len(), order.len(), correlated),
         rank: (determined, order.len()),
-        condition: f64::NAN,
+        condition: condition(&of, &order),
         leverage: Leverage::default(),
         starts: Vec::new(),
         stop: "the parameters no longer move",
@@ -171,7 +171,14 @@ impl Reports<'_> {
             reason: None,
         };
         let Some(at) = at else {
-            let why = "innovations do not estimate it: it is kept as the case has it, static friction in its ratio to the Coulomb friction; use output-error";
+            let why = match self.model.joint() {
+                Some(_) if unknown.name == joint::NAMES[joint::STATIC_FRICTION].0 => {
+                    "innovations keep its ratio to the Coulomb friction; use output-error to estimate it"
+                }
+                _ => {
+                    "innovations do not estimate it: it is 0 in the case, or no motion of this model depends on it"
+                }
+            };
             estimate.reason = Some(why.into());
             return estimate;
         };
@@ -225,6 +232,14 @@ impl Reports<'_> {
             lacks.join(", ")
         )]
     }
+}
+
+/// Condition number of the Jacobian with columns of unit length, for what is determined.
+fn condition(correlation: &DMatrix<f64>, order: &[Option<usize>]) -> f64 {
+    let at: Vec<usize> = order.iter().flatten().copied().collect();
+    let own = DMatrix::from_fn(at.len(), at.len(), |i, j| correlation[(at[i], at[j])]);
+    let eigenvalues = own.symmetric_eigenvalues();
+    (eigenvalues.max() / eigenvalues.min().max(f64::MIN_POSITIVE)).sqrt()
 }
 
 fn residuals(c: &ChannelInnovations) -> ChannelFit {
