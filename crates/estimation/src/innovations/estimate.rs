@@ -11,14 +11,19 @@ use std::rc::Rc;
 use nalgebra::DMatrix;
 
 use super::evidence::{AmplitudePriors, TRUST, log_evidence, posterior_covariance};
+use super::filter::data_innovations;
+use super::filter_data::FilterGains;
 use super::frame::InnovationsFrame;
-use super::gram::{BaseGram, PackedColumns};
+use super::gram::{BaseGram, PackedColumns, PassedBase};
 use super::signs::DrySigns;
 
 /// Rounds at most, and the step, in standard errors, below which a fit ends.
 pub(super) const ROUNDS: (usize, f64) = (25, 0.02);
 /// Factors by which figures of noise move, one after the other.
 pub(super) const FACTORS: [f64; 4] = [4.0, 1.8, 1.3, 1.1];
+/// Rounds with columns along the smoothed trajectory, and steps of derivatives after these, in standard errors.
+const ALONG: usize = 1;
+const SMALL: f64 = 0.2;
 /// Nats that do not count.
 pub(super) const LITTLE: f64 = 0.02;
 /// Times that noise is determined and the parameters are fitted again.
@@ -27,6 +32,8 @@ const AGAIN: usize = 2;
 const FORCES: [[f64; 2]; 2] = [[1e-6, 0.2], [1e-6, 20.0]];
 /// Bounds of the variance of a channel's readings, over that of the intake.
 pub(super) const READINGS: [f64; 2] = [0.25, 16.0];
+/// Speeds of rest that are tried along the smoothed trajectory, over that in hand.
+const RESTS: [f64; 6] = [1.0, 0.5, 0.25, 0.12, 0.06, 0.03];
 /// Step of derivatives of reported numbers.
 const STEP: f64 = 1e-6;
 
@@ -89,6 +96,7 @@ impl InnovationsFrame {
     pub fn estimate(&mut self, zeros: Vec<f64>) -> InnovationsEstimate {
         let begun: Vec<f64> = self.intake.channels.iter().map(|c| c.variance).collect();
         let mut found = self.refit(zeros);
+        self.refine_rest(&found.zeros);
         for _ in 0..AGAIN {
             self.refine_noise(&begun);
             found = self.refit(found.zeros);
@@ -173,7 +181,11 @@ impl InnovationsFrame {
             let q = self.q.clone();
             self.put_in_force(&[], &[], &zeros, &q);
             let (packed, priors) = self.packed(&[]);
-            let passed = self.pass_base(&packed, &q);
+            let mut passed = self.pass_base(&packed, &q);
+            if rounds >= ALONG {
+                let steps = self.small_steps(&covariance_of(&passed.gram, &priors));
+                self.differentiate(&mut passed, &q, &steps);
+            }
             let found = log_evidence(&passed.gram, &priors);
             let covariance = covariance_of(&passed.gram, &priors);
             let mut far = 0.0f64;
@@ -184,10 +196,81 @@ impl InnovationsFrame {
             }
             zeros = found.amplitudes[self.unknown.len()..].to_vec();
             rounds += 1;
-            let ended = far < ROUNDS.1;
+            let ended = far < ROUNDS.1 && rounds > ALONG;
             if ended || rounds == ROUNDS.0 {
                 let (evidence, amplitudes) = (found.log, found.amplitudes);
                 return RefittedNull { zeros, amplitudes, covariance, evidence, rounds, ended };
+            }
+        }
+    }
+
+    /// Speed of rest, and with it sliding and rest at each node, from the smoothed speed: it resolves more than the readings do.
+    fn refine_rest(&mut self, zeros: &[f64]) {
+        if self.breakaway() <= 0.0 {
+            return;
+        }
+        let at = |f: &mut Self| {
+            let q = f.q.clone();
+            f.put_in_force(&[], &[], zeros, &q);
+            let base = f.packed(&[]);
+            f.evidence_in_hand(&base)
+        };
+        let mut best = (at(self), self.rest, self.signs());
+        let begun = self.rest;
+        for share in RESTS {
+            self.restore_signs(&best.2);
+            at(self);
+            self.rest = share * begun;
+            self.signs_from_states();
+            let evidence = at(self);
+            if evidence > best.0 + 1.0 {
+                best = (evidence, self.rest, self.signs());
+            }
+        }
+        self.rest = best.1;
+        self.restore_signs(&best.2);
+        at(self);
+    }
+
+    /// Relative changes of the unknowns that are small next to their standard errors.
+    fn small_steps(&self, covariance: &DMatrix<f64>) -> Vec<f64> {
+        (0..self.unknown.len()).map(|i| (SMALL * covariance[(i, i)].sqrt()).clamp(1e-9, 1e-2)).collect()
+    }
+
+    /// Columns of the unknowns as derivatives of the innovations, with the gains in hand: of a reading they depend on what was read before
+    /// it alone. Along the smoothed trajectory they depend on its noise, too, and where columns are nearly parallel what is estimated is
+    /// biased by that.
+    fn differentiate(&mut self, passed: &mut PassedBase, q: &[f64], steps: &[f64]) {
+        let stride = passed.gram.stride();
+        let kept = self.theta.clone();
+        for (i, k) in self.unknown.clone().into_iter().enumerate() {
+            let [before, after] = [-steps[i], steps[i]].map(|h| {
+                self.theta[k] = kept[k] * (1.0 + h);
+                self.linearise();
+                let data = self.data();
+                let gains = passed.gains.iter().enumerate();
+                let innovations = gains.map(|(r, (gain, variance))| {
+                    let (gain, variance) = (gain.clone(), variance.clone());
+                    let input = self.filter_input(r, q);
+                    data_innovations(&FilterGains { input, gain, variance, predicted: Vec::new() }, &data[r])
+                });
+                innovations.collect::<Vec<_>>()
+            });
+            self.theta[k] = kept[k];
+            for (r, rows) in passed.innovations.iter_mut().enumerate() {
+                for (at, row) in rows.chunks_mut(stride).enumerate() {
+                    let counted = self.is_counted(r, at);
+                    let slope = (before[r][at] - after[r][at]) / (2.0 * steps[i]); // (EST-21)
+                    row[1 + i] = if counted { slope } else { 0.0 };
+                }
+            }
+        }
+        self.linearise();
+        let n = passed.gram.size;
+        passed.gram.products.fill(0.0);
+        for row in passed.innovations.iter().flat_map(|rows| rows.chunks(stride)) {
+            for (a, products) in row[..n].iter().zip(passed.gram.products.chunks_mut(n)) {
+                products.iter_mut().zip(row).for_each(|(p, b)| *p += a * b);
             }
         }
     }

@@ -245,7 +245,7 @@ impl InnovationsFrame {
     }
 
     /// What the filter of a recording takes at these intensities.
-    fn filter_input(&self, recording: usize, q: &[f64]) -> FilterInput<'_> {
+    pub(super) fn filter_input(&self, recording: usize, q: &[f64]) -> FilterInput<'_> {
         let r = &self.runs[recording];
         let raw = &self.intake.recordings[recording];
         let unit = self.plant.usual_force();

@@ -18,6 +18,8 @@ use super::rig::RigTerms;
 pub const START: f64 = 0.12;
 /// Readings of a channel in every recording, below which it is not used.
 const FEW: usize = 50;
+/// Shortest step to which readings alone have nodes, s.
+const SHORTEST: f64 = 5e-4;
 /// Correlation of noise from reading to reading, below which it counts as white.
 const WHITE: f64 = 0.1;
 /// Least error of an angle, in usual deflections: what no model of a joint resolves.
@@ -151,14 +153,18 @@ impl NodeIntake {
     /// # Errors
     /// See [`NodesError`].
     pub fn new(loaded: &Loaded, plant: &dyn ForcedPlant) -> Result<Self, NodesError> {
-        Self::in_steps(loaded, plant, f64::INFINITY)
+        Self::in_steps(loaded, plant, None)
     }
 
-    /// The same in steps of at most `longest` s.
+    /// The same in steps of at most `longest` s, one reading each where it can be.
     ///
     /// # Errors
     /// See [`NodesError`].
-    pub fn in_steps(loaded: &Loaded, plant: &dyn ForcedPlant, longest: f64) -> Result<Self, NodesError> {
+    pub fn in_steps(
+        loaded: &Loaded,
+        plant: &dyn ForcedPlant,
+        longest: Option<f64>,
+    ) -> Result<Self, NodesError> {
         let train = loaded.train();
         let enough = |name: &str| {
             train.iter().all(|r| r.channel(name).is_some_and(|c| c.len() > FEW)) && !train.is_empty()
@@ -244,7 +250,7 @@ fn recording(
     r: &Recording,
     plant: &dyn ForcedPlant,
     channels: &[IntakeChannel],
-    longest: f64,
+    longest: Option<f64>,
 ) -> Result<IntakeRecording, UnfitRecording> {
     // With delays the channels of a file have rows of their own: the channel with the most samples has its step.
     let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
@@ -259,12 +265,15 @@ fn recording(
     let first = if delayed { begun(r) } else { shown().fold(f64::MAX, f64::min) };
     let gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
     let sample = median(gaps.clone());
-    let dt = if sample < 6e-3 {
-        sample * (2e-3 / sample).round_ties_even().max(1.0)
-    } else {
-        sample / (sample / 4e-3).round_ties_even()
+    let dt = match longest {
+        // One reading a node, where that is not too many nodes.
+        Some(longest) => {
+            let dt = sample * (SHORTEST / sample).round_ties_even().max(1.0);
+            dt / (dt / longest - 1e-6).ceil().max(1.0)
+        }
+        None if sample < 6e-3 => sample * (2e-3 / sample).round_ties_even().max(1.0),
+        None => sample / (sample / 4e-3).round_ties_even(),
     };
-    let dt = dt / (dt / longest - 1e-6).ceil().max(1.0);
     let rounded =
         |d: i32| times.iter().all(|t| (t * 10f64.powi(d) - (t * 10f64.powi(d)).round()).abs() < 1e-3);
     let stamp = (3..9).find(|d| rounded(*d)).map_or(0.0, |d| 10f64.powi(-d));

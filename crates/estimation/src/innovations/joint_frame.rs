@@ -104,7 +104,6 @@ fn frame_of(
     // Of known effects in the transmission its torque has a part that is none of the spring's.
     let plant = if to_estimate.is_some() && known.is_none() { plant.with_torque_reading() } else { plant };
     let plant = plant.with_known(known);
-    let longest = to_estimate.unwrap_or(f64::INFINITY);
     let late = LateGroup::all(loaded);
     let known = [
         (
@@ -123,7 +122,7 @@ fn frame_of(
         return Err(JointFrameError::Parameter { file: file(), name });
     }
     let made = |loaded: &Loaded| -> Result<InnovationsFrame, NodesError> {
-        let intake = Rc::new(NodeIntake::in_steps(loaded, &plant, longest)?);
+        let intake = Rc::new(NodeIntake::in_steps(loaded, &plant, to_estimate)?);
         Ok(InnovationsFrame::new(&intake, Rc::new(plant.clone()), None))
     };
     let loaded = retimed(loaded, late, f64::INFINITY, |loaded, fits| -> Result<LaterChannels, NodesError> {
