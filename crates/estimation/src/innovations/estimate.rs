@@ -1,7 +1,7 @@
 //! The model alone, fitted until its parameters no longer move, with their uncertainty.
 //!
 //! ```text
-//! x <- x + a,  a = A^-1 b     columns of the parameters along the trajectory that is smoothed again in each round (Gauss-Newton)
+//! x <- x + a,  a = A^-1 b     Gauss-Newton; trajectory smoothed again in each round, columns along it, then c = -de/dx with the gains in hand
 //! cov(x) = A^-1               A = G_11 + diag(1 / sd^2), with the noise that has the best evidence
 //! cov(p) = J A^-1 J'          p: numbers as they are reported, J: their derivatives by x
 //! ```
