@@ -63,7 +63,8 @@ impl Drawn {
             [x, 0.5 * x * x, x.powi(3) / 6.0]
         };
         let moments: Vec<[f64; 3]> = (0..NODES * CHANNELS).map(|_| moment(rng)).collect();
-        let rows = ReadingRows::new(&point, &[0, 2], &modes, &mode, &moments);
+        let shown = [0, 2].map(|k| (0..states).map(|i| f64::from(u8::from(i == k))).collect());
+        let rows = ReadingRows::new(&point, &shown, &modes, &mode, &moments);
         let variance = (0..NODES * CHANNELS)
             .map(|_| if rng.random_bool(0.8) { rng.random_range(0.5..2.0) } else { 0.0 });
         let variance = variance.collect();

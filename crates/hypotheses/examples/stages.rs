@@ -9,13 +9,15 @@ use std::time::Instant;
 use serde_json::{Map, Value, json};
 use trueup_estimation::innovations::evidence::log_evidence;
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::joint_frame::joint_frame;
+use trueup_estimation::innovations::null::{FittedNull, fit_null};
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
 use trueup_hypotheses::innovations::candidate::ScreenedShape;
 use trueup_hypotheses::innovations::hypothesis::FittedEffect;
-use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
+use trueup_hypotheses::innovations::joint_along::UsualSizes;
 use trueup_hypotheses::innovations::pairs::FittedPair;
 use trueup_hypotheses::innovations::screen::{all_shapes, sift};
-use trueup_hypotheses::innovations::search::{frame_of, search_from};
+use trueup_hypotheses::innovations::search::search_from;
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_hypotheses::innovations::verdict::judge;
 use trueup_signals::Case;
@@ -29,21 +31,22 @@ fn main() {
 fn stages(folder: &str) -> Said {
     let begun = Instant::now();
     let (loaded, _) = Case::load(std::path::Path::new(folder), |_| Ok(Vec::new()))?;
-    let (mut frame, plant) = frame_of(&loaded)?;
+    let (mut frame, plant) = joint_frame(&loaded)?;
     let mut ticks = vec![begun.elapsed().as_secs_f64()];
     let mut tick = || ticks.push(begun.elapsed().as_secs_f64());
     let fitted = fit_null(&mut frame);
     tick();
     let frozen = frozen(&mut frame, &fitted);
     tick();
-    let mut candidates = all_shapes(&frame, &fitted.sizes);
+    let sizes = UsualSizes::of(&frame);
+    let mut candidates = all_shapes(&frame, &sizes);
     tick();
     let alone = sift(&mut frame, &mut candidates, &fitted.begin, &[]);
     tick();
     let screened = screened(&candidates, alone);
     let names: Vec<&str> = named(&plant);
     let shared = Rc::new(RefCell::new(frame));
-    let found = search_from(&shared, &plant, fitted.clone(), candidates, alone);
+    let found = search_from(&shared, &plant, fitted.clone(), sizes, candidates, alone);
     tick();
     let judged = judge(&found).map(|j| {
         json!({ "verdict": j.verdict.name(), "set": j.set, "p": j.probability, "p_second": j.second, "G": j.gain,

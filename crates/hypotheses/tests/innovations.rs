@@ -1,10 +1,11 @@
 //! Whole searches of the innovations engine on short recordings of made joints.
 
+use trueup_estimation::innovations::joint_frame::joint_frame;
 use trueup_estimation::innovations::two_mass::parameter;
 use trueup_hypotheses::innovations::candidate::applied;
 use trueup_hypotheses::innovations::joint_along::UsualSizes;
 use trueup_hypotheses::innovations::laws::law_of;
-use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
+use trueup_hypotheses::innovations::search::{JointFindings, search_joint};
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_hypotheses::innovations::verdict::{EvidenceJudgement, EvidenceVerdict, judge};
 use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess};
@@ -44,7 +45,7 @@ fn a_search_of_two_seconds_names_what_lacks_and_nothing_else() {
 #[test]
 fn a_damping_below_zero_ends_no_search() {
     let made = MadeJoint { seed: 12, recordings: (1, 200), ..MadeJoint::default() };
-    let (mut f, _) = frame_of(&made.case()).unwrap();
+    let (mut f, _) = joint_frame(&made.case()).unwrap();
     f.settle(true);
     let sizes = UsualSizes::of(&f);
     let law = law_of("nonlinear-stiffness").unwrap();
@@ -132,9 +133,9 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
         }),
     ];
     let case = MadeJoint { recordings: (1, 100), ..MadeJoint::default() }.case();
-    assert!(frame_of(&case).is_ok());
+    assert!(joint_frame(&case).is_ok());
     let refused = |what: &str, l: &Loaded| {
-        let why = frame_of(l).err().map(|e| e.to_string());
+        let why = joint_frame(l).err().map(|e| e.to_string());
         assert!(why.as_ref().is_some_and(|w| w.contains(what)), "{what}: {why:?}");
     };
     for (what, change) in changes {
@@ -146,7 +147,7 @@ fn what_the_engine_lacks_words_for_is_refused_by_name() {
     let mut begins = case.clone();
     let first = begins.recordings.values_mut().next().unwrap();
     first.parameters.insert("initialMotorAngle".into(), ParameterValue::Number(0.0));
-    assert!(frame_of(&begins).is_ok());
+    assert!(joint_frame(&begins).is_ok());
 }
 
 /// One sensor only, a rigid joint, a torque on the load that is recorded: no false cause where nothing lacks.

@@ -6,6 +6,7 @@ mod arm_rig;
 mod arm_search;
 mod chain_search;
 mod columns;
+mod estimates;
 mod innovations;
 mod made;
 mod rig;

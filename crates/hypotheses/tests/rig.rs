@@ -2,11 +2,11 @@
 //! single recordings; recordings of rates alone. Checks EST-16, EST-18, EST-19.
 
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::joint_frame::joint_frame;
+use trueup_estimation::innovations::null::{FittedNull, fit_null};
 use trueup_estimation::innovations::sensed::without_sensor_effects;
 use trueup_hypotheses::innovations::findings::{CaseFindings, search_case};
 use trueup_hypotheses::innovations::levels::PARAMETERS;
-use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
-use trueup_hypotheses::innovations::search::frame_of;
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_models::joint::parameter as q;
 use trueup_signals::{Channel, KnownEffect, Loaded, ParameterValue, PriorGuess};
@@ -49,7 +49,7 @@ fn forces(f: &InnovationsFrame, recording: usize) -> Vec<Vec<f64>> {
 fn columns_of_a_rig_are_differences_of_its_forces() {
     let made = MadeJoint { seed: 41, recordings: (2, 200), ..MadeJoint::default() };
     let case = misread(made.case(), [1.1, 0.05], 0.2);
-    let (mut f, _) = frame_of(&case).unwrap();
+    let (mut f, _) = joint_frame(&case).unwrap();
     f.settle(true);
     let own = f.plant.parameters().len();
     let names: Vec<&str> = f.intake.rig.terms.iter().map(|t| &*t.name).collect();
@@ -93,7 +93,7 @@ fn a_declared_delay_is_taken_from_the_times_of_a_channel() {
             c.time.iter_mut().for_each(|t| *t += 0.0123);
             c.sensor.delay = 0.0123;
         }
-        let [a, b] = [&at_once, &late].map(|l| frame_of(l).unwrap().0.intake.recordings[0].clone());
+        let [a, b] = [&at_once, &late].map(|l| joint_frame(l).unwrap().0.intake.recordings[0].clone());
         assert_eq!(a.nodes, b.nodes, "{name}");
         let alike = |a: &[f64], b: &[f64]| {
             assert_eq!(a.len(), b.len(), "{name}");
@@ -124,7 +124,7 @@ fn a_gain_and_an_offset_of_the_current_are_found() {
 }
 
 pub(crate) fn alone(case: &Loaded) -> FittedNull {
-    fit_null(&mut frame_of(case).unwrap().0)
+    fit_null(&mut joint_frame(case).unwrap().0)
 }
 pub(crate) fn gained(null: &FittedNull) -> f64 {
     null.evidence - null.nominal.0
@@ -265,7 +265,7 @@ fn known_effects_are_forces_of_the_model_and_their_numbers_columns() {
             &[("loadPushTorque", 0.3), ("loadPushStart", 0.2), ("loadPushDuration", 0.1)],
         ),
     ];
-    let (mut f, _) = frame_of(&known(made.case(), &declared, 0.1)).unwrap();
+    let (mut f, _) = joint_frame(&known(made.case(), &declared, 0.1)).unwrap();
     f.settle(true);
     let own = f.plant.parameters().len();
     let names: Vec<String> = f.intake.rig.terms.iter().map(|t| t.name.clone()).collect();
@@ -313,7 +313,7 @@ fn known_effects_that_are_no_forces_are_refused_with_the_reason() {
         ("transmission-hysteresis", "as a spring does"),
         ("flexible-link", "swings by itself"),
     ] {
-        let text = frame_of(&known(made.clone(), &[(id, &[])], 0.0)).err().map(|e| e.to_string());
+        let text = joint_frame(&known(made.clone(), &[(id, &[])], 0.0)).err().map(|e| e.to_string());
         let named = text.as_ref().is_some_and(|t| t.contains(id) && t.contains(why));
         assert!(named, "{id}: {text:?}");
     }
@@ -464,7 +464,7 @@ fn what_rests_creeps_as_fast_as_the_recordings_show() {
     for (noise, creeps) in [([0.01, 1e-4], true), ([1e-3, 1e-5], false)] {
         let made =
             MadeJoint { seed: 48, noise, recordings: (1, 500), rests: [0.6, 1.8], ..MadeJoint::default() };
-        let (mut f, _) = frame_of(&made.case()).unwrap();
+        let (mut f, _) = joint_frame(&made.case()).unwrap();
         f.settle(false);
         println!("noise {noise:?}: rest {}, creep {}, usual {}", f.rest, f.creep, f.usual_speed);
         assert_eq!(f.creep < 1.0, creeps, "{noise:?}");

@@ -1,7 +1,7 @@
 //! A joint that its servo drives: the reference is recorded, no current. Checks EST-18 with states and a loop.
 
+use trueup_estimation::innovations::joint_frame::joint_frame;
 use trueup_hypotheses::innovations::findings::search_case;
-use trueup_hypotheses::innovations::search::frame_of;
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_models::joint::parameter as q;
 use trueup_signals::{Loaded, ParameterValue, PriorGuess};
@@ -46,7 +46,7 @@ fn a_servo_is_a_force_by_its_law_and_its_numbers_are_columns() {
         c.sensor.gain = Some(PriorGuess { value: 1.0, doubt: Some(0.1) });
         c.sensor.offset = Some(PriorGuess { value: 0.0, doubt: Some(0.1) });
     }
-    let (mut f, _) = frame_of(&case).unwrap();
+    let (mut f, _) = joint_frame(&case).unwrap();
     f.settle(true);
     let names: Vec<String> = f.intake.rig.terms.iter().map(|t| t.name.clone()).collect();
     assert_eq!(names.len(), 5, "{names:?}");

@@ -1,9 +1,9 @@
 //! What only some recordings have, and channels that the filter does not read. Checks EST-16, EST-18, EST-19.
 
+use trueup_estimation::innovations::joint_frame::joint_frame;
+use trueup_estimation::innovations::null::fit_null;
 use trueup_hypotheses::innovations::findings::search_case;
 use trueup_hypotheses::innovations::levels::PARAMETERS;
-use trueup_hypotheses::innovations::null::fit_null;
-use trueup_hypotheses::innovations::search::frame_of;
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_models::joint::parameter as q;
 use trueup_signals::{Loaded, ParameterValue, PriorGuess};
@@ -116,7 +116,7 @@ fn static_friction_alone_is_no_gap() {
     let values = [(q::COULOMB_FRICTION, 0.0), (q::STATIC_FRICTION, 8e-3)];
     let rests = [0.0, 0.6];
     let made = MadeJoint { seed: 65, recordings: (1, 500), values: &values, rests, ..MadeJoint::default() };
-    let (mut f, _) = frame_of(&made.case()).unwrap();
+    let (mut f, _) = joint_frame(&made.case()).unwrap();
     let null = fit_null(&mut f);
     let resting: usize = f.runs[0].signs.mode.iter().map(|m| usize::from(*m)).sum();
     println!("{resting} nodes at rest, {} nats", gained(&null));

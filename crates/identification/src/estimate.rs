@@ -22,7 +22,7 @@ use crate::scatter::{as_normal, scatter};
 use trueup_numerics::order::descending;
 
 /// Half the 95 % quantile of chi-square with one degree of freedom, as a standard deviation.
-const Z95: f64 = 1.959_963_984_540_054;
+pub(crate) const Z95: f64 = 1.959_963_984_540_054;
 /// An unknown whose standard error (of its logarithm, or in units of its magnitude) is larger counts as not given.
 const HOPELESS: f64 = 1.0;
 
@@ -314,6 +314,18 @@ fn profile(
     Some(u.scale.value(found.x[k] + sign * distance).0)
 }
 
+/// Correlation of neighbouring residuals, and the probability that white ones would be as correlated as these (Ljung and Box 1978, 20 lags).
+pub(crate) fn whiteness(r: &[f64]) -> (f64, f64) {
+    let n = r.len() as f64;
+    let power = r.iter().map(|r| r * r).sum::<f64>();
+    let lags = 20.min(r.len().saturating_sub(1));
+    let at =
+        |lag: usize| r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum::<f64>() / power.max(f64::MIN_POSITIVE);
+    let q: f64 = (1..=lags).map(|l| at(l).powi(2) / (n - l as f64)).sum::<f64>() * n * (n + 2.0);
+    let whiteness = ChiSquared::new(lags.max(1) as f64).map_or(f64::NAN, |d| d.sf(q));
+    (if lags > 0 { at(1) } else { 0.0 }, whiteness)
+}
+
 fn channels(problem: &OutputError, residuals: &DVector<f64>) -> Vec<ChannelFit> {
     let mut all = Vec::new();
     for (run, plan) in problem.plans().iter().enumerate() {
@@ -323,15 +335,8 @@ fn channels(problem: &OutputError, residuals: &DVector<f64>) -> Vec<ChannelFit> 
             if r.is_empty() {
                 continue;
             }
-            let n = r.len() as f64;
             let power = r.iter().map(|r| r * r).sum::<f64>();
-            let lags = 20.min(r.len().saturating_sub(1));
-            let at = |lag: usize| {
-                r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum::<f64>() / power.max(f64::MIN_POSITIVE)
-            };
-            let q: f64 = (1..=lags).map(|l| at(l).powi(2) / (n - l as f64)).sum::<f64>() * n * (n + 2.0);
-            let whiteness = ChiSquared::new(lags.max(1) as f64).map_or(f64::NAN, |d| d.sf(q));
-            let lag1 = if lags > 0 { at(1) } else { 0.0 };
+            let (lag1, whiteness) = whiteness(r);
             let channel = problem.runs()[run].channels[c].name.clone();
             let counted: f64 =
                 problem.runs()[run].channels[c].t.iter().map(|t| problem.runs()[run].weight(*t)).sum();

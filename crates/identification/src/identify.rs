@@ -8,6 +8,7 @@ mod forecast;
 mod foreseen;
 mod found;
 mod identified;
+mod innovations;
 mod json;
 mod kept;
 mod leverage;
@@ -80,6 +81,9 @@ pub fn identify(loaded: &Loaded, settings: &IdentifySettings) -> Result<Identifi
         IdentifyMethod::OutputError | IdentifyMethod::NelderMead => {
             let also = |first: &SearchStart| effects.starts(first);
             by_simulation(&model, loaded, &nominal, train.clone(), fitted, &also, settings)?
+        }
+        IdentifyMethod::Innovations => {
+            innovations::by_innovations(&model, &nominal, loaded, &train, &fitted, settings)?
         }
         IdentifyMethod::BreakAway => breakaway::found(&model, &nominal, &train)?,
         _ => by_regression(&model, &nominal, &train, &fitted, settings)?,

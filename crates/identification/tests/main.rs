@@ -7,6 +7,7 @@ mod bristles;
 mod carried;
 mod flexible_joint;
 mod identify;
+mod innovations;
 mod intervals;
 mod names;
 mod output_error;

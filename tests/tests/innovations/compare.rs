@@ -8,14 +8,15 @@ use serde_json::Value;
 use trueup_estimation::innovations::column::FilterColumn;
 use trueup_estimation::innovations::evidence::log_evidence;
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::joint_frame::joint_frame;
 use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep};
+use trueup_estimation::innovations::null::{FittedNull, fit_null};
 use trueup_hypotheses::innovations::candidate::ScreenedShape;
-use trueup_hypotheses::innovations::joint_along::along_joint;
+use trueup_hypotheses::innovations::joint_along::{UsualSizes, along_joint};
 use trueup_hypotheses::innovations::laws::law_of;
 use trueup_hypotheses::innovations::levels::LogisticWeights;
-use trueup_hypotheses::innovations::null::{FittedNull, fit_null};
 use trueup_hypotheses::innovations::screen::{all_shapes, sift};
-use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_from};
+use trueup_hypotheses::innovations::search::{JointFindings, search_from};
 use trueup_hypotheses::innovations::shape::LawShape;
 use trueup_hypotheses::innovations::verdict::judge_by;
 use trueup_signals::Loaded;
@@ -65,7 +66,7 @@ fn text<'a>(v: &'a Value, key: &str) -> &'a str {
 
 pub(super) fn stages(loaded: &Loaded, golden: &Value) -> Result<Vec<String>, Box<dyn Error>> {
     let mut said = Complaints(Vec::new());
-    let (mut frame, plant) = frame_of(loaded)?;
+    let (mut frame, plant) = joint_frame(loaded)?;
     intake(&frame, golden, &mut said);
     step(&frame, golden, &mut said);
     let mut settled = frame.clone();
@@ -74,14 +75,15 @@ pub(super) fn stages(loaded: &Loaded, golden: &Value) -> Result<Vec<String>, Box
     gains(&settled, golden, &mut said);
     let null = fit_null(&mut frame);
     said.within("nominal L", null.nominal.0, &golden["nominal_L"]["L"], 1.0);
+    let sizes = UsualSizes::of(&frame);
     parameters(&null, golden, &mut said);
-    frozen(&mut frame, &null, golden, &mut said);
-    columns(&mut frame, &null, golden, &mut said);
-    let mut candidates = all_shapes(&frame, &null.sizes);
+    frozen(&mut frame, (&null, &sizes), golden, &mut said);
+    columns(&mut frame, (&null, &sizes), golden, &mut said);
+    let mut candidates = all_shapes(&frame, &sizes);
     let alone = sift(&mut frame, &mut candidates, &null.begin, &[]);
     screen(&candidates, alone, golden, &mut said);
     let shared = Rc::new(RefCell::new(frame));
-    let found = search_from(&shared, &plant, null, candidates, alone);
+    let found = search_from(&shared, &plant, null, sizes, candidates, alone);
     effects(&found, golden, &mut said);
     verdict(&found, golden, &mut said);
     Ok(said.0)
@@ -180,7 +182,12 @@ fn parameters(null: &FittedNull, golden: &Value, said: &mut Complaints) {
     said.close("what latents are worth", &[null.latents], &g["latents_worth"], 1e-3);
 }
 
-fn frozen(frame: &mut InnovationsFrame, null: &FittedNull, golden: &Value, said: &mut Complaints) {
+fn frozen(
+    frame: &mut InnovationsFrame,
+    (null, s): (&FittedNull, &UsualSizes),
+    golden: &Value,
+    said: &mut Complaints,
+) {
     let g = &golden["frozen"];
     said.close("frozen q", &null.begin, &g["q"], 1e-9);
     said.say(!(theta_off(&frame.start, &g["parameters"]) < 1e-6), || "frozen parameters".into());
@@ -210,7 +217,6 @@ fn frozen(frame: &mut InnovationsFrame, null: &FittedNull, golden: &Value, said:
             });
         }
     }
-    let s = &null.sizes;
     let sizes = [
         ("i", s.current),
         ("v", s.motor_speed),
@@ -277,13 +283,18 @@ fn shape_of(effect: &str, place: &str, golden: &Value) -> LawShape {
 }
 
 /// Nuisances and named candidates: sums of their forces and readings, and their products.
-fn columns(frame: &mut InnovationsFrame, null: &FittedNull, golden: &Value, said: &mut Complaints) {
+fn columns(
+    frame: &mut InnovationsFrame,
+    (null, sizes): (&FittedNull, &UsualSizes),
+    golden: &Value,
+    said: &mut Complaints,
+) {
     let (packed, priors) = frame.packed(&[]);
     let base = frame.pass_base(&packed, &null.begin);
     let nuisances = frame.nuisances().0;
     let mut all: Vec<FilterColumn> = nuisances.clone();
     let golden = list(&golden["columns"]);
-    let along = along_joint(frame, &null.sizes);
+    let along = along_joint(frame, sizes);
     for g in golden.iter().skip(nuisances.len()).filter(|g| g["amplitude"] == 0) {
         let effect = text(g, "name");
         let made = law_of(effect)

@@ -21,7 +21,7 @@ const HOMES: &[&str] = &[
 const NAMED: &[(&str, &str)] = &[
     ("crates/diagnosis/src/engine/recordings.rs", "goes with the first engine"),
     (
-        "crates/hypotheses/src/innovations/search.rs",
+        "crates/estimation/src/innovations/joint_frame.rs",
         "the innovations engine has the joint's equations of its own so far",
     ),
     ("crates/report/src/diagnosis/words.rs", "declares how a plant is drawn"),

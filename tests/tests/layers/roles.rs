@@ -45,7 +45,6 @@ const NAMED: &[(&str, &str)] = &[
         "crates/diagnosis/src/shipped.rs",
         "parameters as a claim is written, which the packed model has in one",
     ),
-    ("crates/hypotheses/src/innovations/search.rs", "keys of a recording's file"),
     ("crates/identification/src/fmu.rs", "an FMU's description has no roles: its names declare them"),
     (
         "crates/identification/src/recorded.rs",

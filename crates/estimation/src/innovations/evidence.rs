@@ -5,7 +5,7 @@
 //! L = -1/2 (G_00 + mu^2 / sd^2 - b a + sum log S) - 1/2 log|A| - sum log sd
 //! ```
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::column::{AppliedLaw, FilterColumn};
 use super::gram::BaseGram;
@@ -57,17 +57,41 @@ pub struct SetEvidence {
     pub count: usize,
 }
 
+/// Columns of a Gram matrix with their priors, as one linear problem: A = L L' in units of `scale`.
+struct Normals {
+    right: Vec<f64>,
+    scale: Vec<f64>,
+    factor: Option<Cholesky<f64, Dyn>>,
+}
+
+impl Normals {
+    fn new(g: &BaseGram, priors: &AmplitudePriors) -> Self {
+        let n = priors.mean.len();
+        let weight: Vec<f64> = priors.deviation.iter().map(|d| 1.0 / (d * d)).collect();
+        let mut a = DMatrix::from_fn(n, n, |i, j| g.product(i + 1, j + 1));
+        (0..n).for_each(|i| a[(i, i)] += weight[i]);
+        let right = (0..n).map(|i| g.product(i + 1, 0) + weight[i] * priors.mean[i]).collect();
+        let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt()).collect();
+        let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]));
+        let ridges = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
+        let factor = ridges.iter().find_map(|e| Cholesky::new(&scaled + DMatrix::identity(n, n) * *e));
+        Self { right, scale, factor }
+    }
+}
+
+/// Covariance of the amplitudes: A^-1 (EST-5); `None`: it has none.
+pub fn posterior_covariance(g: &BaseGram, priors: &AmplitudePriors) -> Option<DMatrix<f64>> {
+    let normals = Normals::new(g, priors);
+    let scale = &normals.scale;
+    let inverse = normals.factor?.inverse();
+    Some(DMatrix::from_fn(scale.len(), scale.len(), |i, j| inverse[(i, j)] / (scale[i] * scale[j])))
+}
+
 /// Evidence of all columns of a Gram matrix; not finite sums have an evidence of minus infinity.
 pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
     let n = priors.mean.len();
     let weight: Vec<f64> = priors.deviation.iter().map(|d| 1.0 / (d * d)).collect();
-    let mut a = DMatrix::from_fn(n, n, |i, j| g.product(i + 1, j + 1));
-    (0..n).for_each(|i| a[(i, i)] += weight[i]);
-    let b: Vec<f64> = (0..n).map(|i| g.product(i + 1, 0) + weight[i] * priors.mean[i]).collect();
-    let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt()).collect();
-    let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]));
-    let ridges = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
-    let factor = ridges.iter().find_map(|e| Cholesky::new(&scaled + DMatrix::identity(n, n) * *e));
+    let Normals { right: b, scale, factor } = Normals::new(g, priors);
     let Some(factor) = factor else {
         let (log, squares) = (f64::NEG_INFINITY, f64::INFINITY);
         return SetEvidence { log, penalised: log, amplitudes: vec![0.0; n], squares, count: g.count };

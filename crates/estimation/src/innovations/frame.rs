@@ -214,7 +214,7 @@ impl InnovationsFrame {
         let driven = self.driven();
         let held = (0..self.coordinates()).map(|c| self.plant.held_with(driven, c)).collect();
         let modes = [vec![false; self.coordinates()], held];
-        let states: Vec<usize> = self.intake.channels.iter().map(|c| c.state).collect();
+        let readings = self.plant.readings();
         let rig = &self.intake.rig;
         let numbers = &self.theta[self.plant.parameters().len()..];
         for (k, r) in self.runs.iter_mut().enumerate() {
@@ -228,8 +228,11 @@ impl InnovationsFrame {
                 || modes.iter().map(|m| PlantStep::new(&linear, m, r.dt)).collect(),
                 |l| l.steps.clone(),
             );
-            let mut rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
-            let factors: Vec<f64> = (0..states.len()).map(|c| rig.of_reading(numbers, c, k)).collect();
+            let shown =
+                self.intake.channels.iter().map(|c| self.plant.reading_row(theta, &readings[c.reading]));
+            let shown: Vec<Vec<f64>> = shown.collect();
+            let mut rows = ReadingRows::new(&linear, &shown, &modes, &r.signs.mode, &r.moments);
+            let factors: Vec<f64> = (0..shown.len()).map(|c| rig.of_reading(numbers, c, k)).collect();
             rows.scale(&factors, [linear.size(), modes[0].len()]);
             let signs = r.signs.clone();
             r.linear = Rc::new(Linearisation { point: point.clone(), signs, steps, rows });
@@ -242,7 +245,7 @@ impl InnovationsFrame {
     }
 
     /// What the filter of a recording takes at these intensities.
-    fn filter_input(&self, recording: usize, q: &[f64]) -> FilterInput<'_> {
+    pub(super) fn filter_input(&self, recording: usize, q: &[f64]) -> FilterInput<'_> {
         let r = &self.runs[recording];
         let raw = &self.intake.recordings[recording];
         let unit = self.plant.usual_force();

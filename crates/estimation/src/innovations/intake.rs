@@ -18,6 +18,8 @@ use super::rig::RigTerms;
 pub const START: f64 = 0.12;
 /// Readings of a channel in every recording, below which it is not used.
 const FEW: usize = 50;
+/// Shortest step to which readings alone have nodes, s.
+const SHORTEST: f64 = 5e-4;
 /// Correlation of noise from reading to reading, below which it counts as white.
 const WHITE: f64 = 0.1;
 /// Least error of an angle, in usual deflections: what no model of a joint resolves.
@@ -151,6 +153,18 @@ impl NodeIntake {
     /// # Errors
     /// See [`NodesError`].
     pub fn new(loaded: &Loaded, plant: &dyn ForcedPlant) -> Result<Self, NodesError> {
+        Self::in_steps(loaded, plant, None)
+    }
+
+    /// The same in steps of at most `longest` s, one reading each where it can be.
+    ///
+    /// # Errors
+    /// See [`NodesError`].
+    pub fn in_steps(
+        loaded: &Loaded,
+        plant: &dyn ForcedPlant,
+        longest: Option<f64>,
+    ) -> Result<Self, NodesError> {
         let train = loaded.train();
         let enough = |name: &str| {
             train.iter().all(|r| r.channel(name).is_some_and(|c| c.len() > FEW)) && !train.is_empty()
@@ -173,7 +187,7 @@ impl NodeIntake {
             channels.push(IntakeChannel {
                 name: r.name.to_owned(),
                 reading,
-                state: r.state,
+                state: r.element.is_none().then_some(r.state),
                 angle: r.angle,
                 resolution: (resolution * resolution + 12.0 * white).sqrt(),
                 variance: (counting + white) * colour(loaded, r.name) + floor + 1e-300,
@@ -184,7 +198,8 @@ impl NodeIntake {
         }
         let drive = plant.input_forces().first().map_or("", |i| i.name);
         let known = train.iter().find_map(|r| r.channel(drive)).and_then(|c| c.sensor.noise);
-        let recordings = train.iter().map(|r| recording(r, plant, &channels)).collect::<Result<_, _>>()?;
+        let recordings =
+            train.iter().map(|r| recording(r, plant, &channels, longest)).collect::<Result<_, _>>()?;
         let rig = Rc::new(RigTerms::new(loaded, plant, &channels));
         Ok(Self { recordings, channels, input_noise: known.unwrap_or(0.0), rig })
     }
@@ -195,7 +210,7 @@ impl NodeIntake {
     }
     /// Index of the channel that shows a state.
     pub fn channel_of(&self, state: usize) -> Option<usize> {
-        self.channels.iter().position(|c| c.state == state)
+        self.channels.iter().position(|c| c.state == Some(state))
     }
     /// By how much the zeros of the angles differ, as a standard deviation: the sum of their resolutions.
     pub fn zero(&self) -> f64 {
@@ -235,6 +250,7 @@ fn recording(
     r: &Recording,
     plant: &dyn ForcedPlant,
     channels: &[IntakeChannel],
+    longest: Option<f64>,
 ) -> Result<IntakeRecording, UnfitRecording> {
     // With delays the channels of a file have rows of their own: the channel with the most samples has its step.
     let delayed = r.channels.iter().any(|c| c.sensor.delay != 0.0);
@@ -249,10 +265,14 @@ fn recording(
     let first = if delayed { begun(r) } else { shown().fold(f64::MAX, f64::min) };
     let gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
     let sample = median(gaps.clone());
-    let dt = if sample < 6e-3 {
-        sample * (2e-3 / sample).round_ties_even().max(1.0)
-    } else {
-        sample / (sample / 4e-3).round_ties_even()
+    let dt = match longest {
+        // One reading a node, where that is not too many nodes.
+        Some(longest) => {
+            let dt = sample * (SHORTEST / sample).round_ties_even().max(1.0);
+            dt / (dt / longest - 1e-6).ceil().max(1.0)
+        }
+        None if sample < 6e-3 => sample * (2e-3 / sample).round_ties_even().max(1.0),
+        None => sample / (sample / 4e-3).round_ties_even(),
     };
     let rounded =
         |d: i32| times.iter().all(|t| (t * 10f64.powi(d) - (t * 10f64.powi(d)).round()).abs() < 1e-3);

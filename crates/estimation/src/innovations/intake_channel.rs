@@ -7,8 +7,8 @@ pub struct IntakeChannel {
     pub name: String,
     /// Index among the readings of the plant.
     pub reading: usize,
-    /// State that it shows.
-    pub state: usize,
+    /// State that it shows; `None`: the force of an elastic element.
+    pub state: Option<usize>,
     /// An angle; else a rate.
     pub angle: bool,
     /// One count and the width of white noise together, in the state's unit.

@@ -192,11 +192,11 @@ impl ReadingRows {
         }
     }
 
-    /// Of readings of `states` with `moments` (m1, m2, m3 of their times by node and channel), where `mode` of each node is an
+    /// Of readings that are these sums of the plant's states, with `moments` (m1, m2, m3 of their times by node and channel), where `mode` of each node is an
     /// index of `modes`.
     pub fn new(
         point: &LinearPoint<'_>,
-        states: &[usize],
+        shown: &[Vec<f64>],
         modes: &[Vec<bool>],
         mode: &[u8],
         moments: &[[f64; 3]],
@@ -206,9 +206,9 @@ impl ReadingRows {
         let mut parts = Vec::new();
         for stuck in modes {
             let (f, b) = point.rates(stuck);
-            for k in states {
+            for sum in shown {
                 let mut row = DMatrix::zeros(1, size);
-                row[(0, *k)] = 1.0;
+                sum.iter().enumerate().for_each(|(k, x)| row[(0, k)] = *x);
                 let mut powers = vec![row];
                 (0..3).for_each(|j| powers.push(&powers[j] * &f));
                 let direct: Vec<_> = powers[..3].iter().map(|p| p * &b).collect();
@@ -217,9 +217,9 @@ impl ReadingRows {
         }
         let mut out = Self::default();
         for (t, m) in mode.iter().enumerate() {
-            for c in 0..states.len() {
-                let (powers, direct) = &parts[states.len() * usize::from(*m) + c];
-                let x = moments[states.len() * t + c];
+            for c in 0..shown.len() {
+                let (powers, direct) = &parts[shown.len() * usize::from(*m) + c];
+                let x = moments[shown.len() * t + c];
                 out.h.extend(
                     (0..size).map(|i| {
                         powers[0][i] + x[0] * powers[1][i] + x[1] * powers[2][i] + x[2] * powers[3][i]

@@ -82,6 +82,7 @@ impl InnovationsFrame {
             part
         };
         let mut parts: Vec<ColumnPart> = series.into_iter().map(part).collect();
+        self.add_element_readings(recording, &theta, &mut parts);
         for (p, k) in parts.iter_mut().zip(&self.unknown).filter(|(_, k)| **k >= parameters) {
             if let Some(of_rig) = self.rig_part(*k - parameters, recording, &inputs, &gear) {
                 if self.plant.known_effects().is_none() {
@@ -92,6 +93,26 @@ impl InnovationsFrame {
             }
         }
         parts
+    }
+
+    /// What channels that show the force of an elastic element read of relative changes of its parameters.
+    fn add_element_readings(&self, recording: usize, theta: &[f64], parts: &mut [ColumnPart]) {
+        let r = &self.runs[recording];
+        let size = r.states.len() / r.nodes;
+        for (c, channel) in self.intake.channels.iter().enumerate() {
+            let of = self.plant.readings()[channel.reading].element;
+            let Some(element) = of.and_then(|e| self.plant.elements().get(e)) else { continue };
+            let factor = self.intake.rig.of_reading(self.rig_numbers(), c, recording);
+            for (k, sum) in [(element.stiffness, &element.deflection), (element.damping, &element.rate)] {
+                let Some(at) = self.unknown.iter().position(|u| *u == k) else { continue };
+                if self.intake.rig.is_own(k, recording) {
+                    continue;
+                }
+                let along = |x: &[f64]| sum.iter().zip(x).map(|(s, x)| s * x).sum::<f64>();
+                let values = r.states.chunks(size).map(|x| factor * theta[k] * along(x)).collect();
+                parts[at].readings.extend(ColumnPart::reading(c, values).readings); // (EST-22)
+            }
+        }
     }
 
     /// What the model shows of a channel along the smoothed trajectory, and its rate, by node.

@@ -47,7 +47,7 @@ pub struct GearTrain {
     pub inertia: usize,
 }
 
-/// A channel of which a state is the reading.
+/// A channel of which a state, or the force of an elastic element, is the reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateReading {
     /// Name of the channel.
@@ -60,6 +60,8 @@ pub struct StateReading {
     pub angle: bool,
     /// Coordinate to which it belongs.
     pub coordinate: usize,
+    /// Elastic element whose force it shows instead of a state, N.m; `None`: it shows a state.
+    pub element: Option<usize>,
 }
 
 /// A parameter with its prior.
@@ -142,6 +144,19 @@ pub trait ForcedPlant {
     }
     /// Its elastic elements; none of a rigid plant.
     fn elements(&self) -> &[ElasticElement];
+    /// What a reading shows as a sum of states.
+    fn reading_row(&self, theta: &[f64], reading: &StateReading) -> Vec<f64> {
+        let mut row = vec![0.0; self.states()];
+        match reading.element.and_then(|e| self.elements().get(e)) {
+            Some(e) => {
+                let [k, d] = [theta[e.stiffness], theta[e.damping]];
+                let sums = e.deflection.iter().zip(&e.rate).map(|(x, v)| k * x + d * v); // (EST-22)
+                row.iter_mut().zip(sums).for_each(|(r, s)| *r = s);
+            }
+            None => row[reading.state] = 1.0,
+        }
+        row
+    }
     /// Effects that the case declares.
     fn known_effects(&self) -> Option<&KnownEffects> {
         None

@@ -101,7 +101,9 @@ impl NodeRecording {
         let mut driven_is_read = false;
         // Without any angle the rates begin; where it is then does not matter, but for the twist.
         let rates = !intake.channels.iter().any(|c| c.angle);
-        for (c, channel) in intake.channels.iter().enumerate().filter(|(_, c)| c.angle || rates) {
+        for (c, channel) in
+            intake.channels.iter().enumerate().filter(|(_, c)| c.state.is_some() && (c.angle || rates))
+        {
             let at: Vec<usize> = (0..raw.nodes).filter(|t| count[channels * t + c] > 0.0).collect();
             let time: Vec<f64> =
                 at.iter().map(|t| *t as f64 * raw.dt + moments[channels * t + c][0]).collect();

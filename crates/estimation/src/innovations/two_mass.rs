@@ -160,6 +160,7 @@ impl TwoMassPlant {
             factor,
             angle,
             coordinate,
+            element: None,
         })
         .to_vec();
         plant.arrange();
@@ -193,6 +194,22 @@ impl TwoMassPlant {
         let own = own.map(|(name, _)| InputForce { name, gain: None, factor: 0.0, coordinate: MOTOR });
         let inputs = self.inputs.iter().cloned().chain(own).collect();
         Self { known, inputs, ..self }
+    }
+    /// The same with the torque of its spring among its readings.
+    pub fn with_torque_reading(self) -> Self {
+        let mut plant = self;
+        if !plant.elements.is_empty() {
+            let (name, state, factor, angle) = ("transmissionTorque", 0, 1.0, false);
+            plant.readings.push(StateReading {
+                name,
+                state,
+                factor,
+                angle,
+                coordinate: MOTOR,
+                element: Some(0),
+            });
+        }
+        plant
     }
     /// The same with dry friction in some recordings.
     pub fn with_dry_recordings(self) -> Self {

@@ -1,9 +1,7 @@
 //! What explains the gap of a chain: the model alone, a screen of all shapes at once, leaders refined and fitted, late channels and other
 //! structures in frames of their own, impulses, and a second for what the first leaves. All evidences are of the same readings.
 
-use std::borrow::Cow;
-
-use trueup_estimation::innovations::rig::LateGroup;
+use trueup_estimation::innovations::trajectory::case_frame::{fit_chain_null, prepared};
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
@@ -21,19 +19,16 @@ use super::chain_screen::{LOOKS, best_of_chain, chain_bank, chain_screening, cha
 use super::law::DryFriction;
 use super::laws::{LawRef, arm_law_of};
 use super::levels::CHAIN_SEARCH;
-use super::retimed::{LaterChannels, retimed};
 use super::shape::LawShape;
 
-/// Rounds of the nominal model, of the refitted one, of plain friction in place of Stribeck's.
-const ROUNDS: [usize; 3] = [4, 7, 5];
+/// Rounds of plain friction in place of Stribeck's.
+const ROUNDS: usize = 5;
 /// Families that are fitted: of the screen, of impulses.
 const LEADERS: [usize; 2] = [6, 2];
 /// Speeds with which Stribeck's term begins on top of plain friction, in usual ones.
 const SPEEDS: [f64; 4] = [0.06, 0.15, 0.35, 0.7];
 /// Late channels that have a frame, at most.
 const LATE: usize = 3;
-/// Least step by which delays are tried, s: latent errors of readings take what is left of one.
-const DELAY: f64 = 2.5e-4;
 /// Effects in addition to which a second is looked for.
 const FIRST: usize = 2;
 
@@ -75,36 +70,6 @@ pub struct ChainFindings {
     pub sizes: ChainSizes,
 }
 
-fn frame_of_case(loaded: &Loaded, structures: &PlantStructures) -> Result<TrajectoryFrame, TrajectoryError> {
-    TrajectoryFrame::new(loaded, structures.plant.clone(), &structures.nominal, &[])
-}
-
-/// Recordings with late channels at the times that the model alone has.
-///
-/// # Errors
-/// See [`TrajectoryError`].
-pub fn prepared<'a>(
-    loaded: &'a Loaded,
-    structures: &PlantStructures,
-) -> Result<Cow<'a, Loaded>, TrajectoryError> {
-    let look = |loaded: &Loaded, fits: bool| -> Result<LaterChannels, TrajectoryError> {
-        if fits {
-            // No delay is left to be fitted.
-            return Ok(LaterChannels::default());
-        }
-        let mut frame = frame_of_case(loaded, structures)?.for_delays();
-        frame.start()?;
-        let q = frame.intensities.clone();
-        let fit = frame.fit(&|_| Vec::new(), None, &q, 1, true)?;
-        let evidence = fit.evidence / fit.count.max(1) as f64;
-        Ok(LaterChannels { evidence, ..LaterChannels::default() })
-    };
-    let table = structures.plant.plant().table();
-    let mut late = LateGroup::all(loaded);
-    late.retain(|g| table.output(&g.channel).is_some() || table.inputs.iter().any(|q| q.name == g.channel));
-    retimed(loaded, late, DELAY, look)
-}
-
 /// Fits the model alone; leaves a frame where hypotheses begin.
 ///
 /// # Errors
@@ -113,11 +78,7 @@ pub fn chain_null(
     loaded: &Loaded,
     structures: &PlantStructures,
 ) -> Result<(TrajectoryFrame, ChainNull), ChainSearchError> {
-    let mut frame = frame_of_case(loaded, structures)?;
-    frame.start()?;
-    let q = frame.intensities.clone();
-    let nominal = frame.clone().fit(&|_| Vec::new(), None, &q, ROUNDS[0], true)?.evidence;
-    let fit = frame.fit(&|_| Vec::new(), None, &q, ROUNDS[1], false)?;
+    let (mut frame, nominal, fit) = fit_chain_null(loaded, structures)?;
     scored(&mut frame, &fit.intensities, &[]);
     let left = LatentLevels::of(&frame, &fit.intensities);
     Ok((frame, ChainNull { nominal, fit, left }))
@@ -221,7 +182,7 @@ impl ChainSearch<'_> {
             let form = sb.form.as_ref().map(|f| f.with_law(plain, plain_shape));
             if let Some(form) = form {
                 let fit =
-                    self.fits.fit(&mut frame, std::slice::from_ref(&form), &sb.fit.intensities, ROUNDS[2])?;
+                    self.fits.fit(&mut frame, std::slice::from_ref(&form), &sb.fit.intensities, ROUNDS)?;
                 let own = ChainEffect::of_law(form, fit, frame);
                 let others = all.iter().filter(|h| h.dry_friction() == Some(DryFriction::Plain));
                 let best = others.reduce(|a, b| if b.evidence > a.evidence { b } else { a }).cloned();

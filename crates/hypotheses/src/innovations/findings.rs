@@ -3,6 +3,7 @@
 //! A joint and a chain are searched in frames of their own; from here on they are alike.
 
 use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::joint_frame::JointFrameError;
 use trueup_estimation::innovations::sensed::without_sensor_effects;
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
@@ -22,7 +23,7 @@ use super::joint_along::{UsualSizes, along_joint};
 use super::law::{LawFit, LawValue};
 use super::laws::{LawRef, law_of};
 use super::pairs::FittedPair;
-use super::search::{JointFindings, JointSearchError, search_joint};
+use super::search::{JointFindings, search_joint};
 use super::shape::LawShape;
 use super::verdict::{EvidenceJudgement, ReportedEffect, judge};
 
@@ -31,7 +32,7 @@ use super::verdict::{EvidenceJudgement, ReportedEffect, judge};
 pub enum CaseSearchError {
     /// A joint.
     #[error(transparent)]
-    Joint(#[from] JointSearchError),
+    Joint(#[from] JointFrameError),
     /// A chain.
     #[error(transparent)]
     Chain(#[from] ChainSearchError),
@@ -116,7 +117,7 @@ pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
             let judged = judge(&found).ok_or(CaseSearchError::Nothing { file })?;
             Ok(of_joint(&found, judged))
         }
-        Err(JointSearchError::Model { .. }) => {
+        Err(JointFrameError::Model { .. }) => {
             let structures = PlantStructures::of(&loaded.case)?;
             Ok(of_chain(&search_chain(loaded, &structures)?))
         }
@@ -125,7 +126,7 @@ pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
 }
 
 fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {
-    let (null, sizes) = (&found.null, &found.null.sizes);
+    let (null, sizes) = (&found.null, &found.sizes);
     let own = null.names.len();
     let of_rig = |theta: &[f64], zeros: &[f64]| -> (Vec<String>, Vec<f64>) {
         let unread = null.unread.values.iter().cloned();

@@ -125,7 +125,7 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
         dry: frame.dry_level(),
         viscous: frame.theta[parameter::VISCOUS_FRICTION],
         resolution: encoder.map_or(0.0, |c| c.resolution),
-        motor_read: encoder.is_some_and(|c| c.state == 0),
+        motor_read: encoder.is_some_and(|c| c.state == Some(0)),
         drive: sizes.current,
         motor_speed: sizes.motor_speed,
         link_speed: sizes.load_speed,
@@ -140,9 +140,13 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
             "loadAngle" => "sensor:loadAngle",
             _ => "sensor",
         },
-        shows: if c.angle { ShownBy::Position(c.state / 2) } else { ShownBy::Rate(c.state / 2) },
+        shows: match c.state {
+            Some(k) if c.angle => ShownBy::Position(k / 2),
+            Some(k) => ShownBy::Rate(k / 2),
+            None => ShownBy::Output,
+        },
         error: gear_error,
-        turns: if c.state == 0 { 1.0 } else { ratio },
+        turns: if c.state == Some(0) { 1.0 } else { ratio },
         // What is wrong with a reading shows against the other.
         compared: c.angle && frame.two_angles(),
     });

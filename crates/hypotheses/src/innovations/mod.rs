@@ -1,6 +1,6 @@
 //! Which effect explains a joint's gap, by the evidence of the innovations (crate `estimation`, module `innovations`).
 //!
-//! [`null`] is the model alone; [`laws`] are effects as columns [`along`] the smoothed trajectory; [`screen`] looks at all of
+//! [`laws`] are effects as columns [`along`] the smoothed trajectory; [`screen`] looks at all of
 //! their shapes at once, [`search`] fits the leaders, and what else may be in frames of their own ([`late`], [`structure`]) and
 //! [`pairs`]; [`verdict`] judges by a few numbers. Modules that begin with `chain` are the same steps of an arm, from [`chain_search`]
 //! to [`chain_verdict`].
@@ -27,12 +27,10 @@ pub mod law;
 pub mod laws;
 pub mod levels;
 pub mod mechanics;
-pub mod null;
 pub mod operator;
 pub mod pairs;
 pub mod place;
 pub mod pushes;
-mod retimed;
 pub mod run_along;
 pub mod screen;
 pub mod search;

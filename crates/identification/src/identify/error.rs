@@ -27,7 +27,7 @@ pub enum IdentifyError {
     Unknowns(String),
     /// Regressions are not for FMUs.
     #[error(
-        "method {method} works on the equations of a joint of ours, not through an FMU; use output-error or nelder-mead, or leave out --fmu"
+        "method {method} works on the equations of a model of ours, not through an FMU; use output-error or nelder-mead, or leave out --fmu"
     )]
     FmuMethod {
         /// Which.
@@ -78,6 +78,12 @@ pub enum IdentifyError {
     Weights {
         /// Which.
         method: IdentifyMethod,
+    },
+    /// What innovations do not take.
+    #[error("method innovations does not take this case ({why}); use --method output-error")]
+    Innovations {
+        /// What, and where.
+        why: String,
     },
     /// The method does not do that.
     #[error(

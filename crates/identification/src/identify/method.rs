@@ -19,18 +19,21 @@ pub enum IdentifyMethod {
     OutputError,
     /// The same cost by the downhill simplex, without derivatives.
     NelderMead,
+    /// Innovations of a filter about the smoothed trajectory, as in a diagnosis.
+    Innovations,
     /// Static friction alone, from slow ramps of the current.
     BreakAway,
 }
 
 /// Names as on the command line.
-pub const METHODS: [(&str, IdentifyMethod); 7] = [
+pub const METHODS: [(&str, IdentifyMethod); 8] = [
     ("ls-literal", IdentifyMethod::LsLiteral),
     ("ls", IdentifyMethod::Ls),
     ("filtered", IdentifyMethod::Filtered),
     ("iv", IdentifyMethod::Iv),
     ("output-error", IdentifyMethod::OutputError),
     ("nelder-mead", IdentifyMethod::NelderMead),
+    ("innovations", IdentifyMethod::Innovations),
     ("break-away", IdentifyMethod::BreakAway),
 ];
 

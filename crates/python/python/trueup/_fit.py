@@ -148,7 +148,7 @@ def identify(
 
     Parameters:
         case: a case, or its folder.
-        method: `output-error`, `nelder-mead`, or for a joint `ls-literal`, `ls`, `filtered`, `iv`, `break-away`.
+        method: `output-error`, `nelder-mead`, `innovations`, or for a joint `ls-literal`, `ls`, `filtered`, `iv`, `break-away`.
         effects: ids of effects that are fitted together with the parameters.
         fast: intervals from standard errors, without profiles of the likelihood.
         progress: receives what is being done.

@@ -14,7 +14,7 @@ const VALUES: usize = 15;
 pub(crate) struct Identify {
     /// A folder of recordings with a case.toml, or that file
     pub(crate) case: PathBuf,
-    /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, break-away
+    /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, innovations, break-away
     #[arg(long, value_name = "NAME", default_value = "output-error")]
     pub(crate) method: IdentifyMethod,
     /// Fit these effects together with the model's parameters, as `effects` in [fit] of case.toml does; `trueup fmu list` has their ids

@@ -148,7 +148,7 @@ impl TrajectoryFrame {
     }
 
     /// All parameters after a step of the unknowns, the first of these amplitudes; `within`: as far as it is trusted.
-    fn moved(&self, amplitudes: &[f64], within: bool) -> Vec<f64> {
+    pub(super) fn moved(&self, amplitudes: &[f64], within: bool) -> Vec<f64> {
         let mut theta = self.theta.clone();
         for (u, step) in self.unknown.iter().zip(amplitudes) {
             theta[u.index] =

@@ -12,6 +12,7 @@ use super::readings::ReadOutputs;
 use super::run::{LawTangent, TrajectoryRun};
 use super::unknowns::UnknownParameter;
 use crate::innovations::column::{ColumnPart, FilterColumn, OwnForces};
+use crate::innovations::estimate::EstimatedNumber;
 use crate::innovations::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use crate::innovations::filter_data::{DataColumn, FilterGains, FilterInput, SmoothedRecording};
 use crate::innovations::gram::{BaseGram, GroupGram, PackedColumns, PassedBase};
@@ -32,6 +33,9 @@ const CREEP: (f64, f64) = (2.0, 0.05);
 /// Standard deviations of the first coordinates and rates, of a driven body and of one that floats: angles, rad and rad/s; places, m
 /// and m/s.
 const FIRST: [[f64; 2]; 3] = [[0.02, 0.05], [0.03, 0.05], [0.02, 0.03]];
+/// Step of derivatives of reported numbers.
+const STEP: f64 = 1e-6;
+
 /// A plant and its recordings about their trajectories, and all that belongs to them.
 #[derive(Clone)]
 pub struct TrajectoryFrame {
@@ -294,6 +298,23 @@ impl TrajectoryFrame {
         self.runs.iter().map(of_run).collect()
     }
 
+    /// Columns of the parameters are to be made again.
+    pub(super) fn forget_columns(&mut self) {
+        self.parameter_columns = None;
+    }
+    /// Gains, offsets and delays at these amplitudes: which of them, the number, and its derivative.
+    pub(super) fn doubted_numbers(&self, amplitudes: &[f64]) -> Vec<(usize, EstimatedNumber, f64)> {
+        let mut all = Vec::new();
+        for (k, (d, a)) in self.doubted.iter().zip(amplitudes).enumerate() {
+            let slope = (d.value(a + STEP) - d.value(a - STEP)) / (2.0 * STEP);
+            let of = |recording| EstimatedNumber { name: d.name.clone(), recording, value: d.value(*a) };
+            match &d.only {
+                Some(only) => all.extend(only.iter().map(|r| (k, of(Some(*r)), slope))),
+                None => all.push((k, of(None), slope)),
+            }
+        }
+        all
+    }
     /// Gains, offsets and delays that all recordings have as they are reported, at these amplitudes: names and values.
     pub fn reported(&self, amplitudes: &[f64]) -> Vec<(String, f64)> {
         let all = self.doubted.iter().zip(amplitudes).filter(|(d, _)| d.only.is_none());

@@ -9,9 +9,11 @@
 //!
 //! Everything of the plant comes from its model, [`trueup_plant::Plant`], by dual numbers: [`plant`] has accelerations, forces that
 //! a motion takes, and outputs with their gradients; [`steps`] A, B and c; [`unknowns`] the forces that a change of a parameter is
-//! worth. [`structures`] makes the plant of a case. [`nodes`] takes recordings to nodes; [`frame`] holds the trajectory, and [`fit`] moves it.
+//! worth. [`structures`] makes the plant of a case, [`case_frame`] its frame. [`nodes`] takes recordings to nodes; [`frame`] holds the trajectory, and [`fit`] moves it.
 
+pub mod case_frame;
 mod doubted;
+pub mod estimate;
 pub mod fit;
 pub mod frame;
 pub mod nodes;

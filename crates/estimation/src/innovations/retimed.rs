@@ -3,8 +3,9 @@
 
 use std::borrow::Cow;
 
-use trueup_estimation::innovations::rig::LateGroup;
 use trueup_signals::Loaded;
+
+use super::rig::LateGroup;
 
 /// Delays that are tried first, s: a fit from 0 may end on its way.
 const TRIED: [f64; 12] =
@@ -16,13 +17,13 @@ const RETIMED: (usize, f64, f64) = (6, 0.2, 0.02);
 
 /// What the model alone has of the delays of a case.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LaterChannels {
+pub struct LaterChannels {
     /// Log evidence a reading, nats.
-    pub(super) evidence: f64,
+    pub evidence: f64,
     /// Step of the nodes, s.
-    pub(super) step: f64,
+    pub step: f64,
     /// Channels whose delays are estimated, with what adds to the assumed delays, s; none without a fit.
-    pub(super) by: Vec<(LateGroup, f64)>,
+    pub by: Vec<(LateGroup, f64)>,
 }
 
 /// A case at the delays that the model alone has of these channels; `look`: what it has of a case, with a fit or without one; `finest`: the
@@ -30,7 +31,7 @@ pub(super) struct LaterChannels {
 ///
 /// # Errors
 /// Those of `look`.
-pub(super) fn retimed<'a, E>(
+pub fn retimed<'a, E>(
     loaded: &'a Loaded,
     late: Vec<LateGroup>,
     finest: f64,

@@ -2,11 +2,11 @@
 
 use std::rc::Rc;
 
-use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
-use trueup_estimation::innovations::rig::RigTerms;
-use trueup_estimation::innovations::unread::UnreadFigures;
+use trueup_signals::Loaded;
 
-use super::joint_along::UsualSizes;
+use super::frame::{INTENSITY, InnovationsFrame};
+use super::rig::RigTerms;
+use super::unread::{UnreadFigures, is_estimated, unread};
 
 /// Nats that a refit of the parameters has to gain before rest and noise are determined again with them.
 const AGAIN: f64 = 30.0;
@@ -46,8 +46,6 @@ pub struct FittedNull {
     pub latents: f64,
     /// Intensities with which hypotheses begin.
     pub begin: Vec<f64>,
-    /// Usual sizes along the trajectory with which they begin.
-    pub sizes: UsualSizes,
     /// Figures of channels that are not read.
     pub unread: UnreadFigures,
 }
@@ -104,7 +102,6 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
     }
     let begin = f.q.clone();
     f.reset(&begin);
-    let sizes = UsualSizes::of(f);
     FittedNull {
         nominal,
         evidence: best.evidence,
@@ -118,7 +115,19 @@ pub fn fit_null(f: &mut InnovationsFrame) -> FittedNull {
         farthest,
         latents,
         begin,
-        sizes,
         unread: UnreadFigures::default(),
     }
+}
+
+/// Figures of channels that the frame does not read, along the trajectory of the model alone.
+pub fn unread_of_null(loaded: &Loaded, frame: &InnovationsFrame, null: &FittedNull) -> UnreadFigures {
+    let train = loaded.train();
+    let mut channels = train.iter().flat_map(|r| &r.channels);
+    if channels.all(|c| !is_estimated(&c.sensor) || frame.plant.has_channel(&c.name)) {
+        return UnreadFigures::default();
+    }
+    let mut along = frame.clone();
+    along.theta.clone_from(&null.theta);
+    along.put_in_force(&[], &[], &null.zeros, &null.q);
+    unread(loaded, &along)
 }

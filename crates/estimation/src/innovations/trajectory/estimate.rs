@@ -1,0 +1,195 @@
+//! The model of a chain alone, fitted until its parameters no longer move, with their uncertainty.
+
+use std::rc::Rc;
+
+use nalgebra::DMatrix;
+
+use super::fit::TrajectoryFit;
+use super::frame::TrajectoryFrame;
+use super::plant::TrajectoryError;
+use crate::innovations::estimate::{
+    ChannelInnovations, EstimatedNumber, InnovationsEstimate, LITTLE, READINGS, ROUNDS, covariance_of,
+    left_of,
+};
+use crate::innovations::evidence::{AmplitudePriors, log_evidence};
+use crate::innovations::gram::PackedColumns;
+
+/// Factors by which figures of noise move, one after the other.
+const FACTORS: [f64; 2] = [2.0, 1.2];
+/// Least intensity of a latent, over its bound in a search of effects.
+const LEAST: f64 = 1e-2;
+
+/// A figure of noise that the evidence decides.
+#[derive(Clone, Copy, Debug)]
+enum TrajectoryNoise {
+    /// Variance of the readings of a channel.
+    Reading(usize),
+    /// Variance of the white force on a coordinate.
+    White(usize),
+    /// Intensity of a latent.
+    Latent(usize),
+}
+
+impl TrajectoryFrame {
+    /// With these of its parameters only among the unknowns.
+    pub fn only(&mut self, names: &[&str]) {
+        let table = &self.plant.plant().table().parameters;
+        let unknown = self.unknown.iter().filter(|u| names.contains(&&*table[u.index].name)).cloned();
+        self.unknown = Rc::new(unknown.collect());
+        self.forget_columns();
+    }
+
+    /// Fits the parameters of the model alone from a fit, determines the noise by the evidence, and fits them again.
+    ///
+    /// # Errors
+    /// See [`TrajectoryError`].
+    pub fn estimate(&mut self, fit: &TrajectoryFit) -> Result<InnovationsEstimate, TrajectoryError> {
+        let begun: Vec<f64> = self.intake.channels.iter().map(|c| c.variance).collect();
+        self.intensities.clone_from(&fit.intensities);
+        self.refit()?;
+        self.refine_noise(&begun)?;
+        let (rounds, ended) = self.refit()?;
+        let (packed, priors) = self.packed_null();
+        let q = self.intensities.clone();
+        let passed = self.pass_base(&packed, &q);
+        let found = log_evidence(&passed.gram, &priors);
+        let covariance = covariance_of(&passed.gram, &priors);
+        let channels = self.channels();
+        let mut innovations = Vec::new();
+        for (k, e) in passed.innovations.iter().enumerate() {
+            let readings = &self.runs[k].readings;
+            let there = |at: usize| readings.counted[at] && readings.count[at] > 0.0;
+            let rows = || e.chunks(passed.gram.stride()).enumerate().filter(|(at, _)| there(*at));
+            innovations.extend((0..channels).map(|c| {
+                ChannelInnovations {
+                    recording: k,
+                    channel: self.intake.channels[c].name.clone(),
+                    whitened: rows()
+                        .filter(|(at, _)| at % channels == c)
+                        .map(|(_, row)| left_of(row, &found.amplitudes))
+                        .collect(),
+                    noise: (self.intake.channels[c].variance / begun[c]).sqrt(),
+                }
+            }));
+        }
+        let numbers = self.numbers(&found.amplitudes);
+        let covariance = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
+            numbers[i].2 * numbers[j].2 * covariance[(numbers[i].0, numbers[j].0)]
+        });
+        let numbers = numbers.into_iter().map(|n| n.1).collect();
+        let usual = self.usual_force.iter().zip(self.plant.plant().coordinates());
+        let latents = q.iter().zip(usual).map(|(q, (usual, c))| (c.name.clone(), q / usual)).collect();
+        Ok(InnovationsEstimate {
+            numbers,
+            covariance,
+            innovations,
+            latents,
+            evidence: found.log,
+            rounds,
+            ended,
+        })
+    }
+
+    /// What was estimated: by which amplitude, the number, and its derivative.
+    fn numbers(&self, amplitudes: &[f64]) -> Vec<(usize, EstimatedNumber, f64)> {
+        let table = &self.plant.plant().table().parameters;
+        let own = self.unknown.len();
+        let parameters = self.unknown.iter().enumerate().map(|(k, u)| {
+            let (name, value) = (table[u.index].name.clone(), self.theta[u.index]);
+            (k, EstimatedNumber { name, recording: None, value }, u.unit_at(&self.theta))
+        });
+        let doubted = self.doubted_numbers(&amplitudes[own..]).into_iter();
+        parameters.chain(doubted.map(|(k, n, slope)| (own + k, n, slope))).collect()
+    }
+
+    /// Gauss-Newton until the parameters no longer move: rounds, and whether they do not.
+    fn refit(&mut self) -> Result<(usize, bool), TrajectoryError> {
+        let mut rounds = 0;
+        loop {
+            let (columns, priors) = self.nuisances();
+            let packed = self.packed(&columns);
+            let gains = self.all_gains(&self.intensities, true);
+            let (gram, found) = self.evidence_with(&packed, &priors, &gains);
+            let covariance = covariance_of(&gram, &priors);
+            let parameters = self.unknown.len();
+            let far = |i: usize| found.amplitudes[i].abs() / covariance[(i, i)].sqrt();
+            let far = (0..parameters).map(far).fold(0.0, f64::max);
+            rounds += 1;
+            let all = self.own_forces(&columns, &found.amplitudes);
+            let own = self.own_forces(&columns[parameters..], &found.amplitudes[parameters..]);
+            let smoothed = self.smoothed(&gains, Some(&all));
+            drop(gains);
+            self.theta = self.moved(&found.amplitudes, true); // (EST-21)
+            self.follow(smoothed, Some(&own), &[])?;
+            if far < ROUNDS.1 || rounds == ROUNDS.0 {
+                return Ok((rounds, far < ROUNDS.1));
+            }
+        }
+    }
+
+    /// Data and the columns of all that is refitted, with their priors.
+    fn packed_null(&mut self) -> (PackedColumns, AmplitudePriors) {
+        let (columns, priors) = self.nuisances();
+        (self.packed(&columns), priors)
+    }
+
+    /// Variance of the readings of each channel, white forces and intensities, each by the evidence.
+    fn refine_noise(&mut self, begun: &[f64]) -> Result<(), TrajectoryError> {
+        let base = self.packed_null();
+        let bounds = self.bounds();
+        let mut best = self.evidence_in_hand(&base);
+        let readings = (0..self.channels()).map(TrajectoryNoise::Reading);
+        let forces = (0..self.coordinates()).map(TrajectoryNoise::White);
+        let latents = (0..self.intensities.len()).map(TrajectoryNoise::Latent);
+        let figures: Vec<TrajectoryNoise> = readings.chain(forces).chain(latents).collect();
+        for factor in FACTORS {
+            for figure in &figures {
+                for by in [factor, 1.0 / factor] {
+                    loop {
+                        let kept = self.moved_noise(*figure, by, begun, &bounds)?;
+                        let found = self.evidence_in_hand(&base);
+                        if found <= best + LITTLE {
+                            self.moved_noise(*figure, 1.0 / kept, begun, &bounds)?;
+                            break;
+                        }
+                        best = found;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+    fn evidence_in_hand(&self, (packed, priors): &(PackedColumns, AmplitudePriors)) -> f64 {
+        self.evidence_with(packed, priors, &self.all_gains(&self.intensities, false)).1.log
+    }
+
+    /// Moves a figure by a factor within its bounds; by which.
+    fn moved_noise(
+        &mut self,
+        figure: TrajectoryNoise,
+        by: f64,
+        begun: &[f64],
+        bounds: &[[f64; 2]],
+    ) -> Result<f64, TrajectoryError> {
+        let moved = |x: &mut f64, low: f64, high: f64| {
+            let kept = *x;
+            *x = (kept * by).clamp(low, high);
+            *x / kept
+        };
+        Ok(match figure {
+            TrajectoryNoise::Reading(c) => {
+                let variance = &mut Rc::make_mut(&mut self.intake).channels[c].variance;
+                moved(variance, READINGS[0] * begun[c], READINGS[1] * begun[c])
+            }
+            TrajectoryNoise::White(k) => {
+                let by = moved(&mut self.white[k], f64::MIN_POSITIVE, f64::MAX);
+                self.linearise(&[])?;
+                by
+            }
+            TrajectoryNoise::Latent(k) => {
+                let [low, high] = bounds[k];
+                moved(&mut self.intensities[k], LEAST * low, high)
+            }
+        })
+    }
+}
