@@ -9,6 +9,7 @@ mod conclude;
 mod dead;
 mod drift;
 mod estimate;
+pub mod foreign;
 mod ground;
 mod held_out;
 mod innovations;

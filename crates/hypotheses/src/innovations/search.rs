@@ -115,10 +115,25 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     let known = known.map_err(|UnfitEffect(id, why)| JointSearchError::Effect { file: file(), id, why })?;
     let servo = known.as_ref().map_or(0.0, |k| servo_torque(loaded, k, plant.readings()));
     let plant = if servo > 0.0 { plant.driven_by(servo) } else { plant }.with_known(known);
+    if let Some(name) = plant.missing() {
+        return Err(JointSearchError::Parameter { file: file(), name });
+    }
+    Ok((frame_with(loaded, &(Rc::new(plant.clone()) as Rc<dyn ForcedPlant>))?, plant))
+}
+
+/// A case's frame with a plant.
+///
+/// # Errors
+/// See [`JointSearchError`].
+pub fn frame_with(
+    loaded: &Loaded,
+    plant: &Rc<dyn ForcedPlant>,
+) -> Result<InnovationsFrame, JointSearchError> {
+    let file = || loaded.case.file.display().to_string();
     let late = LateGroup::all(loaded);
     let known = [
         (
-            has_strange_parameters(loaded, &plant),
+            has_strange_parameters(loaded, &**plant),
             "gear ratios, static frictions and inertias or stiffnesses of 0 of single recordings",
         ),
         (
@@ -129,12 +144,9 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointSearchError::Known { file: file(), what });
     }
-    if let Some(name) = plant.missing() {
-        return Err(JointSearchError::Parameter { file: file(), name });
-    }
     let made = |loaded: &Loaded| -> Result<InnovationsFrame, NodesError> {
-        let intake = Rc::new(NodeIntake::new(loaded, &plant)?);
-        Ok(InnovationsFrame::new(&intake, Rc::new(plant.clone()), None))
+        let intake = Rc::new(NodeIntake::new(loaded, &**plant)?);
+        Ok(InnovationsFrame::new(&intake, plant.clone(), None))
     };
     let loaded = retimed(loaded, late, f64::INFINITY, |loaded, fits| -> Result<LaterChannels, NodesError> {
         let mut frame = made(loaded)?;
@@ -152,7 +164,7 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
         let by = frame.intake.rig.later(&fit.zeros);
         Ok(LaterChannels { evidence: fit.evidence / counted.max(1) as f64, step, by })
     })?;
-    Ok((made(&loaded)?, plant))
+    Ok(made(&loaded)?)
 }
 
 /// Root mean square of the torque that a servo makes of what was read, N.m; 0: there is none.
@@ -189,7 +201,7 @@ fn servo_torque(loaded: &Loaded, effects: &KnownEffects, readings: &[StateReadin
 
 /// Whether a parameter of a recording is none that can be another there: what is neither the plant's nor of a known effect, or an
 /// inertia, a stiffness or a torque constant of 0. Static friction is that of the case next to the Coulomb friction there.
-fn has_strange_parameters(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
+fn has_strange_parameters(loaded: &Loaded, plant: &dyn ForcedPlant) -> bool {
     let own = |name: &str| plant.parameters().iter().find(|p| p.name == name);
     let of_effect = |name: &str| plant.known_effects().is_some_and(|e| e.parameter(name).is_some());
     let breakaway = plant.coordinates()[coordinate::MOTOR].breakaway;
@@ -214,13 +226,28 @@ fn has_strange_parameters(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
 /// # Errors
 /// See [`JointSearchError`].
 pub fn search_joint(loaded: &Loaded) -> Result<JointFindings, JointSearchError> {
-    let (mut frame, plant) = frame_of(loaded)?;
+    let (frame, plant) = frame_of(loaded)?;
+    Ok(search_frame(loaded, frame, Some(&plant)))
+}
+
+/// Searches a case with a plant of which no other structures can be made.
+///
+/// # Errors
+/// See [`JointSearchError`].
+pub fn search_plant(
+    loaded: &Loaded,
+    plant: &Rc<dyn ForcedPlant>,
+) -> Result<JointFindings, JointSearchError> {
+    Ok(search_frame(loaded, frame_with(loaded, plant)?, None))
+}
+
+fn search_frame(loaded: &Loaded, mut frame: InnovationsFrame, own: Option<&TwoMassPlant>) -> JointFindings {
     let mut null = fit_null(&mut frame);
     null.unread = unread_of(loaded, &frame, &null);
     let mut candidates = all_shapes(&frame, &null.sizes);
     let alone = sift(&mut frame, &mut candidates, &null.begin, &[]);
     let frame = Rc::new(RefCell::new(frame));
-    Ok(search_from(&frame, &plant, null, candidates, alone))
+    search_from(&frame, own, null, candidates, alone)
 }
 
 /// Figures of channels that the frame does not read, along the trajectory of the model alone.
@@ -236,16 +263,18 @@ fn unread_of(loaded: &Loaded, frame: &InnovationsFrame, null: &FittedNull) -> Un
     unread(loaded, &along)
 }
 
-/// Goes on where a screen ended: `alone` is the evidence without any candidate.
+/// Goes on where a screen ended: `alone` is the evidence without any candidate; `own`: the plant of which other structures can be
+/// made, none of an FMU of others.
 pub fn search_from(
     frame: &SharedFrame,
-    plant: &TwoMassPlant,
+    own: Option<&TwoMassPlant>,
     null: FittedNull,
     mut candidates: Vec<ScreenedShape>,
     alone: f64,
 ) -> JointFindings {
     let (q, sizes) = (&null.begin, &null.sizes);
-    let places: &[&str] = if plant.rigid { &["load"] } else { &["load", "actuator"] };
+    let rigid = frame.borrow().plant.elements().is_empty();
+    let places: &[&str] = if rigid { &["load"] } else { &["load", "actuator"] };
     for place in places {
         candidates.extend(pursue(&mut frame.borrow_mut(), sizes, q, place, &[]));
     }
@@ -261,15 +290,15 @@ pub fn search_from(
     let mut effects = best_each(effects.into_iter().map(play).collect());
     effects.extend(late_channels(frame, &null, &first, alone, effects.first()));
     let top = first.first().map_or(alone, |c| c.evidence);
-    for c in first.iter().take(4).filter(|c| c.law.is_structure() && !plant.rigid) {
+    for (c, plant) in first.iter().take(4).filter(|c| c.law.is_structure() && !rigid).zip(own.iter().cycle()) {
         if c.evidence > alone + (0.3 * (top - alone)).max(5.0) {
             effects.extend(with_tip(&frame.borrow(), plant, c));
         }
     }
-    if frame.borrow().plant.coordinates().iter().all(|c| c.dry.is_none()) {
+    if let Some(plant) = own.filter(|_| frame.borrow().plant.coordinates().iter().all(|c| c.dry.is_none())) {
         effects.extend(with_friction(&mut frame.borrow_mut(), plant, sizes));
     }
-    if plant.rigid {
+    if let Some(plant) = own.filter(|_| rigid) {
         effects.extend(with_spring(&frame.borrow(), plant));
     }
     let mut effects = best_each(effects);
@@ -378,7 +407,8 @@ fn late_channels(
         theta: Some(&h.fit.theta),
     });
     let mut out = Vec::new();
-    for place in ["sensor:motorAngle", "sensor:loadAngle"] {
+    let places = ["sensor:motorAngle", "sensor:loadAngle"].into_iter();
+    for place in places.filter(|place| !frame.borrow().plant.refuses("sensor-delay", place)) {
         let found = first.iter().enumerate().find(|(_, c)| late(c) && c.shape.place == place);
         let seen = found.filter(|(rank, c)| {
             let seen = c.evidence > alone + 5.0 && *rank < 8;
