@@ -7,7 +7,6 @@ mod claims;
 mod joint;
 mod runs;
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use trueup_hypotheses::innovations::findings::{CaseFindings, search_foreign};
@@ -28,6 +27,7 @@ use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
 use runs::{ForeignRun, ForeignRuns};
+pub use runs::NamedStart;
 
 /// A channel of the engine, and the FMU's variable that it is.
 pub type ChannelVariable = (&'static str, String);
@@ -41,8 +41,8 @@ pub struct ForeignCase {
     pub plant: Arc<dyn Plant>,
     /// The FMU along recordings.
     pub subject: FmuSubject,
-    /// Its file.
-    pub file: PathBuf,
+    /// How its motions begin.
+    pub starts: Vec<NamedStart>,
     /// What the joint's variables are.
     pub channels: Vec<ChannelVariable>,
     /// The same of its inputs and its gear; `None`: causes cannot be compared, for this reason.
@@ -62,13 +62,9 @@ pub fn diagnose_foreign(
     options: &DiagnoseOptions,
     report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
-    let ForeignCase { loaded, plant, subject, channels, roles, refused, unreached, .. } = case;
-    let begins = plant.coordinates().iter().map(runs::begins(&plant, &subject));
-    let begins: Option<Vec<_>> = begins.collect();
-    let subject = match begins {
-        Some(begins) => subject.with_coordinates(begins),
-        None => subject,
-    };
+    let ForeignCase { loaded, plant, subject, starts, channels, roles, refused, unreached } = case;
+    let begins = starts.iter().filter_map(|start| start.of(&subject)).collect();
+    let subject = subject.with_coordinates(begins);
     let nominal_error = |e: &dyn std::fmt::Display| DiagnoseError::Nominal(e.to_string());
     let nominal = subject.with_values(&subject.defaults(), &loaded.case.parameters);
     let nominal = nominal.map_err(|e| nominal_error(&e))?;

@@ -47,9 +47,6 @@ pub struct RecordedSet {
     /// What its equation errors leave, as [`DecisionRecord::raw_excess`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub excess: Option<f64>,
-    /// Log evidence of the innovations, nats; of models of this project in `candidates` of diagnosis.json.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub evidence: Option<f64>,
 }
 
 /// A cause.
@@ -103,7 +100,6 @@ impl RecordedSet {
             causes: f.stated.set.iter().map(RecordedCause::of).collect(),
             posterior: estimates.map(estimate).collect(),
             excess: Some(f.excess()),
-            evidence: None,
         }
     }
 }

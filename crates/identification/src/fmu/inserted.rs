@@ -9,6 +9,9 @@ use trueup_fmi_import::{AnyInstance, ImportError};
 use super::{FmuSubject, REFUSED};
 use crate::model::CoordinateIndices;
 
+/// Relative tolerance of the integrator: a law between ports costs more than an FMU.
+const TOLERANCE: f64 = 1e-7;
+
 /// A law between outputs and inputs.
 pub trait InsertedLaw: Debug + Send + Sync {
     /// Adds to the inputs what acts at this time since the begin of the run (s), where the outputs are these.
@@ -48,7 +51,7 @@ impl FmuSubject {
             states: self.states.clone(),
             initial: self.initial.clone(),
             along: AtomicU8::new(REFUSED),
-            tolerance: self.tolerance,
+            tolerance: TOLERANCE,
             known: self.known.clone(),
             inserted: Some(inserted),
             idle: Mutex::default(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use trueup_diagnosis::diagnose::foreign::{ChannelVariable, ForeignCase, JointRoles};
+use trueup_diagnosis::diagnose::foreign::{ChannelVariable, ForeignCase, JointRoles, NamedStart};
 use trueup_fmi_import::{UnpackedFmu, UsedInterface};
 use trueup_identification::fmu::FmuSubject;
 use trueup_ports::check::{self, PortCheck};
@@ -64,8 +64,9 @@ pub(crate) fn foreign(path: &Path) -> Result<Option<(ForeignCase, Vec<Finding>)>
         _ => Err(format!("{}: causes are compared for one joint; this has {}", ports_file.display(), joints.len())),
     };
     let (refused, unreached) = refused(&ports, &channels, &effects);
+    let starts = starts(&made);
     let plant: Arc<dyn Plant> = Arc::new(made.plant);
-    let case = ForeignCase { loaded, plant, subject, file, channels, roles, refused, unreached };
+    let case = ForeignCase { loaded, plant, subject, starts, channels, roles, refused, unreached };
     Ok(Some((case, findings)))
 }
 
@@ -81,6 +82,15 @@ fn isolated(fmu: &UnpackedFmu) -> Result<(), CliError> {
     #[cfg(target_os = "linux")]
     let _ = trueup_fmi_import::keeper::adopt(); // else what an FMU that crashed has started lives on
     Ok(())
+}
+
+fn starts(made: &PlantOfPorts) -> Vec<NamedStart> {
+    let table = made.plant.table();
+    let named = |s: &plant::MotionStart| NamedStart {
+        position: [&table.parameters[s.initial_position].name, &table.outputs[s.position_output].name].map(Clone::clone),
+        rate: [&table.parameters[s.initial_rate].name, &table.outputs[s.rate_output].name].map(Clone::clone),
+    };
+    made.starts.iter().map(named).collect()
 }
 
 fn channels(ports: &FmuPorts, place: &PortPlace) -> Vec<ChannelVariable> {

@@ -1,7 +1,7 @@
 //! What is said of a joint of others: verdict, effects, parameters, under the names of its FMU.
 
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
-use trueup_hypotheses::innovations::foreign::{ForcedPlant, ForeignJoint, JointFigures};
+use trueup_hypotheses::innovations::foreign::{BREAKAWAY, ForcedPlant, ForeignJoint, JointFigures};
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_identification::fmu::FmuSubject;
 use trueup_identification::model::NamedVariables;
@@ -46,19 +46,27 @@ impl ForeignNames<'_> {
         let is = |c: &EffectChoice| c.spec().id == id && place.is_none_or(|p| c.component() == p);
         EffectChoice::all(PlantKind::Joint).find(is)
     }
-    /// Figures of the joint as the case has it.
-    pub(super) fn figures(&self) -> JointFigures {
-        let theta: Vec<f64> = self.joint.parameters().iter().map(|p| p.value).collect();
-        self.joint.figures(&theta)
-    }
-    /// Level of its dry friction, N.m.
-    pub(super) fn dry_friction(&self) -> f64 {
+    /// Figures of the joint, and the level of its dry friction (N.m), with what was found.
+    pub(super) fn figures(&self, effect: &FoundEffect) -> (JointFigures, f64) {
+        let own = self.joint.parameters().len().min(effect.theta.len());
         let dry = self.joint.coordinates().first().and_then(|c| c.dry);
-        dry.map_or(0.0, |k| self.joint.parameters()[k].value)
+        let mut figures = self.joint.figures(&effect.theta[..own]);
+        let mut level = dry.map_or(0.0, |k| effect.theta[k]);
+        for v in effect.causes.iter().flat_map(|c| &c.values) {
+            let at = match v.name {
+                "stiffness" => &mut figures.stiffness,
+                "damping" => &mut figures.damping,
+                "coulombFriction" => &mut level,
+                "viscousFriction" => &mut figures.viscous,
+                _ => continue,
+            };
+            *at = v.value;
+        }
+        (figures, level)
     }
     /// Usual speed of its motor, rad/s.
-    pub(super) fn usual_speed(&self, runs: &[IdentificationRun]) -> f64 {
-        let (angle, n) = (self.variable("motorAngle"), self.figures().gear_ratio);
+    pub(super) fn usual_speed(&self, runs: &[IdentificationRun], n: f64) -> f64 {
+        let angle = self.variable("motorAngle");
         let load = self.variable("loadAngle");
         let mut speeds = Vec::new();
         for c in runs.iter().flat_map(|r| &r.channels) {
@@ -76,7 +84,30 @@ impl ForeignNames<'_> {
         speeds.retain(|v| v.is_finite());
         speeds.into_iter().fold(0.0, f64::max).max(f64::MIN_POSITIVE)
     }
-    /// All parameters of the FMU with those that were found.
+    /// Values of the FMU's parameters that were found. What an effect says of the plant comes last.
+    fn found(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<(String, f64)> {
+        let mut all: Vec<(String, f64)> =
+            found.names.iter().map(|n| self.parameter(n)).zip(effect.theta.iter().copied()).collect();
+        // Where it breaks away follows what it slides with, as the engine has it.
+        let motor = self.joint.coordinates().first();
+        let level = motor.and_then(|c| Some(effect.theta.get(c.dry?)? * c.breakaway));
+        if let (Some(level), Some((index, per_unit))) = (level, self.joint.counterpart(BREAKAWAY)) {
+            all.push((self.joint.name_of(index).to_owned(), level / per_unit));
+        }
+        for (cause, v) in effect.causes.iter().flat_map(|c| c.values.iter().map(move |v| (c, v))) {
+            let Some((name, per_unit)) = self.of_plant(cause, v.name) else { continue };
+            all.iter_mut().filter(|a| a.0 == name).for_each(|a| a.1 = v.value / per_unit);
+        }
+        all
+    }
+    /// The FMU's parameter that a value of an effect belongs to, where it is one of the plant, with its factor.
+    fn of_plant(&self, cause: &FoundCause, value: &str) -> Option<(&str, f64)> {
+        let own = |c: &EffectChoice| c.parameters().iter().any(|p| p.name == value);
+        let (index, per_unit) = self.joint.counterpart(value)?;
+        let of_effect = self.choice(cause.id, &cause.place).is_some_and(|c| own(&c));
+        (!of_effect).then(|| (self.joint.name_of(index), per_unit))
+    }
+    /// All parameters of the FMU with those that were found, as far as it accepts them.
     pub(super) fn values(
         &self,
         subject: &FmuSubject,
@@ -85,8 +116,11 @@ impl ForeignNames<'_> {
         effect: &FoundEffect,
     ) -> Vec<f64> {
         let mut values = nominal.to_vec();
-        for (name, value) in found.names.iter().zip(&effect.theta) {
-            subject.parameter(name).into_iter().for_each(|k| values[k] = *value);
+        for (name, value) in self.found(found, effect) {
+            if let Some(k) = subject.parameter(&name) {
+                let q = &subject.parameters()[k];
+                values[k] = value.clamp(q.min, q.max);
+            }
         }
         values
     }
@@ -121,7 +155,10 @@ pub(super) fn told(names: &ForeignNames<'_>, case: &Case, found: &CaseFindings) 
         component: names.place(&c.place),
         joint: Some(1),
         probability: share * judged.probability,
-        parameters: c.values.iter().map(|v| amount(names, c, v.name, v.value)).collect(),
+        parameters: {
+            let own = c.values.iter().filter(|v| names.of_plant(c, v.name).is_none());
+            own.map(|v| amount(names, c, v.name, v.value)).collect()
+        },
         closed_alone: None,
     };
     let claims: Vec<&FoundEffect> = if ambiguous {
@@ -187,17 +224,17 @@ fn parameters(
     effect: &FoundEffect,
 ) -> std::collections::BTreeMap<String, ClaimedAmount> {
     let own = names.joint.parameters();
-    let one = |(name, value): (&String, &f64)| {
+    let one = |(name, value): (String, f64)| {
         let known = own.iter().find(|p| p.name == name);
-        let amount = without_interval(*value, known.map_or("", |p| p.unit));
+        let amount = without_interval(value, known.map_or("", |p| p.unit));
         let amount = ClaimedAmount {
             nominal: known.map(|p| p.value),
             nominal_deviation: known.and_then(|p| Some(case.doubt(p.name)? * p.value.abs())),
             ..amount
         };
-        (names.parameter(name), amount)
+        (name, amount)
     };
-    found.names.iter().zip(&effect.theta).map(one).collect()
+    names.found(found, effect).into_iter().map(one).collect()
 }
 
 /// What the verdict was decided from.
@@ -212,7 +249,6 @@ pub(super) fn record(joint: &ForeignJoint, found: &CaseFindings, gap: &GapReport
             causes: h.causes.iter().map(cause).collect(),
             posterior: own.map(estimate).collect(),
             excess: None,
-            evidence: Some(h.evidence),
         }
     };
     let free = gap.overall.as_ref().map_or_else(FreeRun::default, |g| FreeRun {
@@ -225,7 +261,7 @@ pub(super) fn record(joint: &ForeignJoint, found: &CaseFindings, gap: &GapReport
     let plain = set(&found.alone);
     DecisionRecord {
         schema: SCHEMA.into(),
-        innovations: Some(JudgedCase::from(&found.judged)),
+        innovations: Some(JudgedCase::from(found)),
         raw_excess: None,
         free,
         best: chosen(found).map_or_else(|| set(&found.alone), &set),

@@ -4,18 +4,24 @@ use std::sync::Arc;
 
 use trueup_hypotheses::innovations::findings::{FoundCause, FoundEffect};
 use trueup_hypotheses::innovations::foreign::{JointFigures, KnownEffects, KnownPoint};
-use trueup_identification::fit::{ChannelComparison, free_run};
+use trueup_identification::fit::{ChannelComparison, FitOptions, compare, search};
 use trueup_identification::fmu::{FmuSubject, InsertedForces, InsertedLaw};
+use trueup_identification::lsq::Loss;
 use trueup_identification::model::{CoordinateIndices, NamedVariables};
+use trueup_identification::output_error::OutputError;
 use trueup_identification::predict::PredictError;
+use trueup_identification::recorded::nuisance;
 use trueup_identification::run::IdentificationRun;
-use trueup_plant::{Coordinate, Plant};
+use trueup_plant::Plant;
 use trueup_signals::{Case, KnownEffect, ParameterValue};
 
 use super::claims::ForeignNames;
 
 /// Speed below which friction of an effect fades, in usual ones: the FMU itself holds what rests.
 const FADES: f64 = 1e-3;
+
+/// Iterations of the first states of a recording.
+const ITERATIONS: usize = 6;
 
 /// Channels of all recordings against their simulation.
 pub(super) type ForeignRun = Vec<ChannelComparison>;
@@ -27,18 +33,23 @@ pub(super) struct ForeignRuns {
     plant: Arc<dyn Plant>,
 }
 
-/// Where a coordinate of the plant begins, by the subject's own indices.
-pub(super) fn begins<'a>(
-    plant: &'a Arc<dyn Plant>,
-    subject: &'a FmuSubject,
-) -> impl Fn(&Coordinate) -> Option<CoordinateIndices> + 'a {
-    move |c| {
-        let table = plant.table();
+/// Where a motion begins: names of the parameters that are its position and rate at the start, and of the outputs that show them.
+#[derive(Clone, Debug)]
+pub struct NamedStart {
+    /// Parameter and output of the position.
+    pub position: [String; 2],
+    /// The same of the rate.
+    pub rate: [String; 2],
+}
+
+impl NamedStart {
+    /// By the subject's own indices.
+    pub(super) fn of(&self, subject: &FmuSubject) -> Option<CoordinateIndices> {
         Some(CoordinateIndices {
-            angle: subject.parameter(&table.parameters[c.initial_position].name)?,
-            velocity: subject.parameter(&table.parameters[c.initial_rate].name)?,
-            angle_output: subject.output(&table.outputs[c.position_output].name)?,
-            velocity_output: subject.output(&table.outputs[c.rate_output].name)?,
+            angle: subject.parameter(&self.position[0])?,
+            velocity: subject.parameter(&self.rate[0])?,
+            angle_output: subject.output(&self.position[1])?,
+            velocity_output: subject.output(&self.rate[1])?,
             follows: None,
         })
     }
@@ -56,7 +67,18 @@ impl ForeignRuns {
             let channels = runs.iter_mut().flat_map(|r| &mut r.channels);
             channels.filter(|c| c.name == channel).for_each(|c| c.delay += by);
         }
-        free_run(&self.subject, values, &runs)
+        let mut all = Vec::new();
+        for (r, run) in runs.iter().enumerate() {
+            let alone = std::slice::from_ref(run);
+            let problem = OutputError::new(&self.subject, values, alone, nuisance(&self.subject, values, alone));
+            // A simulation far off must not bend its beginning; through an FMU each step is some simulations.
+            let options =
+                FitOptions { loss: Loss::SoftL1(3.0), iterations: ITERATIONS, ..FitOptions::default() };
+            let (found, _) = search(&problem, &options)?;
+            let shown = compare(&problem, &found.x)?;
+            all.extend(shown.into_iter().map(|c| ChannelComparison { run: r, ..c }));
+        }
+        Ok(all)
     }
 
     /// With an effect.
@@ -81,7 +103,7 @@ impl ForeignRuns {
         if acting.is_empty() {
             return Ok(self.run(values, late).map_err(|e| format!("{} ({e})", effect.key.0))?);
         }
-        let law = EffectForces::new(names, &acting, self)?;
+        let law = EffectForces::new(names, (effect, &acting), self)?;
         let coordinates = self.plant.coordinates().iter().flat_map(|c| [c.position_output, c.rate_output]);
         let outputs = coordinates.filter_map(|k| self.subject.output(&self.plant.table().outputs[k].name));
         let inserted = InsertedForces { outputs: outputs.collect(), law: Arc::new(law) };
@@ -105,9 +127,12 @@ struct EffectForces {
 }
 
 impl EffectForces {
-    fn new(names: &ForeignNames<'_>, causes: &[&FoundCause], of: &ForeignRuns) -> Result<Self, String> {
-        let figures = names.figures();
-        let friction = names.dry_friction();
+    fn new(
+        names: &ForeignNames<'_>,
+        (effect, causes): (&FoundEffect, &[&FoundCause]),
+        of: &ForeignRuns,
+    ) -> Result<Self, String> {
+        let (figures, friction) = names.figures(effect);
         let plant = [
             ("motorInertia", figures.motor_inertia),
             ("loadInertia", figures.load_inertia),
@@ -146,7 +171,7 @@ impl EffectForces {
         let effects = effects.map_err(|e| e.0)?.ok_or_else(|| ids.join(", "))?;
         let parameters = effects.parameters(&vec![1.0; effects.numbers.len()], &[]);
         let input = |name: &str| names.variable(name).and_then(|v| of.subject.input(v));
-        let slow = FADES * names.usual_speed(&of.runs);
+        let slow = FADES * names.usual_speed(&of.runs, figures.gear_ratio);
         let law = Self {
             slow,
             drive: input("motorCurrent").ok_or_else(|| ids.join(", "))?,

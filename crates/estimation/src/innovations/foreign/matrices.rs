@@ -16,8 +16,6 @@ pub(super) const ACCELERATIONS: [usize; 2] = [1, 3];
 const PARTS: [usize; 6] = [0, 16, 24, 32, 36, 40];
 /// Share of what acts below which a difference is rounding.
 const ROUNDED: f64 = 1e-6;
-/// Halvings of the interval of a torque that breaks away.
-const HALVINGS: usize = 50;
 /// Largest torque that is tried at rest, in usual ones.
 const MOST: f64 = 1e4;
 
@@ -58,6 +56,34 @@ impl JointMatrices {
         let inputs: f64 = u.iter().take(2).enumerate().map(|(k, u)| self.input(row, k) * u).sum();
         let forces: f64 = f.iter().enumerate().map(|(k, f)| self.force(row, k) * f).sum();
         states + inputs + forces + self.constant(row) + self.dry(row) * sign
+    }
+
+    /// Accelerations as the forces that they take, and inertias in place of their inverses.
+    fn as_forces(&self) -> Self {
+        let mut out = *self;
+        for (coordinate, row) in ACCELERATIONS.into_iter().enumerate() {
+            let inverse = self.force(row, coordinate);
+            out.scale_row(row, 1.0 / inverse);
+            out.0[PARTS[2] + 2 * row + coordinate] = 1.0 / inverse;
+        }
+        out
+    }
+    /// The other way round.
+    fn as_rates(&self) -> Self {
+        let mut out = *self;
+        for (coordinate, row) in ACCELERATIONS.into_iter().enumerate() {
+            let inertia = self.force(row, coordinate);
+            out.scale_row(row, 1.0 / inertia);
+            out.0[PARTS[2] + 2 * row + coordinate] = 1.0 / inertia;
+        }
+        out
+    }
+    fn scale_row(&mut self, row: usize, by: f64) {
+        let widths = [STATES, 2, 2, 1, 1];
+        for (part, width) in widths.into_iter().enumerate() {
+            let begin = PARTS[part] + width * row;
+            self.0[begin..begin + width].iter_mut().for_each(|x| *x *= by);
+        }
     }
 
     /// (self - other) times a factor.
@@ -114,6 +140,9 @@ impl JointRates {
         }
         p
     }
+    pub(super) fn name_of(&self, parameter: usize) -> &str {
+        self.plant.table().parameters.get(parameter).map_or("", |q| &q.name)
+    }
     pub(super) fn gear_ratio(&self, p: &[f64]) -> f64 {
         self.roles.ratio.map_or(self.roles.gear_ratio, |k| p[k])
     }
@@ -159,15 +188,38 @@ impl JointRates {
         Ok(JointStates { map, inverse, offset })
     }
 
-    /// All matrices with these parameters.
+    /// All matrices with these parameters (EST-21). Where a fit takes some beyond what the plant accepts, forces and inertias go on in a straight
+    /// line, as those of a joint do along stiffness, damping and friction.
     pub(super) fn matrices(&self, p: &[f64]) -> Result<JointMatrices, ForeignJointError> {
+        let table = &self.plant.table().parameters;
+        let inside: Vec<f64> = p.iter().zip(table).map(|(p, q)| p.clamp(q.min, q.max)).collect();
+        let beyond: Vec<usize> = (0..p.len()).filter(|k| p[*k] != inside[*k]).collect();
+        let base = self.evaluated(&inside)?;
+        if beyond.is_empty() {
+            return Ok(base);
+        }
+        let (first, mut forces) = (base.as_forces(), base.as_forces());
+        for k in beyond {
+            let by = p[k] - inside[k];
+            let mut mirrored = inside.clone();
+            mirrored[k] = (inside[k] - by).clamp(table[k].min, table[k].max);
+            let step = mirrored[k] - inside[k];
+            let other = self.evaluated(&mirrored)?.as_forces();
+            let moved = forces.0.iter_mut().zip(other.0.iter().zip(first.0));
+            moved.for_each(|(f, (other, first))| *f += by / step * (other - first));
+        }
+        Ok(forces.as_rates())
+    }
+
+    /// Those with parameters that the plant accepts.
+    fn evaluated(&self, p: &[f64]) -> Result<JointMatrices, ForeignJointError> {
         let [forward, backward] = [1.0, -1.0].map(|sign| self.sliding(p, sign));
         let (forward, backward) = (forward?, backward?);
         let mut out = forward;
         for row in 0..STATES {
             let [a, b] = [forward.constant(row), backward.constant(row)];
             out.0[PARTS[3] + row] = 0.5 * (a + b);
-            out.0[PARTS[4] + row] = 0.5 * (a - b);
+            out.0[PARTS[4] + row] = 0.5 * (a - b); // (EST-21)
         }
         let largest = |part: usize| {
             forward.0[PARTS[part]..PARTS[part + 1]].iter().fold(0.0, |m: f64, x| m.max(x.abs()))
@@ -274,7 +326,8 @@ impl JointRates {
     }
 
     /// Torque at which the motor breaks away from rest, as a value of the input that drives; 0: it does not rest.
-    pub(super) fn breakaway(&self, p: &[f64]) -> f64 {
+    /// `halvings`: of the interval in which it is.
+    pub(super) fn breakaway(&self, p: &[f64], halvings: usize) -> f64 {
         let sizes = self.plant.sizes();
         let p = &self.begun(p, 0.0)[..];
         let mut x = vec![0.0; sizes.states];
@@ -296,7 +349,7 @@ impl JointRates {
             while rests(sign * high) && high < MOST * self.drive {
                 (low, high) = (high, 4.0 * high);
             }
-            for _ in 0..HALVINGS {
+            for _ in 0..halvings {
                 let middle = 0.5 * (low + high);
                 if rests(sign * middle) {
                     low = middle;

@@ -30,8 +30,15 @@ const ROUNDED: f64 = 1e-6;
 const USUAL: f64 = 0.3;
 /// Relative standard deviation of what the plant has and none of its parameters is.
 const FIXED: f64 = 1e-4;
+/// Halvings of the interval of a torque that breaks away, and of one that is compared with another.
+const HALVINGS: [usize; 2] = [50, 20];
+/// Relative change of a parameter that may be the torque that breaks away.
+const BROKEN: f64 = 0.05;
 /// Matrices that are kept, by parameters.
 const CACHED: usize = 16;
+
+/// Name of the torque that breaks away among those of the two-mass joint.
+pub const BREAKAWAY: &str = "staticFriction";
 
 /// What the variables of a joint mean.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,6 +101,7 @@ pub struct ForeignJoint {
     usual: f64,
     gear_ratio: f64,
     refused: Vec<String>,
+    counterparts: Vec<(&'static str, usize, f64)>,
     first: JointFigures,
     cache: RefCell<Vec<CachedMatrices>>,
 }
@@ -199,7 +207,7 @@ impl ForeignJoint {
                 parameters.len() - 1
             })
         });
-        let sticks = rates.breakaway(&nominal) * gain.abs();
+        let sticks = rates.breakaway(&nominal, HALVINGS[0]) * gain.abs();
         let breakaway = if level > 0.0 && sticks > level { sticks / level } else { 1.0 };
         // Within the last digits of the search it is the level itself.
         let breakaway = if breakaway - 1.0 < 1e-9 { 1.0 } else { breakaway };
@@ -249,15 +257,25 @@ impl ForeignJoint {
             usual,
             gear_ratio,
             refused,
+            counterparts: Vec::new(),
             first: JointFigures::default(),
             cache: RefCell::default(),
             parameters,
         };
         let theta: Vec<f64> = made.parameters.iter().map(|p| p.value).collect();
         made.first = made.figures(&theta);
+        made.counterparts = made.find_counterparts(&theta);
         Ok(made)
     }
 
+    /// The parameter of the plant that is this one of a two-mass joint, and the value of the latter per unit of the former.
+    pub fn counterpart(&self, name: &str) -> Option<(usize, f64)> {
+        self.counterparts.iter().find(|c| c.0 == name).map(|c| (c.1, c.2))
+    }
+    /// Name of a parameter of the plant.
+    pub fn name_of(&self, parameter: usize) -> &str {
+        self.rates.name_of(parameter)
+    }
     /// All parameters of the plant with these of the engine.
     pub fn values(&self, theta: &[f64]) -> Vec<f64> {
         let mut p = self.nominal.clone();
@@ -265,6 +283,54 @@ impl ForeignJoint {
             k.iter().for_each(|k| p[*k] = *value);
         }
         p
+    }
+
+    /// The parameter that is the torque at which it breaks away, where it moves nothing else.
+    fn breakaway_parameter(&self, theta: &[f64]) -> Vec<(&'static str, usize, f64)> {
+        let gain = self.figures(theta).torque_constant.abs();
+        let sticks = |p: &[f64]| self.rates.breakaway(p, HALVINGS[1]) * gain;
+        let own = sticks(&self.nominal);
+        let is = |k: &usize| {
+            let mut moved = self.nominal.clone();
+            moved[*k] *= 1.0 + BROKEN;
+            let (own_value, is_of_engine) = (self.nominal[*k], self.indices.contains(&Some(*k)));
+            own_value > 0.0 && !is_of_engine && (sticks(&moved) / own - 1.0 - BROKEN).abs() < 0.1 * BROKEN
+        };
+        let found = (0..self.nominal.len()).filter(|_| own > 0.0).find(is);
+        found.map(|k| (BREAKAWAY, k, own / self.nominal[k])).into_iter().collect()
+    }
+
+    /// Parameters that figures of the joint are proportional to.
+    fn find_counterparts(&self, theta: &[f64]) -> Vec<(&'static str, usize, f64)> {
+        let level = |theta: &[f64]| {
+            let m = self.at(theta, false).own;
+            -m.dry(ACCELERATIONS[0]) / m.force(ACCELERATIONS[0], 0)
+        };
+        let figures = |theta: &[f64]| {
+            let f = self.figures(theta);
+            [
+                ("motorInertia", f.motor_inertia),
+                ("loadInertia", f.load_inertia),
+                ("stiffness", f.stiffness),
+                ("damping", f.damping),
+                ("viscousFriction", f.viscous),
+                ("torqueConstant", f.torque_constant),
+                ("coulombFriction", level(theta)),
+            ]
+        };
+        let own = figures(theta);
+        let mut found = self.breakaway_parameter(theta);
+        for (k, index) in self.indices.iter().enumerate() {
+            let Some(index) = index else { continue };
+            let mut moved = theta.to_vec();
+            moved[k] *= 1.0 + WIDTH;
+            for ((name, value), (_, after)) in own.iter().zip(figures(&moved)) {
+                if *value != 0.0 && ((after / value - 1.0) / WIDTH - 1.0).abs() < 1e-3 {
+                    found.push((*name, *index, value / theta[k]));
+                }
+            }
+        }
+        found
     }
 
     fn at(&self, theta: &[f64], slopes: bool) -> CachedMatrices {
