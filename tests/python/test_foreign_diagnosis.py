@@ -123,3 +123,20 @@ def test_what_no_port_reaches_is_unknown_with_the_reason(trueup, fmu, stranger, 
     assert d["verdict"] == "unknown" and decision is None and d["effects"] == []
     assert "externalTorque" in d["not_compared"] and "ports.toml" in d["not_compared"]
     assert d["gap"]["overall"]["before"] < 0.1
+
+
+@pytest.mark.parametrize("gravity", [0.0, 6.0])
+def test_a_joint_that_somebody_else_wrote(trueup, tmp_path, gravity):
+    """C, FMI 2.0, torque in N.m, fixed parameters, in a process of its own."""
+    if not shutil.which("cc"):
+        pytest.skip("no C compiler (cc)")
+    d, _, seconds = diagnosed(trueup, strangers.written_case(tmp_path / "case", gravity), tmp_path / "out")
+    gap = d["gap"]["overall"]
+    print(d["verdict"], first(d), gap, f"{seconds:.1f} s", d["notes"])
+    if not gravity:
+        assert d["verdict"] in ("no-gap", "parameters") and gap["before"] < 0.05
+        return
+    [effect] = d["effects"]
+    assert (d["verdict"], effect["id"], effect["component"]) == ("effects", "gravity-torque", "load")
+    assert effect["parameters"]["gravityTorque"]["value"] == pytest.approx(gravity, rel=0.1)
+    assert gap["closed"] >= 0.9

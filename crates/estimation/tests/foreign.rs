@@ -114,8 +114,7 @@ fn what_is_no_linear_joint_is_refused() {
         let plant = joint(true, &[effect]);
         let table = plant.table();
         let value = |name: &str| given.iter().find(|g| g.0 == name).map(|g| g.1);
-        let nominal: Vec<f64> =
-            table.parameters.iter().map(|q| value(&q.name).unwrap_or(q.start)).collect();
+        let nominal: Vec<f64> = table.parameters.iter().map(|q| value(&q.name).unwrap_or(q.start)).collect();
         let ratio = table.parameter("gearRatio");
         let roles = JointRoles { drive: 0, external: Some(1), gear_ratio: 1.0, ratio };
         let found = ForeignJoint::new(&plant, &roles, &Case::default(), nominal, [300.0, 0.02], Vec::new());

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use trueup_fmi_import::{ForceInput, HybridFmu, HybridPorts, UnpackedFmu};
 use trueup_numerics::{Dual, Scalar};
-pub use trueup_plant::{InsertionPoint, Plant};
 use trueup_plant::{Coordinate, CoordinateKind, Follows, LANES, Lanes};
+pub use trueup_plant::{InsertionPoint, Plant};
 
 use crate::error::PortsError;
 use crate::experiment::{Experiment, SensitivityRows};

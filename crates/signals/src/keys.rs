@@ -98,7 +98,13 @@ pub const fn key(
 pub const CASE: Keys = Keys {
     of: "a case",
     list: &[
-        key("model", "the model that the recordings are compared with, or an FMU", "name, or file name", "must be given", Text),
+        key(
+            "model",
+            "the model that the recordings are compared with, or an FMU",
+            "name, or file name",
+            "must be given",
+            Text,
+        ),
         key(
             "ports",
             "of an FMU as model: what its variables mean, a `ports.toml`; `trueup diagnose` requires it",

@@ -26,8 +26,8 @@ use super::{ChannelTrace, DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
-use runs::{ForeignRun, ForeignRuns};
 pub use runs::NamedStart;
+use runs::{ForeignRun, ForeignRuns};
 
 /// A channel of the engine, and the FMU's variable that it is.
 pub type ChannelVariable = (&'static str, String);
@@ -81,10 +81,10 @@ pub fn diagnose_foreign(
     };
     report_progress(0.85, "running freely what was decided");
     let mut notes = if held_out { Vec::new() } else { vec![NO_HOLDOUT.into()] };
-    let mut told = Told::default();
+    let mut claimed = ForeignClaims::default();
     let (mut tuned, mut after) = (before.clone(), before.clone());
     match &searched {
-        Err(why) => told.not_compared = Some(why.clone()).filter(|_| !options.capped),
+        Err(why) => claimed.not_compared = Some(why.clone()).filter(|_| !options.capped),
         Ok((joint, found)) => {
             let naming = claims::ForeignNames { channels: &channels, joint };
             if found.judged.verdict != EvidenceVerdict::NoGap {
@@ -95,7 +95,7 @@ pub fn diagnose_foreign(
                 }
             }
             after = tuned.clone();
-            told = claims::told(&naming, &loaded.case, found);
+            claimed = claims::reported(&naming, &loaded.case, found);
             if let Some(chosen) = claims::chosen(found) {
                 let theta = naming.values(&free.subject, &nominal, found, chosen);
                 match free.with(&naming, &theta, chosen) {
@@ -113,32 +113,33 @@ pub fn diagnose_foreign(
         at.map_or_else(String::new, |at| free.subject.outputs()[at].unit.to_owned())
     };
     let gap = gap_report(&[], [&traces, &[]], None, options.seed, &unit);
-    let unknown = told.verdict == Verdict::Unknown;
+    let unknown = claimed.verdict == Verdict::Unknown;
     notes.push(
         "causes were compared through the FMU and its ports; values are those of the comparison, without intervals".into(),
     );
     notes.extend(unreached.iter().map(|what| format!("not compared: {what}")));
-    let location = GapLocation { channels: shares(&gap), components: told.components, ..Default::default() };
+    let location =
+        GapLocation { channels: shares(&gap), components: claimed.components, ..Default::default() };
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
-        verdict: told.verdict,
+        verdict: claimed.verdict,
         gap,
         sensors: SensorFindings::default(),
         location,
-        effects: told.effects,
-        candidates: told.candidates,
-        parameters: told.parameters,
+        effects: claimed.effects,
+        candidates: claimed.candidates,
+        parameters: claimed.parameters,
         correlation: None,
         budget: Vec::new(),
         pack: None,
-        indistinguishable: told.indistinguishable,
-        unknown: UnknownShare { present: unknown, probability: told.unknown, place: None },
+        indistinguishable: claimed.indistinguishable,
+        unknown: UnknownShare { present: unknown, probability: claimed.unknown, place: None },
         next_experiment: None,
         watch: options.watch.then(Vec::new),
         augmented: None,
         capped: options.capped,
-        not_compared: told.not_compared,
+        not_compared: claimed.not_compared,
         findings: Vec::new(),
         inputs: None,
         notes,
@@ -162,8 +163,8 @@ pub fn diagnose_foreign(
     })
 }
 
-/// What is said of a verdict.
-pub(super) struct Told {
+/// What is reported of a verdict.
+pub(super) struct ForeignClaims {
     pub verdict: Verdict,
     pub unknown: f64,
     pub effects: Vec<Claimed>,
@@ -174,7 +175,7 @@ pub(super) struct Told {
     pub not_compared: Option<String>,
 }
 
-impl Default for Told {
+impl Default for ForeignClaims {
     fn default() -> Self {
         Self {
             verdict: Verdict::Unknown,
@@ -207,7 +208,8 @@ fn search(
 fn shares(gap: &GapReport) -> Vec<ChannelShare> {
     let excess = |g: &HeldOutGap| (g.before.powi(2) - g.floor.powi(2)).max(0.0);
     let total: f64 = gap.channels.values().map(excess).sum();
-    let share = |(name, g): (&String, &HeldOutGap)| ChannelShare { name: name.clone(), share: excess(g) / total };
+    let share =
+        |(name, g): (&String, &HeldOutGap)| ChannelShare { name: name.clone(), share: excess(g) / total };
     let mut all: Vec<ChannelShare> =
         if total > 0.0 { gap.channels.iter().map(share).collect() } else { Vec::new() };
     trueup_numerics::order::descending(&mut all, |c| c.share);
@@ -215,9 +217,8 @@ fn shares(gap: &GapReport) -> Vec<ChannelShare> {
 }
 
 fn traces(free: &ForeignRuns, loaded: &Loaded, shown: [&ForeignRun; 3]) -> Vec<ChannelTrace> {
-    let deviation = |c: &ChannelComparison| {
-        floor::output(loaded, &c.channel).map_or(0.0, |floor| floor.deviation)
-    };
+    let deviation =
+        |c: &ChannelComparison| floor::output(loaded, &c.channel).map_or(0.0, |floor| floor.deviation);
     let [before, tuned, after] = shown;
     let one = |(k, c): (usize, &ChannelComparison)| ChannelTrace {
         recording: free.runs[c.run].name.clone(),

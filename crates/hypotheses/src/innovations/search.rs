@@ -234,10 +234,7 @@ pub fn search_joint(loaded: &Loaded) -> Result<JointFindings, JointSearchError> 
 ///
 /// # Errors
 /// See [`JointSearchError`].
-pub fn search_plant(
-    loaded: &Loaded,
-    plant: &Rc<dyn ForcedPlant>,
-) -> Result<JointFindings, JointSearchError> {
+pub fn search_plant(loaded: &Loaded, plant: &Rc<dyn ForcedPlant>) -> Result<JointFindings, JointSearchError> {
     Ok(search_frame(loaded, frame_with(loaded, plant)?, None))
 }
 
@@ -290,7 +287,8 @@ pub fn search_from(
     let mut effects = best_each(effects.into_iter().map(play).collect());
     effects.extend(late_channels(frame, &null, &first, alone, effects.first()));
     let top = first.first().map_or(alone, |c| c.evidence);
-    for (c, plant) in first.iter().take(4).filter(|c| c.law.is_structure() && !rigid).zip(own.iter().cycle()) {
+    for (c, plant) in first.iter().take(4).filter(|c| c.law.is_structure() && !rigid).zip(own.iter().cycle())
+    {
         if c.evidence > alone + (0.3 * (top - alone)).max(5.0) {
             effects.extend(with_tip(&frame.borrow(), plant, c));
         }

@@ -61,7 +61,11 @@ pub(crate) fn foreign(path: &Path) -> Result<Option<(ForeignCase, Vec<Finding>)>
     let channels = joint.as_ref().map_or_else(Vec::new, |place| channels(&ports, place));
     let roles = match &joints[..] {
         [place] => roles(&made, &ports, place, &checks),
-        _ => Err(format!("{}: causes are compared for one joint; this has {}", ports_file.display(), joints.len())),
+        _ => Err(format!(
+            "{}: causes are compared for one joint; this has {}",
+            ports_file.display(),
+            joints.len()
+        )),
     };
     let (refused, unreached) = refused(&ports, &channels, &effects);
     let starts = starts(&made);
@@ -87,7 +91,8 @@ fn isolated(fmu: &UnpackedFmu) -> Result<(), CliError> {
 fn starts(made: &PlantOfPorts) -> Vec<NamedStart> {
     let table = made.plant.table();
     let named = |s: &plant::MotionStart| NamedStart {
-        position: [&table.parameters[s.initial_position].name, &table.outputs[s.position_output].name].map(Clone::clone),
+        position: [&table.parameters[s.initial_position].name, &table.outputs[s.position_output].name]
+            .map(Clone::clone),
         rate: [&table.parameters[s.initial_rate].name, &table.outputs[s.rate_output].name].map(Clone::clone),
     };
     made.starts.iter().map(named).collect()

@@ -58,7 +58,8 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
     };
     // What would prevent writing is reported before the work, not after it.
     let library = args.library.as_deref();
-    let templates = (!args.verdict_only && foreign.is_none()).then(|| templates::read(&[], library)).transpose()?;
+    let templates =
+        (!args.verdict_only && foreign.is_none()).then(|| templates::read(&[], library)).transpose()?;
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     let options = DiagnoseOptions {

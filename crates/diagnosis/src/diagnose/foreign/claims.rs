@@ -1,4 +1,4 @@
-//! What is said of a joint of others: verdict, effects, parameters, under the names of its FMU.
+//! What is reported of a joint of others: verdict, effects, parameters, under the names of its FMU.
 
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
 use trueup_hypotheses::innovations::foreign::{BREAKAWAY, ForcedPlant, ForeignJoint, JointFigures};
@@ -9,7 +9,7 @@ use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::{EffectChoice, PlantKind};
 use trueup_signals::Case;
 
-use super::{ChannelVariable, Told};
+use super::{ChannelVariable, ForeignClaims};
 use crate::diagnose::innovations::{JudgedCase, with_compared};
 use crate::diagnose::record::{DecisionRecord, RecordedCause, RecordedEstimate, RecordedSet, SCHEMA};
 use crate::engine::free::FreeRun;
@@ -84,7 +84,7 @@ impl ForeignNames<'_> {
         speeds.retain(|v| v.is_finite());
         speeds.into_iter().fold(0.0, f64::max).max(f64::MIN_POSITIVE)
     }
-    /// Values of the FMU's parameters that were found. What an effect says of the plant comes last.
+    /// Values of the FMU's parameters that were found. Those that come with an effect take precedence.
     fn found(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<(String, f64)> {
         let mut all: Vec<(String, f64)> =
             found.names.iter().map(|n| self.parameter(n)).zip(effect.theta.iter().copied()).collect();
@@ -137,8 +137,8 @@ pub(super) fn chosen(found: &CaseFindings) -> Option<&FoundEffect> {
     found.effects.iter().find(|h| h.key == *first)
 }
 
-/// What is said of the findings.
-pub(super) fn told(names: &ForeignNames<'_>, case: &Case, found: &CaseFindings) -> Told {
+/// What is reported of the findings.
+pub(super) fn reported(names: &ForeignNames<'_>, case: &Case, found: &CaseFindings) -> ForeignClaims {
     let judged = &found.judged;
     let verdict = match judged.verdict {
         EvidenceVerdict::NoGap => Verdict::NoGap,
@@ -178,9 +178,11 @@ pub(super) fn told(names: &ForeignNames<'_>, case: &Case, found: &CaseFindings) 
     let of = |probability: f64| move |h| (h, probability);
     let own = claims.iter().copied().map(of(share * judged.probability));
     let own = own.flat_map(|(h, p)| h.causes.iter().map(move |c| candidate(h, c, p))).collect();
-    let compared = found.effects.iter().chain(&found.pair).flat_map(|h| {
-        h.causes.iter().map(move |c| candidate(h, c, 0.0))
-    });
+    let compared = found
+        .effects
+        .iter()
+        .chain(&found.pair)
+        .flat_map(|h| h.causes.iter().map(move |c| candidate(h, c, 0.0)));
     let left = found.effects.first().map_or(1.0, |h| h.power / found.alone.power.max(f64::MIN_POSITIVE));
     let components = effects.iter().map(|e| ComponentShare {
         id: e.component.clone(),
@@ -189,7 +191,7 @@ pub(super) fn told(names: &ForeignNames<'_>, case: &Case, found: &CaseFindings) 
     });
     let set: Vec<String> = effects.iter().map(|e| e.id.clone()).collect();
     let unknown = 1.0 - judged.probability;
-    Told {
+    ForeignClaims {
         verdict,
         unknown: if verdict == Verdict::Unknown { unknown.max(0.5) } else { unknown },
         components: components.collect(),
@@ -240,10 +242,16 @@ fn parameters(
 /// What the verdict was decided from.
 pub(super) fn record(joint: &ForeignJoint, found: &CaseFindings, gap: &GapReport) -> DecisionRecord {
     let set = |h: &FoundEffect| {
-        let cause = |c: &FoundCause| RecordedCause { id: c.id.into(), component: c.place.clone(), joint: None };
+        let cause =
+            |c: &FoundCause| RecordedCause { id: c.id.into(), component: c.place.clone(), joint: None };
         let own = joint.parameters().iter().zip(&h.theta);
         let estimate = |(p, value): (&trueup_hypotheses::innovations::foreign::BelievedParameter, &f64)| {
-            RecordedEstimate { name: p.name.into(), value: *value, unit: p.unit.into(), deviation: p.deviation }
+            RecordedEstimate {
+                name: p.name.into(),
+                value: *value,
+                unit: p.unit.into(),
+                deviation: p.deviation,
+            }
         };
         RecordedSet {
             causes: h.causes.iter().map(cause).collect(),

@@ -58,8 +58,7 @@ fn usual_speed(loaded: &Loaded, gear: f64) -> f64 {
     let slopes = |name: &'static str, turns: f64| {
         all(loaded, name).flat_map(move |c| {
             let every = (c.len() / 200).max(1);
-            let at: Vec<(f64, f64)> =
-                c.time.iter().copied().zip(c.believed()).step_by(every).collect();
+            let at: Vec<(f64, f64)> = c.time.iter().copied().zip(c.believed()).step_by(every).collect();
             at.windows(2).map(|w| (turns * (w[1].1 - w[0].1) / (w[1].0 - w[0].0)).abs()).collect::<Vec<_>>()
         })
     };

@@ -12,6 +12,8 @@ use trueup_identification::output_error::OutputError;
 use trueup_identification::predict::PredictError;
 use trueup_identification::recorded::nuisance;
 use trueup_identification::run::IdentificationRun;
+use trueup_models::compiled::PlantModel;
+use trueup_models::joint::TwoMassJoint;
 use trueup_plant::Plant;
 use trueup_signals::{Case, KnownEffect, ParameterValue};
 
@@ -20,8 +22,10 @@ use super::claims::ForeignNames;
 /// Speed below which friction of an effect fades, in usual ones: the FMU itself holds what rests.
 const FADES: f64 = 1e-3;
 
-/// Iterations of the first states of a recording.
-const ITERATIONS: usize = 6;
+/// Iterations of the first states of a recording, by its begin and then by all of it: a simulation through an FMU takes long.
+const ITERATIONS: [usize; 2] = [8, 1];
+/// What is its begin, s.
+const BEGIN: f64 = 1.0;
 
 /// Channels of all recordings against their simulation.
 pub(super) type ForeignRun = Vec<ChannelComparison>;
@@ -55,6 +59,18 @@ impl NamedStart {
     }
 }
 
+/// The begin of a recording.
+fn begun(run: &IdentificationRun) -> IdentificationRun {
+    let mut begun = run.clone();
+    for c in &mut begun.channels {
+        let few = c.t.partition_point(|t| *t <= run.start + BEGIN).max(10).min(c.t.len());
+        c.t.truncate(few);
+        c.y.truncate(few);
+        c.spread.truncate(few);
+    }
+    begun
+}
+
 impl ForeignRuns {
     pub(super) fn new(subject: FmuSubject, plant: Arc<dyn Plant>, runs: Vec<IdentificationRun>) -> Self {
         Self { subject, runs, plant }
@@ -69,16 +85,32 @@ impl ForeignRuns {
         }
         let mut all = Vec::new();
         for (r, run) in runs.iter().enumerate() {
-            let alone = std::slice::from_ref(run);
-            let problem = OutputError::new(&self.subject, values, alone, nuisance(&self.subject, values, alone));
-            // A simulation far off must not bend its beginning; through an FMU each step is some simulations.
-            let options =
-                FitOptions { loss: Loss::SoftL1(3.0), iterations: ITERATIONS, ..FitOptions::default() };
-            let (found, _) = search(&problem, &options)?;
-            let shown = compare(&problem, &found.x)?;
+            let first = self.search(&begun(run), values, None, ITERATIONS[0])?;
+            let found = self.search(run, values, Some(first), ITERATIONS[1])?;
+            let shown = compare(&self.problem(run, values), &found)?;
             all.extend(shown.into_iter().map(|c| ChannelComparison { run: r, ..c }));
         }
         Ok(all)
+    }
+
+    fn problem<'a>(&'a self, run: &'a IdentificationRun, values: &[f64]) -> OutputError<'a> {
+        let alone = std::slice::from_ref(run);
+        OutputError::new(&self.subject, values, alone, nuisance(&self.subject, values, alone))
+    }
+
+    /// First states of a recording, from these.
+    fn search(
+        &self,
+        run: &IdentificationRun,
+        values: &[f64],
+        from: Option<Vec<f64>>,
+        iterations: usize,
+    ) -> Result<Vec<f64>, PredictError> {
+        let problem = self.problem(run, values);
+        // A simulation far off must not bend its beginning.
+        let starts = from.into_iter().collect();
+        let options = FitOptions { starts, loss: Loss::SoftL1(3.0), iterations, ..FitOptions::default() };
+        Ok(search(&problem, &options)?.0.x)
     }
 
     /// With an effect.
@@ -144,7 +176,7 @@ impl EffectForces {
             ("torqueConstant", figures.torque_constant),
             ("gearRatio", figures.gear_ratio),
         ];
-        let mut case = Case { model: "TwoMassJoint".into(), ..Case::default() };
+        let mut case = Case { model: TwoMassJoint::NAME.into(), ..Case::default() };
         let mut put = |name: String, value: f64| case.parameters.insert(name, ParameterValue::Number(value));
         plant.iter().for_each(|(name, value)| {
             put((*name).to_owned(), *value);

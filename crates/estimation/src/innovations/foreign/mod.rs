@@ -65,14 +65,18 @@ pub enum ForeignJointError {
         states: usize,
     },
     /// No force on the link.
-    #[error("no force acts on its link: name an input that is a torque on it, `externalTorque`, in ports.toml")]
+    #[error(
+        "no force acts on its link: name an input that is a torque on it, `externalTorque`, in ports.toml"
+    )]
     Link,
     /// Its outputs are no complete state.
-    #[error("motorAngle, motorVelocity, linkAngle and linkVelocity of ports.toml do not determine its states")]
+    #[error(
+        "motorAngle, motorVelocity, linkAngle and linkVelocity of ports.toml do not determine its states"
+    )]
     Shown,
     /// Not linear.
     #[error(
-        "its motion is not linear but for dry friction of the motor; causes in other models are compared for TwoMassJoint and PlanarManipulator"
+        "its motion is not linear but for dry friction of the motor; causes are compared in other plants where they are models of this project"
     )]
     Nonlinear,
     /// No finite rates.
