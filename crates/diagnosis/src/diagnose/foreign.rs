@@ -5,6 +5,7 @@
 
 mod claims;
 mod joint;
+mod names;
 mod runs;
 
 use std::sync::Arc;
@@ -26,11 +27,9 @@ use super::{ChannelTrace, DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
-pub use runs::NamedStart;
+use names::ForeignNames;
+pub use names::{ChannelVariable, NamedStart};
 use runs::{ForeignRun, ForeignRuns};
-
-/// A channel of the engine, and the FMU's variable that it is.
-pub type ChannelVariable = (&'static str, String);
 
 /// A case with its FMU, whose ports are known.
 #[derive(Debug)]
@@ -81,12 +80,12 @@ pub fn diagnose_foreign(
     };
     report_progress(0.85, "running freely what was decided");
     let mut notes = if held_out { Vec::new() } else { vec![NO_HOLDOUT.into()] };
-    let mut claimed = ForeignClaims::default();
+    let mut claimed = claims::ForeignClaims::default();
     let (mut tuned, mut after) = (before.clone(), before.clone());
     match &searched {
         Err(why) => claimed.not_compared = Some(why.clone()).filter(|_| !options.capped),
         Ok((joint, found)) => {
-            let naming = claims::ForeignNames { channels: &channels, joint };
+            let naming = ForeignNames { channels: &channels, joint };
             if found.judged.verdict != EvidenceVerdict::NoGap {
                 let theta = naming.values(&free.subject, &nominal, found, &found.alone);
                 match free.run(&theta, None) {
@@ -161,33 +160,6 @@ pub fn diagnose_foreign(
         began: Vec::new(),
         record,
     })
-}
-
-/// What is reported of a verdict.
-pub(super) struct ForeignClaims {
-    pub verdict: Verdict,
-    pub unknown: f64,
-    pub effects: Vec<Claimed>,
-    pub candidates: Vec<CandidateCause>,
-    pub parameters: std::collections::BTreeMap<String, ClaimedAmount>,
-    pub components: Vec<ComponentShare>,
-    pub indistinguishable: Vec<Vec<String>>,
-    pub not_compared: Option<String>,
-}
-
-impl Default for ForeignClaims {
-    fn default() -> Self {
-        Self {
-            verdict: Verdict::Unknown,
-            unknown: 1.0,
-            effects: Vec::new(),
-            candidates: Vec::new(),
-            parameters: Default::default(),
-            components: Vec::new(),
-            indistinguishable: Vec::new(),
-            not_compared: None,
-        }
-    }
 }
 
 /// The joint, and what the innovations show of it; or why they cannot.

@@ -6,7 +6,7 @@ use trueup_hypotheses::innovations::foreign::{ForeignJoint, JointRoles};
 use trueup_plant::Plant;
 use trueup_signals::{Channel, Loaded};
 
-use super::ChannelVariable;
+use super::names::ChannelVariable;
 
 /// Share of the speeds that are not larger than the usual one.
 const USUAL: f64 = 0.97;

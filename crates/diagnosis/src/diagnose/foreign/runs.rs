@@ -7,7 +7,7 @@ use trueup_hypotheses::innovations::foreign::{JointFigures, KnownEffects, KnownP
 use trueup_identification::fit::{ChannelComparison, FitOptions, compare, search};
 use trueup_identification::fmu::{FmuSubject, InsertedForces, InsertedLaw};
 use trueup_identification::lsq::Loss;
-use trueup_identification::model::{CoordinateIndices, NamedVariables};
+use trueup_identification::model::NamedVariables;
 use trueup_identification::output_error::OutputError;
 use trueup_identification::predict::PredictError;
 use trueup_identification::recorded::nuisance;
@@ -17,7 +17,7 @@ use trueup_models::joint::TwoMassJoint;
 use trueup_plant::Plant;
 use trueup_signals::{Case, KnownEffect, ParameterValue};
 
-use super::claims::ForeignNames;
+use super::names::ForeignNames;
 
 /// Speed below which friction of an effect fades, in usual ones: the FMU itself holds what rests.
 const FADES: f64 = 1e-3;
@@ -35,28 +35,6 @@ pub(super) struct ForeignRuns {
     pub subject: FmuSubject,
     pub runs: Vec<IdentificationRun>,
     plant: Arc<dyn Plant>,
-}
-
-/// Where a motion begins: names of the parameters that are its position and rate at the start, and of the outputs that show them.
-#[derive(Clone, Debug)]
-pub struct NamedStart {
-    /// Parameter and output of the position.
-    pub position: [String; 2],
-    /// The same of the rate.
-    pub rate: [String; 2],
-}
-
-impl NamedStart {
-    /// By the subject's own indices.
-    pub(super) fn of(&self, subject: &FmuSubject) -> Option<CoordinateIndices> {
-        Some(CoordinateIndices {
-            angle: subject.parameter(&self.position[0])?,
-            velocity: subject.parameter(&self.rate[0])?,
-            angle_output: subject.output(&self.position[1])?,
-            velocity_output: subject.output(&self.rate[1])?,
-            follows: None,
-        })
-    }
 }
 
 /// The begin of a recording.
@@ -133,7 +111,7 @@ impl ForeignRuns {
         }
         let late = late.as_ref().map(|(place, by)| (place.trim_start_matches("sensor:"), *by));
         if acting.is_empty() {
-            return Ok(self.run(values, late).map_err(|e| format!("{} ({e})", effect.key.0))?);
+            return self.run(values, late).map_err(|e| format!("{} ({e})", effect.key.0));
         }
         let law = EffectForces::new(names, (effect, &acting), self)?;
         let coordinates = self.plant.coordinates().iter().flat_map(|c| [c.position_output, c.rate_output]);
