@@ -54,8 +54,15 @@ def compared(trueup, fmu, folder, cases):
     return rows
 
 
+def agree(own, strange):
+    """Of effects that are not distinguished a last fit of the model leaves out some."""
+    if own["verdict"] != strange["verdict"]:
+        return False
+    return set(first(own)) <= set(first(strange)) if own["verdict"] == "ambiguous" else first(own) == first(strange)
+
+
 def check(rows, needed):
-    same = [r for r in rows if (r[1]["verdict"], first(r[1])) == (r[3]["verdict"], first(r[3]))]
+    same = [r for r in rows if agree(r[1], r[3])]
     assert len(same) >= needed, [r[0] for r in rows if r not in same]
     for name, _, ours, _, theirs, _, _ in rows:
         assert abs(theirs["alone"] - ours["alone"]) < 1, name

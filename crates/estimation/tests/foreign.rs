@@ -44,7 +44,7 @@ fn foreign(flexible: bool, case: &Case) -> ForeignJoint {
     ForeignJoint::new(&plant, &roles, case, nominal, [300.0, 0.02], Vec::new()).unwrap()
 }
 
-/// Parameters, tangents sliding and stuck, and forces of parameters, at drawn points.
+/// Parameters, tangents sliding and stuck, and forces of parameters, at drawn points. Checks EST-21.
 #[test]
 fn a_joint_by_its_rates_is_the_joint_by_its_equations() {
     let case = case();

@@ -6,8 +6,6 @@ use nalgebra::{DMatrix, DVector};
 use trueup_numerics::hybrid::At;
 use trueup_plant::Plant;
 
-use super::{ForeignJointError, JointRoles};
-
 /// States of the engine: angle and rate of motor and load, all on the motor's side.
 pub(super) const STATES: usize = 4;
 /// Rows of the accelerations of motor and load.
@@ -18,6 +16,55 @@ const PARTS: [usize; 6] = [0, 16, 24, 32, 36, 40];
 const ROUNDED: f64 = 1e-6;
 /// Largest torque that is tried at rest, in usual ones.
 const MOST: f64 = 1e4;
+
+/// What the variables of a joint mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointRoles {
+    /// Input that drives, by index.
+    pub drive: usize,
+    /// Input that is a torque on the load, by index.
+    pub external: Option<usize>,
+    /// Turns of the motor per turn of the load.
+    pub gear_ratio: f64,
+    /// Parameter that it is.
+    pub ratio: Option<usize>,
+}
+
+/// A joint that this engine cannot take.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ForeignJointError {
+    /// More than motor and load.
+    #[error(
+        "it has {states} states; causes are compared in a joint of 2 states (rigid) or 4 (motor and link): export it without further dynamics"
+    )]
+    States {
+        /// How many.
+        states: usize,
+    },
+    /// No force on the link.
+    #[error(
+        "no force acts on its link: name an input that is a torque on it, `externalTorque`, in ports.toml"
+    )]
+    Link,
+    /// Its outputs are no complete state.
+    #[error(
+        "motorAngle, motorVelocity, linkAngle and linkVelocity of ports.toml do not determine its states"
+    )]
+    Shown,
+    /// Not linear.
+    #[error(
+        "its motion is not linear but for dry friction of the motor; causes are compared in other plants where they are models of this project"
+    )]
+    Nonlinear,
+    /// No finite rates.
+    #[error("its rates are not finite at its start; correct [parameters]")]
+    Evaluation,
+    /// A constant torque.
+    #[error(
+        "a torque of {0} N.m acts on it without any input; set the parameters that cause it so that it is 0"
+    )]
+    Torque(String),
+}
 
 /// z' = A z + B_u u + B_f f + c + s c_s in one list, or its derivative with respect to a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]

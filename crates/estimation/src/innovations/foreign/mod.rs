@@ -21,6 +21,7 @@ use super::plant::{
     InputForce, JointFigures, StateReading, StepMeans, first_state, hold,
 };
 use matrices::{ACCELERATIONS, JointMatrices, JointRates, STATES};
+pub use matrices::{ForeignJointError, JointRoles};
 
 /// Half the relative width of a difference by a parameter.
 const WIDTH: f64 = 1e-4;
@@ -39,55 +40,6 @@ const CACHED: usize = 16;
 
 /// Name of the torque that breaks away among those of the two-mass joint.
 pub const BREAKAWAY: &str = "staticFriction";
-
-/// What the variables of a joint mean.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointRoles {
-    /// Input that drives, by index.
-    pub drive: usize,
-    /// Input that is a torque on the load, by index.
-    pub external: Option<usize>,
-    /// Turns of the motor per turn of the load.
-    pub gear_ratio: f64,
-    /// Parameter that it is.
-    pub ratio: Option<usize>,
-}
-
-/// A joint that this engine cannot take.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ForeignJointError {
-    /// More than motor and load.
-    #[error(
-        "it has {states} states; causes are compared in a joint of 2 states (rigid) or 4 (motor and link): export it without further dynamics"
-    )]
-    States {
-        /// How many.
-        states: usize,
-    },
-    /// No force on the link.
-    #[error(
-        "no force acts on its link: name an input that is a torque on it, `externalTorque`, in ports.toml"
-    )]
-    Link,
-    /// Its outputs are no complete state.
-    #[error(
-        "motorAngle, motorVelocity, linkAngle and linkVelocity of ports.toml do not determine its states"
-    )]
-    Shown,
-    /// Not linear.
-    #[error(
-        "its motion is not linear but for dry friction of the motor; causes are compared in other plants where they are models of this project"
-    )]
-    Nonlinear,
-    /// No finite rates.
-    #[error("its rates are not finite at its start; correct [parameters]")]
-    Evaluation,
-    /// A constant torque.
-    #[error(
-        "a torque of {0} N.m acts on it without any input; set the parameters that cause it so that it is 0"
-    )]
-    Torque(String),
-}
 
 /// A joint of any plant, with priors.
 #[derive(Clone, Debug)]
