@@ -132,6 +132,8 @@ def test_what_no_port_reaches_is_unknown_with_the_reason(trueup, fmu, stranger, 
     assert d["gap"]["overall"]["before"] < 0.1
 
 
+# In a process of its own a free run is minutes.
+@pytest.mark.full
 @pytest.mark.parametrize("gravity", [0.0, 6.0])
 def test_a_joint_that_somebody_else_wrote(trueup, tmp_path, gravity):
     """C, FMI 2.0, torque in N.m, fixed parameters, in a process of its own."""
