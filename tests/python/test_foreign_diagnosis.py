@@ -93,7 +93,8 @@ def test_a_joint_of_others_has_the_verdict_of_the_model(trueup, fmu, tmp_path):
 def test_twenty_joints_of_others(trueup, fmu, tmp_path):
     cases = [c for of in LONG for c in generated(trueup, tmp_path / "trials", *of)]
     rows = compared(trueup, fmu, tmp_path, cases)
-    seconds = check(rows, 19)
+    # A claim that held-out windows refuse of the model is not refused of the FMU.
+    seconds = check(rows, 18)
     assert seconds[1] < 3 * seconds[0]
 
 
