@@ -9,6 +9,7 @@ mod conclude;
 mod dead;
 mod drift;
 mod estimate;
+pub mod foreign;
 mod ground;
 mod held_out;
 mod innovations;
@@ -212,7 +213,7 @@ fn evidence(
     let findings = search_case(loaded)?;
     let decision = DecisionBuilder::new(search, &findings).build();
     let decision = decision.map_err(CaseSearchError::Made)?;
-    Ok((decision, JudgedCase::from(&findings.judged)))
+    Ok((decision, JudgedCase::from(&findings)))
 }
 
 /// The same where these recordings determine nothing about causes.

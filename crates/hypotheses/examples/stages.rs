@@ -46,7 +46,7 @@ fn stages(folder: &str) -> Said {
     let screened = screened(&candidates, alone);
     let names: Vec<&str> = named(&plant);
     let shared = Rc::new(RefCell::new(frame));
-    let found = search_from(&shared, &plant, fitted.clone(), sizes, candidates, alone);
+    let found = search_from(&shared, Some(&plant), fitted.clone(), sizes, candidates, alone);
     tick();
     let judged = judge(&found).map(|j| {
         json!({ "verdict": j.verdict.name(), "set": j.set, "p": j.probability, "p_second": j.second, "G": j.gain,

@@ -10,6 +10,7 @@
 //! them, the stiff integrator takes its Jacobian from them.
 
 mod error;
+mod inserted;
 mod lane;
 mod simulate;
 
@@ -31,6 +32,7 @@ use trueup_plant::QuantityRole;
 use trueup_signals::{ParameterValue, VariableRole, base_name};
 
 pub use error::FmuError;
+pub use inserted::{InsertedForces, InsertedLaw};
 
 use crate::model::{CoordinateIndices, ModelError, NamedVariables, PlantQuantity};
 use crate::predict::{InputMap, PredictError, PredictionPlan};
@@ -76,6 +78,10 @@ pub struct FmuSubject {
     along: AtomicU8,
     /// Relative tolerance of the integrator.
     tolerance: f64,
+    /// Coordinates that are known otherwise than by their names.
+    known: Option<Vec<CoordinateIndices>>,
+    /// What acts through its inputs in addition to what was recorded.
+    inserted: Option<InsertedForces>,
     idle: Mutex<Vec<AnyInstance>>,
 }
 
@@ -144,6 +150,8 @@ impl FmuSubject {
             initial: Vec::new(),
             along: AtomicU8::new(UNKNOWN),
             tolerance: TOLERANCE,
+            known: None,
+            inserted: None,
             idle: Mutex::default(),
         };
         let of_states: Vec<usize> = (d.structure.derivatives.iter())
@@ -305,6 +313,9 @@ impl FmuSubject {
 
     /// Coordinates by the names that FMUs of this project give them: `motorAngle` begins at `initialMotorAngle`.
     pub fn coordinates(&self) -> Vec<CoordinateIndices> {
+        if let Some(known) = &self.known {
+            return known.clone();
+        }
         let rate_of = |angle: &str| {
             [("Angle", "Velocity"), ("Position", "Velocity"), ("Attitude", "Rate")]
                 .iter()
@@ -417,7 +428,8 @@ impl Predictor for FmuSubject {
     ) -> Result<Vec<Lanes>, PredictError> {
         let moves = |k: usize| p.iter().chain(&map.gain).chain(&map.bias).any(|v| v.eps[k] != 0.0);
         let acting: Vec<usize> = (0..LANES).filter(|&k| moves(k)).collect();
-        let known = self.along.load(Ordering::Relaxed);
+        // What is inserted has derivatives that the FMU does not know.
+        let known = if self.inserted.is_some() { REFUSED } else { self.along.load(Ordering::Relaxed) };
         let along = (known != REFUSED).then(|| self.sensitivities(plan, p, map, &acting)).flatten();
         if let (Some(y), TRUSTED) = (&along, known) {
             return Ok(y.clone());

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use trueup_fmi_import::{ForceInput, HybridFmu, HybridPorts, UnpackedFmu};
 use trueup_numerics::{Dual, Scalar};
-pub use trueup_plant::InsertionPoint;
-use trueup_plant::{Coordinate, CoordinateKind, Follows, LANES, Lanes, Plant};
+use trueup_plant::{Coordinate, CoordinateKind, Follows, LANES, Lanes};
+pub use trueup_plant::{InsertionPoint, Plant};
 
 use crate::error::PortsError;
 use crate::experiment::{Experiment, SensitivityRows};
@@ -26,6 +26,21 @@ pub struct PlantOfPorts {
     pub plant: HybridFmu,
     /// Places that are no coordinates, with the reason.
     pub unreached: Vec<String>,
+    /// How its motions begin, those on which no force acts too.
+    pub starts: Vec<MotionStart>,
+}
+
+/// Where a motion begins, and what shows it: indices of parameters and outputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MotionStart {
+    /// Parameter: position at the start.
+    pub initial_position: usize,
+    /// Parameter: rate at the start.
+    pub initial_rate: usize,
+    /// Output that shows the position.
+    pub position_output: usize,
+    /// Output that shows the rate.
+    pub rate_output: usize,
 }
 
 impl PlantOfPorts {
@@ -76,6 +91,8 @@ pub fn plant(
     search.starts = search.starts().map_err(PortsError::Fmu)?;
     let (mut found, mut unreached) = (HybridPorts::default(), Vec::new());
     let places = ports.places();
+    let starts = places.iter().flat_map(|place| search.candidates(place));
+    let starts = starts.filter_map(|candidate| search.motion_start(&candidate).ok()).collect();
     for candidate in places.iter().flat_map(|place| search.candidates(place)) {
         match search.coordinate(&candidate) {
             Ok((coordinate, force)) => {
@@ -96,7 +113,7 @@ pub fn plant(
     let read = |name: &String| search.plant.table().output(name);
     found.readings = Some(ports.sensors.iter().filter_map(|s| read(&s.variable)).collect());
     let plant = search.plant.with_ports(found).map_err(|e| PortsError::Fmu(e.to_string()))?;
-    Ok(PlantOfPorts { plant, unreached })
+    Ok(PlantOfPorts { plant, unreached, starts })
 }
 
 fn motor_of(place: &PortPlace) -> String {
@@ -230,6 +247,17 @@ impl<'a> PlantSearch<'a> {
         })
     }
 
+    fn motion_start(&self, c: &PortCoordinate) -> Result<MotionStart, String> {
+        let (rate_output, kind, row) = self.output(c.rate, "velocity")?;
+        let (position_output, of, own) = self.output(c.position, "position")?;
+        Ok(MotionStart {
+            initial_position: self.start(position_output, of, own)?,
+            initial_rate: self.start(rate_output, kind, row)?,
+            position_output,
+            rate_output,
+        })
+    }
+
     fn coordinate(&self, c: &PortCoordinate) -> Result<(Coordinate, ForceInput), String> {
         let (role, input) = c.effort.ok_or("no input acts on it")?;
         let force = self.force(c.place, role, input)?;
@@ -241,7 +269,9 @@ impl<'a> PlantSearch<'a> {
         };
         let name = |at: usize| &self.plant.table().outputs[at].name;
         let rate = shown(row).ok_or_else(|| format!("`{}` is no state of the FMU", name(rate_output)))?;
-        let (position_output, of, own) = self.output(c.position, "position")?;
+        let (_, _, own) = self.output(c.position, "position")?;
+        let MotionStart { initial_position, initial_rate, position_output, rate_output } =
+            self.motion_start(c)?;
         Ok((
             Coordinate {
                 name: c.name.clone(),
@@ -249,8 +279,8 @@ impl<'a> PlantSearch<'a> {
                 force_unit: if kind == PortKind::Velocity { "N" } else { "N.m" },
                 position: shown(own),
                 rate,
-                initial_position: self.start(position_output, of, own)?,
-                initial_rate: self.start(rate_output, kind, row)?,
+                initial_position,
+                initial_rate,
                 position_output,
                 rate_output,
                 friction_mode: None,

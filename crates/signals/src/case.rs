@@ -36,8 +36,10 @@ pub struct Case {
     pub folder: PathBuf,
     /// The `case.toml` itself.
     pub file: PathBuf,
-    /// The model's name.
+    /// The model's name, or the file name of an FMU.
     pub model: String,
+    /// What the variables of an FMU mean: the file name of a `ports.toml`.
+    pub ports: Option<String>,
     /// Recordings that may be used for fitting.
     pub train: Vec<String>,
     /// Recordings only for the figures reported.
@@ -73,6 +75,11 @@ impl Case {
     pub(crate) fn declared(&self, recording: &str) -> DeclaredFigures {
         let columns = ColumnRule::of(&self.columns, recording);
         DeclaredFigures { channels: self.channels.clone(), rate: self.rate, columns }
+    }
+
+    /// The FMU that it names as its model, in its folder; `None`: it names a model.
+    pub fn fmu(&self) -> Option<PathBuf> {
+        self.model.to_lowercase().ends_with(".fmu").then(|| self.folder.join(&self.model))
     }
 
     /// Its name: that of its folder; empty of a case from memory.

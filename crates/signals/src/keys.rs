@@ -98,7 +98,20 @@ pub const fn key(
 pub const CASE: Keys = Keys {
     of: "a case",
     list: &[
-        key("model", "the model that the recordings are compared with", "name", "must be given", Text),
+        key(
+            "model",
+            "the model that the recordings are compared with, or an FMU",
+            "name, or file name",
+            "must be given",
+            Text,
+        ),
+        key(
+            "ports",
+            "of an FMU as model: what its variables mean, a `ports.toml`; `trueup diagnose` requires it",
+            "file name",
+            "none",
+            Text,
+        ),
         key("train", "recordings that may be fitted", "file names in the folder", "must be given", Texts),
         key(
             "holdout",

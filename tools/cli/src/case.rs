@@ -1,6 +1,7 @@
 //! Loading a case; all its errors are reported on standard error.
 
 mod findings;
+pub(crate) mod foreign;
 
 use std::path::Path;
 
@@ -30,13 +31,13 @@ pub(crate) fn load(
 }
 
 /// The same for an FMU; which channels go with each other is not known there.
-pub(crate) fn load_for(path: &Path, model: &FmuSubject) -> Result<Loaded, CliError> {
+pub(crate) fn load_for(path: &Path, model: &FmuSubject) -> Result<(Loaded, Vec<Finding>), CliError> {
     let variables = model.variables();
     let (loaded, mut findings) =
         Case::load(path, |_| Ok(variables.clone())).map_err(|e| CliError::Failed(e.to_string()))?;
     findings.extend(check::case(&loaded, &variables, &[]));
     tell(&findings);
-    if findings.iter().any(Finding::is_error) { Err(CliError::Said) } else { Ok(loaded) }
+    if findings.iter().any(Finding::is_error) { Err(CliError::Said) } else { Ok((loaded, findings)) }
 }
 
 pub(crate) fn tell(all: &[Finding]) {

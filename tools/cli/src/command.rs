@@ -13,7 +13,7 @@ mod inverse;
 mod lab;
 mod list;
 mod pack;
-mod ports;
+pub(crate) mod ports;
 mod robot;
 mod scale;
 mod schema;

@@ -25,6 +25,10 @@ const DISTINCT: f64 = -10.0;
 /// What the verdict was made from.
 #[derive(Clone, Debug, Serialize)]
 pub struct JudgedCase {
+    /// Log evidence of the model alone, its parameters refitted, nats.
+    pub alone: f64,
+    /// The same of the best effect; `None`: there is none.
+    pub leader: Option<f64>,
     /// Nats that the leader gains over the refitted parameters.
     pub gain: f64,
     /// Nats to the next other effect.
@@ -37,11 +41,12 @@ pub struct JudgedCase {
     pub numbers: Vec<(String, f64)>,
 }
 
-impl From<&EvidenceJudgement> for JudgedCase {
-    fn from(j: &EvidenceJudgement) -> Self {
-        let EvidenceJudgement { gain, margin, probability, second, .. } = *j;
-        let numbers = j.numbers.iter().map(|(name, x)| ((*name).to_owned(), *x)).collect();
-        Self { gain, margin, probability, second, numbers }
+impl From<&CaseFindings> for JudgedCase {
+    fn from(found: &CaseFindings) -> Self {
+        let EvidenceJudgement { gain, margin, probability, second, .. } = found.judged;
+        let numbers = found.judged.numbers.iter().map(|(name, x)| ((*name).to_owned(), *x)).collect();
+        let (alone, leader) = (found.alone.evidence, found.effects.first().map(|h| h.evidence));
+        Self { alone, leader, gain, margin, probability, second, numbers }
     }
 }
 

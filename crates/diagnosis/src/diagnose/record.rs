@@ -14,7 +14,7 @@ use crate::engine::search::FittedSet;
 /// Name of the file next to diagnosis.json.
 pub const FILE: &str = "decision.json";
 /// Its schema.
-const SCHEMA: &str = "trueup.decision/2";
+pub(super) const SCHEMA: &str = "trueup.decision/2";
 
 /// What a verdict was decided from.
 #[derive(Clone, Debug, Serialize)]
@@ -24,8 +24,9 @@ pub struct DecisionRecord {
     /// The judgement; `None`: no causes were compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub innovations: Option<JudgedCase>,
-    /// Excess of the nominal model as it is: power of the equation errors over that of a perfect model, less 1.
-    pub raw_excess: f64,
+    /// Excess of the nominal model as it is: power of the equation errors over that of a perfect model, less 1. Of an FMU there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub raw_excess: Option<f64>,
     /// Gaps of free runs without effects.
     pub free: FreeRun,
     /// Nothing added.
@@ -44,7 +45,8 @@ pub struct RecordedSet {
     /// Its unknowns.
     pub posterior: Vec<RecordedEstimate>,
     /// What its equation errors leave, as [`DecisionRecord::raw_excess`].
-    pub excess: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub excess: Option<f64>,
 }
 
 /// A cause.
@@ -78,7 +80,7 @@ impl DecisionRecord {
         Self {
             schema: SCHEMA.into(),
             innovations: None,
-            raw_excess,
+            raw_excess: Some(raw_excess),
             free,
             plain: RecordedSet::of(&found.plain),
             best: RecordedSet::of(&found.best),
@@ -97,7 +99,7 @@ impl RecordedSet {
         Self {
             causes: f.stated.set.iter().map(RecordedCause::of).collect(),
             posterior: estimates.map(estimate).collect(),
-            excess: f.excess(),
+            excess: Some(f.excess()),
         }
     }
 }

@@ -176,7 +176,7 @@ impl InnovationsFrame {
             }
             let slopes = two_slopes(normal);
             // A step of a refit may have ended below 0, where neither bounds anything.
-            let own = [element.stiffness, element.damping].map(|k| self.theta[k].max(0.0));
+            let own = self.plant.elastic(&self.theta, element).map(|x| x.max(0.0));
             let bound = |j: usize| slopes[j].clamp(SLOPE[j][0] * own[j], SLOPE[j][1] * own[j]);
             for (c, w) in element.weights.iter().enumerate() {
                 for k in 0..states {

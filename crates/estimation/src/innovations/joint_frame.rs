@@ -46,7 +46,9 @@ pub enum JointFrameError {
         name: &'static str,
     },
     /// A known effect that is no force along the trajectory.
-    #[error("{file}: causes cannot be compared with `{id}` as a known effect: {why}; remove it from [effects]")]
+    #[error(
+        "{file}: causes cannot be compared with `{id}` as a known effect: {why}; remove it from [effects]"
+    )]
     Effect {
         /// The case.
         file: String,
@@ -104,10 +106,27 @@ fn frame_of(
     // Of known effects in the transmission its torque has a part that is none of the spring's.
     let plant = if to_estimate.is_some() && known.is_none() { plant.with_torque_reading() } else { plant };
     let plant = plant.with_known(known);
+    if let Some(name) = plant.missing() {
+        return Err(JointFrameError::Parameter { file: file(), name });
+    }
+    let any = Rc::new(plant.clone()) as Rc<dyn ForcedPlant>;
+    Ok((frame_with_plant(loaded, &any, to_estimate)?, plant))
+}
+
+/// A case's frame with a plant; `longest`: its longest step, s.
+///
+/// # Errors
+/// See [`JointFrameError`].
+pub fn frame_with_plant(
+    loaded: &Loaded,
+    plant: &Rc<dyn ForcedPlant>,
+    longest: Option<f64>,
+) -> Result<InnovationsFrame, JointFrameError> {
+    let file = || loaded.case.file.display().to_string();
     let late = LateGroup::all(loaded);
     let known = [
         (
-            has_strange_parameters(loaded, &plant),
+            has_strange_parameters(loaded, &**plant),
             "gear ratios, static frictions and inertias or stiffnesses of 0 of single recordings",
         ),
         (
@@ -118,12 +137,9 @@ fn frame_of(
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointFrameError::Known { file: file(), what });
     }
-    if let Some(name) = plant.missing() {
-        return Err(JointFrameError::Parameter { file: file(), name });
-    }
     let made = |loaded: &Loaded| -> Result<InnovationsFrame, NodesError> {
-        let intake = Rc::new(NodeIntake::in_steps(loaded, &plant, to_estimate)?);
-        Ok(InnovationsFrame::new(&intake, Rc::new(plant.clone()), None))
+        let intake = Rc::new(NodeIntake::in_steps(loaded, &**plant, longest)?);
+        Ok(InnovationsFrame::new(&intake, plant.clone(), None))
     };
     let loaded = retimed(loaded, late, f64::INFINITY, |loaded, fits| -> Result<LaterChannels, NodesError> {
         let mut frame = made(loaded)?;
@@ -141,7 +157,7 @@ fn frame_of(
         let by = frame.intake.rig.later(&fit.zeros);
         Ok(LaterChannels { evidence: fit.evidence / counted.max(1) as f64, step, by })
     })?;
-    Ok((made(&loaded)?, plant))
+    Ok(made(&loaded)?)
 }
 
 /// Root mean square of the torque that a servo makes of what was read, N.m; 0: there is none.
@@ -178,7 +194,7 @@ fn servo_torque(loaded: &Loaded, effects: &KnownEffects, readings: &[StateReadin
 
 /// Whether a parameter of a recording is none that can be another there: what is neither the plant's nor of a known effect, or an
 /// inertia, a stiffness or a torque constant of 0. Static friction is that of the case next to the Coulomb friction there.
-fn has_strange_parameters(loaded: &Loaded, plant: &TwoMassPlant) -> bool {
+fn has_strange_parameters(loaded: &Loaded, plant: &dyn ForcedPlant) -> bool {
     let own = |name: &str| plant.parameters().iter().find(|p| p.name == name);
     let of_effect = |name: &str| plant.known_effects().is_some_and(|e| e.parameter(name).is_some());
     let breakaway = plant.coordinates()[coordinate::MOTOR].breakaway;

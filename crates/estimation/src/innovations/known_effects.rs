@@ -6,7 +6,6 @@
 //! z'  = g(x, u, z)                              states of the effects, along the same means
 //! ```
 
-use std::rc::Rc;
 use std::sync::Arc;
 
 use trueup_models::effect::{EffectSet, ParameterRole, PlacedEffect, SignalSpec};
@@ -61,15 +60,15 @@ struct OwnInput {
 #[derive(Clone, Debug)]
 pub struct KnownEffects {
     /// The model with and without them, of a joint with a spring, and the same of a rigid one.
-    models: Rc<[[Arc<dyn Plant>; 2]; 2]>,
+    models: Arc<[[Arc<dyn Plant>; 2]; 2]>,
     /// Parameters of the model with them.
-    nominal: Rc<[f64]>,
+    nominal: Arc<[f64]>,
     /// What is refitted.
-    pub numbers: Rc<[KnownNumber]>,
+    pub numbers: Arc<[KnownNumber]>,
     /// Inputs that they have, in the order in which they follow those of the joint.
-    inputs: Rc<[OwnInput]>,
+    inputs: Arc<[OwnInput]>,
     /// Those that act in the actuator, where one of them is a servo, with the index of each of their numbers among all.
-    drive: Option<Rc<(Self, Vec<usize>)>>,
+    drive: Option<Arc<(Self, Vec<usize>)>>,
     /// Dry friction has a sign.
     dry: bool,
 }
@@ -153,7 +152,7 @@ impl KnownEffects {
             let drive = Self::made(case, &drive, dry)?;
             let place = |n: &KnownNumber| all.numbers.iter().position(|o| o.name == n.name);
             let places = drive.numbers.iter().filter_map(place).collect();
-            all.drive = Some(Rc::new((drive, places)));
+            all.drive = Some(Arc::new((drive, places)));
         }
         Ok(Some(all))
     }
@@ -196,7 +195,7 @@ impl KnownEffects {
             e.spec().inputs.iter().enumerate().map(of)
         });
         let inputs = inputs.collect();
-        Ok(Self { models: Rc::new(models), nominal: nominal.into(), numbers, inputs, drive: None, dry })
+        Ok(Self { models: Arc::new(models), nominal: nominal.into(), numbers, inputs, drive: None, dry })
     }
 
     /// Whether an effect is among them.

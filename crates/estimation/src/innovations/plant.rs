@@ -118,6 +118,25 @@ pub struct ElasticElement {
     pub damping: usize,
 }
 
+/// Figures of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointFigures {
+    /// Inertia of the motor, kg.m2.
+    pub motor_inertia: f64,
+    /// Inertia of the load on its own side, kg.m2.
+    pub load_inertia: f64,
+    /// Stiffness on the motor's side, N.m/rad; 0: it is rigid.
+    pub stiffness: f64,
+    /// Damping on the motor's side, N.m.s/rad.
+    pub damping: f64,
+    /// Viscous friction of the motor, N.m.s/rad.
+    pub viscous: f64,
+    /// Torque of the motor per unit of the input that drives.
+    pub torque_constant: f64,
+    /// Turns of the motor per turn of the load.
+    pub gear_ratio: f64,
+}
+
 /// A plant as the engine sees it. Matrices are rows of rows. A held coordinate keeps its position.
 pub trait ForcedPlant {
     /// Number of its states.
@@ -169,6 +188,16 @@ pub trait ForcedPlant {
     fn usual_force(&self) -> f64;
     /// Deflection under the usual force, rad; 0 if it does not bend.
     fn usual_deflection(&self) -> f64;
+    /// Stiffness and damping of an elastic element, N.m/rad and N.m.s/rad.
+    fn elastic(&self, theta: &[f64], element: &ElasticElement) -> [f64; 2] {
+        [element.stiffness, element.damping].map(|k| theta[k])
+    }
+    /// Figures of the joint that it is.
+    fn figures(&self, theta: &[f64]) -> JointFigures;
+    /// Whether an effect cannot act in it at this place.
+    fn refuses(&self, _id: &str, _place: &str) -> bool {
+        false
+    }
     /// Whether `other` rests where `coordinate` does.
     fn held_with(&self, coordinate: usize, other: usize) -> bool;
     /// Share of the white force of the motor that each coordinate has.
@@ -204,4 +233,55 @@ impl InputForce {
     pub fn per_unit(&self, theta: &[f64]) -> f64 {
         self.factor * self.gain.map_or(1.0, |k| theta[k])
     }
+}
+
+/// Takes the coordinates at rest out of a tangent.
+pub(super) fn hold(
+    coordinates: &[ForcedCoordinate],
+    stuck: &[bool],
+    by_state: &mut [f64],
+    by_force: &mut [f64],
+) {
+    let forces = coordinates.len();
+    let n = by_force.len() / forces;
+    for c in coordinates.iter().zip(stuck).filter(|(_, s)| **s).map(|(c, _)| c) {
+        for row in [c.position, c.velocity] {
+            by_state[n * row..n * (row + 1)].fill(0.0);
+            by_force[forces * row..forces * (row + 1)].fill(0.0);
+        }
+        (0..n).for_each(|i| by_state[n * i + c.velocity] = 0.0);
+    }
+}
+
+/// First state of a joint and its variance. Returns the usual speed of what was seen last.
+pub(super) fn first_state(
+    coordinates: &[ForcedCoordinate],
+    (rigid, usual_deflection): (bool, f64),
+    seen: &[Option<FirstState>],
+    state: &mut [f64],
+    variance: &mut [f64],
+) -> f64 {
+    let n = state.len();
+    let spread = if rigid { 0.0 } else { 3.0 * usual_deflection };
+    let mut usual_speed = 0.0;
+    for (c, own) in seen.iter().enumerate() {
+        // Without a reading it begins with the other, give or take the usual twist.
+        let other = seen.iter().flatten().last().copied().unwrap_or_default();
+        let unseen = [spread.powi(2), (0.02 * other.usual_speed).powi(2)];
+        let first = own.unwrap_or(FirstState { variance: unseen, ..other });
+        let at = [coordinates[c].position, coordinates[c].velocity];
+        for j in 0..2 {
+            state[at[j]] = first.value[j];
+            variance[(n + 1) * at[j]] = first.variance[j];
+        }
+        usual_speed = other.usual_speed;
+    }
+    if rigid {
+        let (angle, speed) = (variance[0], variance[n + 1]);
+        variance[2 * n + 2] += angle;
+        (variance[2], variance[2 * n]) = (angle, angle);
+        (variance[n + 3], variance[3 * n + 1], variance[3 * n + 3]) = (speed, speed, speed);
+        state[3] = state[1];
+    }
+    usual_speed
 }

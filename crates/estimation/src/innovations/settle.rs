@@ -235,7 +235,7 @@ impl InnovationsFrame {
             let x = &r.states[size * t..size * (t + 1)];
             let along = |row: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
             let elastic = self.plant.elements().iter().map(|e| {
-                let (k, d) = (theta[e.stiffness], theta[e.damping]);
+                let [k, d] = self.plant.elastic(&theta, e);
                 e.weights[force.coordinate] * (k * along(&e.deflection) + d * along(&e.rate))
             });
             (drive[t] + elastic.sum::<f64>()).abs()

@@ -17,7 +17,7 @@ use trueup_signals::Case;
 use super::known_effects::KnownEffects;
 use super::plant::{
     BelievedParameter, ElasticElement, FilterCoordinateKind, FirstState, ForcedCoordinate, ForcedPlant,
-    GearTrain, InputForce, StateReading, StepMeans,
+    GearTrain, InputForce, JointFigures, StateReading, StepMeans, first_state, hold,
 };
 
 /// Indices of the parameters.
@@ -352,6 +352,17 @@ impl ForcedPlant for TwoMassPlant {
     fn model_parameters(&self, theta: &[f64]) -> Vec<(usize, f64)> {
         SOURCES.iter().copied().zip(theta.iter().copied()).collect()
     }
+    fn figures(&self, theta: &[f64]) -> JointFigures {
+        JointFigures {
+            motor_inertia: theta[p::MOTOR_INERTIA],
+            load_inertia: theta[p::LOAD_INERTIA],
+            stiffness: theta[p::STIFFNESS],
+            damping: theta[p::DAMPING],
+            viscous: theta[p::VISCOUS_FRICTION],
+            torque_constant: theta[p::TORQUE_CONSTANT],
+            gear_ratio: self.gear_ratio,
+        }
+    }
     fn usual_force(&self) -> f64 {
         self.usual
     }
@@ -382,13 +393,7 @@ impl ForcedPlant for TwoMassPlant {
             by_state[n * i..n * (i + 1)].copy_from_slice(&rate.eps[..n]);
             by_force[2 * i..2 * (i + 1)].copy_from_slice(&rate.eps[n..n + 2]);
         }
-        for c in self.coordinates.iter().zip(stuck).filter(|(_, s)| **s).map(|(c, _)| c) {
-            for row in [c.position, c.velocity] {
-                by_state[n * row..n * (row + 1)].fill(0.0);
-                by_force[2 * row..2 * (row + 1)].fill(0.0);
-            }
-            (0..n).for_each(|i| by_state[n * i + c.velocity] = 0.0);
-        }
+        hold(&self.coordinates, stuck, by_state, by_force);
     }
     fn sensitivities(&self, theta: &[f64], at: &StepMeans<'_>, forces: &mut [f64]) {
         let needed = self.inverse_dynamics(theta, at, [0.0; 2]);
@@ -412,27 +417,8 @@ impl ForcedPlant for TwoMassPlant {
     }
     fn begin(&self, seen: &[Option<FirstState>], state: &mut [f64], variance: &mut [f64]) {
         let n = self.states();
-        let spread = if self.rigid { 0.0 } else { 3.0 * self.usual_deflection() };
-        let mut usual_speed = 0.0;
-        for (c, own) in seen.iter().enumerate() {
-            // Without a reading it begins with the other, give or take the usual twist.
-            let other = seen.iter().flatten().last().copied().unwrap_or_default();
-            let unseen = [spread.powi(2), (0.02 * other.usual_speed).powi(2)];
-            let first = own.unwrap_or(FirstState { variance: unseen, ..other });
-            let at = [self.coordinates[c].position, self.coordinates[c].velocity];
-            for j in 0..2 {
-                state[at[j]] = first.value[j];
-                variance[(n + 1) * at[j]] = first.variance[j];
-            }
-            usual_speed = other.usual_speed;
-        }
-        if self.rigid {
-            let (angle, speed) = (variance[0], variance[n + 1]);
-            variance[2 * n + 2] += angle;
-            (variance[2], variance[2 * n]) = (angle, angle);
-            (variance[n + 3], variance[3 * n + 1], variance[3 * n + 3]) = (speed, speed, speed);
-            state[3] = state[1];
-        }
+        let usual = (self.rigid, self.usual_deflection());
+        let usual_speed = first_state(&self.coordinates, usual, seen, state, variance);
         if let Some(tip) = self.tip {
             let w = 2.0 * core::f64::consts::PI * tip.frequency;
             variance[4 * n + 4] = (0.1 * usual_speed / w).powi(2);

@@ -2,8 +2,12 @@
 //!
 //! A joint and a chain are searched in frames of their own; from here on they are alike.
 
+use std::rc::Rc;
+
+use trueup_estimation::innovations::foreign::ForeignJoint;
 use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::joint_frame::JointFrameError;
+use trueup_estimation::innovations::plant::ForcedPlant;
 use trueup_estimation::innovations::sensed::without_sensor_effects;
 use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
@@ -23,7 +27,7 @@ use super::joint_along::{UsualSizes, along_joint};
 use super::law::{LawFit, LawValue};
 use super::laws::{LawRef, law_of};
 use super::pairs::FittedPair;
-use super::search::{JointFindings, search_joint};
+use super::search::{JointFindings, search_joint, search_plant};
 use super::shape::LawShape;
 use super::verdict::{EvidenceJudgement, ReportedEffect, judge};
 
@@ -123,6 +127,17 @@ pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
         }
         Err(e) => Err(e.into()),
     }
+}
+
+/// The same with a joint of anybody's as its plant, whose channels have the names of its readings and inputs.
+///
+/// # Errors
+/// See [`CaseSearchError`].
+pub fn search_foreign(loaded: &Loaded, joint: &ForeignJoint) -> Result<CaseFindings, CaseSearchError> {
+    let found = search_plant(loaded, &(Rc::new(joint.clone()) as Rc<dyn ForcedPlant>))?;
+    let file = loaded.case.file.display().to_string();
+    let judged = judge(&found).ok_or(CaseSearchError::Nothing { file })?;
+    Ok(of_joint(&found, judged))
 }
 
 fn of_joint(found: &JointFindings, judged: EvidenceJudgement) -> CaseFindings {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intake::{IntakeRecording, RecordedInput};
 use trueup_estimation::innovations::numeric::quantile;
-use trueup_estimation::innovations::two_mass::{coordinate, parameter};
+use trueup_estimation::innovations::two_mass::coordinate;
 
 use super::along::PlantAlong;
 use super::drive::DriveAlong;
@@ -94,7 +94,8 @@ fn drive(frame: &InnovationsFrame, recording: usize) -> Vec<f64> {
         return frame.input_means(recording, 0);
     }
     let mut torque = frame.drive_torque(recording);
-    torque.iter_mut().for_each(|t| *t /= frame.theta[parameter::TORQUE_CONSTANT]);
+    let constant = frame.plant.figures(&frame.theta).torque_constant;
+    torque.iter_mut().for_each(|t| *t /= constant);
     torque
 }
 
@@ -107,8 +108,10 @@ pub fn gear_ratio(frame: &InnovationsFrame) -> f64 {
 pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlong<'a> {
     let ratio = gear_ratio(frame);
     let gear_error = sizes.angle_unit(frame);
-    let (stiffness, damping) = (frame.theta[parameter::STIFFNESS], frame.theta[parameter::DAMPING]);
-    let nominal_damping = frame.plant.parameters()[parameter::DAMPING].value;
+    let own = frame.plant.figures(&frame.theta);
+    let (stiffness, damping) = (own.stiffness, own.damping);
+    let nominal: Vec<f64> = frame.plant.parameters().iter().map(|p| p.value).collect();
+    let nominal_damping = frame.plant.figures(&nominal).damping;
     let encoder = frame.intake.channels.first().filter(|c| c.angle);
     let joint = JointPlace {
         motor: coordinate::MOTOR,
@@ -118,12 +121,12 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
         stiffness,
         stiffness_name: "stiffness",
         damping,
-        link_inertia: frame.theta[parameter::LOAD_INERTIA],
+        link_inertia: own.load_inertia,
         least_damping: nominal_damping.max(LEAST_DAMPING * stiffness),
         turns: ratio,
         rotor_turns: 1.0,
         dry: frame.dry_level(),
-        viscous: frame.theta[parameter::VISCOUS_FRICTION],
+        viscous: own.viscous,
         resolution: encoder.map_or(0.0, |c| c.resolution),
         motor_read: encoder.is_some_and(|c| c.state == Some(0)),
         drive: sizes.current,
@@ -163,7 +166,7 @@ pub fn along_joint<'a>(frame: &InnovationsFrame, sizes: &UsualSizes) -> PlantAlo
         } else {
             current(recording).map(|i| i.corrected(of_rig))
         };
-        let gain = frame.theta[parameter::TORQUE_CONSTANT];
+        let gain = own.torque_constant;
         RunAlong {
             signs: r.signs.sign.clone(),
             moments: (0..channels).map(moments).collect(),

@@ -20,6 +20,7 @@ pub mod chain_search;
 pub mod chain_verdict;
 pub mod drive;
 pub mod findings;
+pub mod foreign;
 pub mod hypothesis;
 pub mod joint_along;
 pub mod late;

@@ -32,7 +32,8 @@ pub fn pursue(
     place: &'static str,
     standing: &[AppliedLaw],
 ) -> Option<ScreenedShape> {
-    if frame.plant.known_effects().is_some_and(|k| k.has(PUSHES.id())) {
+    let id = PUSHES.id();
+    if frame.plant.known_effects().is_some_and(|k| k.has(id)) || frame.plant.refuses(id, place) {
         return None;
     }
     let score = usize::from(place != "actuator");

@@ -42,6 +42,7 @@ pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<ScreenedS
         .iter()
         .filter(|l| !known(l))
         .flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
+    let shapes = shapes.filter(|(l, s)| !frame.plant.refuses(l.id(), s.place));
     shapes.filter_map(|(l, s)| ScreenedShape::new(l, &along, s)).collect()
 }
 

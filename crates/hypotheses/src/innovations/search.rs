@@ -4,11 +4,12 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use trueup_estimation::innovations::frame::INTENSITY;
+use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intensity::power;
-use trueup_estimation::innovations::joint_frame::{JointFrameError, joint_frame};
+use trueup_estimation::innovations::joint_frame::{JointFrameError, frame_with_plant, joint_frame};
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::null::{FittedNull, fit_null, unread_of_null};
+use trueup_estimation::innovations::plant::ForcedPlant;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
 use trueup_signals::Loaded;
 
@@ -50,27 +51,41 @@ pub struct JointFindings {
 /// # Errors
 /// See [`JointFrameError`].
 pub fn search_joint(loaded: &Loaded) -> Result<JointFindings, JointFrameError> {
-    let (mut frame, plant) = joint_frame(loaded)?;
+    let (frame, plant) = joint_frame(loaded)?;
+    Ok(search_frame(loaded, frame, Some(&plant)))
+}
+
+/// Searches a case with a plant of which no other structures can be made.
+///
+/// # Errors
+/// See [`JointFrameError`].
+pub fn search_plant(loaded: &Loaded, plant: &Rc<dyn ForcedPlant>) -> Result<JointFindings, JointFrameError> {
+    Ok(search_frame(loaded, frame_with_plant(loaded, plant, None)?, None))
+}
+
+fn search_frame(loaded: &Loaded, mut frame: InnovationsFrame, own: Option<&TwoMassPlant>) -> JointFindings {
     let mut null = fit_null(&mut frame);
     null.unread = unread_of_null(loaded, &frame, &null);
     let sizes = UsualSizes::of(&frame);
     let mut candidates = all_shapes(&frame, &sizes);
     let alone = sift(&mut frame, &mut candidates, &null.begin, &[]);
     let frame = Rc::new(RefCell::new(frame));
-    Ok(search_from(&frame, &plant, null, sizes, candidates, alone))
+    search_from(&frame, own, null, sizes, candidates, alone)
 }
 
-/// Goes on where a screen ended: `alone` is the evidence without any candidate.
+/// Goes on where a screen ended: `alone` is the evidence without any candidate; `own`: the plant of which other structures can be
+/// made, none of an FMU of others.
 pub fn search_from(
     frame: &SharedFrame,
-    plant: &TwoMassPlant,
+    own: Option<&TwoMassPlant>,
     null: FittedNull,
     sizes: UsualSizes,
     mut candidates: Vec<ScreenedShape>,
     alone: f64,
 ) -> JointFindings {
     let q = &null.begin;
-    let places: &[&str] = if plant.rigid { &["load"] } else { &["load", "actuator"] };
+    let rigid = frame.borrow().plant.elements().is_empty();
+    let places: &[&str] = if rigid { &["load"] } else { &["load", "actuator"] };
     for place in places {
         candidates.extend(pursue(&mut frame.borrow_mut(), &sizes, q, place, &[]));
     }
@@ -86,15 +101,16 @@ pub fn search_from(
     let mut effects = best_each(effects.into_iter().map(play).collect());
     effects.extend(late_channels(frame, (&null, &sizes), &first, alone, effects.first()));
     let top = first.first().map_or(alone, |c| c.evidence);
-    for c in first.iter().take(4).filter(|c| c.law.is_structure() && !plant.rigid) {
+    for (c, plant) in first.iter().take(4).filter(|c| c.law.is_structure() && !rigid).zip(own.iter().cycle())
+    {
         if c.evidence > alone + (0.3 * (top - alone)).max(5.0) {
             effects.extend(with_tip(&frame.borrow(), plant, c));
         }
     }
-    if frame.borrow().plant.coordinates().iter().all(|c| c.dry.is_none()) {
+    if let Some(plant) = own.filter(|_| frame.borrow().plant.coordinates().iter().all(|c| c.dry.is_none())) {
         effects.extend(with_friction(&mut frame.borrow_mut(), plant, &sizes));
     }
-    if plant.rigid {
+    if let Some(plant) = own.filter(|_| rigid) {
         effects.extend(with_spring(&frame.borrow(), plant));
     }
     let mut effects = best_each(effects);
@@ -203,7 +219,8 @@ fn late_channels(
         theta: Some(&h.fit.theta),
     });
     let mut out = Vec::new();
-    for place in ["sensor:motorAngle", "sensor:loadAngle"] {
+    let places = ["sensor:motorAngle", "sensor:loadAngle"].into_iter();
+    for place in places.filter(|place| !frame.borrow().plant.refuses("sensor-delay", place)) {
         let found = first.iter().enumerate().find(|(_, c)| late(c) && c.shape.place == place);
         let seen = found.filter(|(rank, c)| {
             let seen = c.evidence > alone + 5.0 && *rank < 8;

@@ -10,6 +10,7 @@ use trueup_fmi_import::{
 use trueup_numerics::driver::DriveError;
 use trueup_plant::Lanes;
 
+use super::inserted::InsertedHere;
 use super::lane::LaneDirection;
 use super::{FmuSubject, VariablePlace, WIDTH};
 use crate::predict::{InputMap, MOST_EVENTS, PredictError, PredictionPlan};
@@ -59,6 +60,7 @@ struct Driven<'a> {
     u: Vec<f64>,
     du: Vec<f64>,
     now: Vec<f64>,
+    inserted: Option<InsertedHere>,
 }
 
 impl Fmus for Driven<'_> {
@@ -79,6 +81,9 @@ impl Fmus for Driven<'_> {
         }
         for ((now, u), du) in self.now.iter_mut().zip(&self.u).zip(&self.du) {
             *now = u + du * (time - self.since);
+        }
+        if let Some(inserted) = &mut self.inserted {
+            inserted.add(&mut self.instance, time, &mut self.now)?;
         }
         self.instance.set_float64(&self.references, &self.now)
     }
@@ -197,7 +202,7 @@ impl FmuSubject {
     }
 
     /// The variable that has this output.
-    fn output_place(&self, output: usize) -> Option<&VariablePlace> {
+    pub(super) fn output_place(&self, output: usize) -> Option<&VariablePlace> {
         self.output_places.iter().find(|place| place.elements.contains(&output))
     }
 
@@ -265,7 +270,8 @@ impl FmuSubject {
         let references: Vec<u32> = self.input_places.iter().map(|p| p.reference).collect();
         let zeros = || vec![0.0; self.inputs.len()];
         let (fmu, u, du, now) = (&*self.fmu, zeros(), zeros(), zeros());
-        let mut driven = Driven { fmu, instance, references, since: start, u, du, now };
+        let inserted = InsertedHere::of(self, start);
+        let mut driven = Driven { fmu, instance, references, since: start, u, du, now, inserted };
         plan.inputs_at(0, map, &mut driven.u, &mut driven.du);
         driven.exchange(start, true)?;
         driven.instance.exit_initialization_mode()?;

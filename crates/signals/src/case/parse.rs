@@ -79,6 +79,7 @@ impl Case {
                 "write model = \"TwoMassJoint\"",
             ),
         }
+        self.ports = root.get("ports").and_then(|node| reader.text(node, "ports"));
         self.files(reader, root);
         if let Some(table) = root.get("parameters").and_then(|n| reader.table(n, "parameters")) {
             self.parameters = parameters(reader, table, known);

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use trueup_diagnosis::diagnose::foreign::diagnose_foreign;
 use trueup_diagnosis::diagnose::{AugmentedModel, DiagnoseOptions, Diagnosed, diagnose};
 use trueup_diagnosis::engine::subject::DiagnosisSubject;
 use trueup_diagnosis::inputs;
@@ -17,7 +18,7 @@ use trueup_report::{DiagnosisRun, command_line, diagnosis_files, number};
 use trueup_signals::{Finding, Loaded};
 
 use crate::args::Diagnose;
-use crate::case::load;
+use crate::case::{foreign, load};
 use crate::command::pack::ReadyModel;
 use crate::error::CliError;
 use crate::output::{can_be_made, folder, say};
@@ -48,11 +49,17 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, CliError> {
 /// Diagnoses; what became of writing the files.
 fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError> {
     let begun = Instant::now();
+    // A process may divide before, not after.
+    let foreign = foreign::foreign(&args.case)?;
     let stages = Stages::watched(READING, args.deadline);
-    let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
+    let (loaded, findings) = match &foreign {
+        Some((case, findings)) => (case.loaded.clone(), findings.clone()),
+        None => load(&args.case, Purpose::Diagnose, &[])?,
+    };
     // What would prevent writing is reported before the work, not after it.
     let library = args.library.as_deref();
-    let templates = (!args.verdict_only).then(|| templates::read(&[], library)).transpose()?;
+    let templates =
+        (!args.verdict_only && foreign.is_none()).then(|| templates::read(&[], library)).transpose()?;
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     let options = DiagnoseOptions {
@@ -64,7 +71,11 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError>
         verdict_only: args.verdict_only,
     };
     sensors(&loaded);
-    let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
+    let progress = &mut |part: f64, what: &str| stages.tell(part, what);
+    let found = match foreign {
+        Some((case, _)) => diagnose_foreign(case, &options, progress),
+        None => diagnose(&loaded, &options, progress),
+    };
     let mut found = found.map_err(|e| CliError::at(&loaded.case.file, e))?;
     if let Some(why) = &found.diagnosis.not_compared {
         voice::line(&format!("causes were not compared: {why}"));

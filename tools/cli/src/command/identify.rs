@@ -48,7 +48,7 @@ pub(crate) fn fitted(args: &Identify) -> Result<Identified, CliError> {
     let (loaded, found) = match args.fmu.as_ref().zip(model) {
         Some((file, model)) => {
             let surroundings = ProcessSurroundings::now();
-            let loaded = load_for(&args.case, &model)?;
+            let (loaded, _) = load_for(&args.case, &model)?;
             let found = identify_fmu(&loaded, model, &settings);
             if let Some(what) = surroundings.restored() {
                 let mend = "that is undone; give the FMU a process of its own";

@@ -90,7 +90,7 @@ fn target(args: &PortsCommand) -> Result<Option<PathBuf>, CliError> {
 }
 
 /// A user's file, without mistakes.
-fn given(file: &Path, fmu: &Path, all: &FmuQuantities) -> Result<FmuPorts, CliError> {
+pub(crate) fn given(file: &Path, fmu: &Path, all: &FmuQuantities) -> Result<FmuPorts, CliError> {
     let ports = read::read(file);
     let mistakes = match &ports {
         Ok(ports) => fits::mistakes(ports, all, file, fmu),
