@@ -274,6 +274,18 @@ fn the_mass_of_a_payload_is_found_from_0() {
 }
 
 #[test]
+fn the_centre_of_a_payload_whose_mass_is_0_in_the_case_is_refitted() {
+    let across = "payload.centerOfMass[2]";
+    let values: &[(&str, f64)] = &[("payload.mass", 1.2), ("payload.centerOfMass[1]", 0.3), (across, 0.1)];
+    let made = MadeArm { seed: 810_220, payload: Some(1), values, drive: 2.0, ..MadeArm::default() };
+    let lines = "[payload]\nlink = 2\nmass = { value = 0.0, doubt = 2.0 }\ncenterOfMass = { value = [0.3, 0.0], doubt = 0.1 }";
+    let found = alone(&made.case(lines));
+    let value = refitted(&found, across);
+    println!("{across} {value}");
+    assert!((value - 0.1).abs() < 0.05 && found.1.left.largest_of_all() < 8.0, "{value}");
+}
+
+#[test]
 fn delays_of_an_arm_are_found() {
     for (seed, name, by) in [
         (810_216, "jointAngle[2]", 0.03),

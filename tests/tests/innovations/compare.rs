@@ -83,7 +83,7 @@ pub(super) fn stages(loaded: &Loaded, golden: &Value) -> Result<Vec<String>, Box
     let alone = sift(&mut frame, &mut candidates, &null.begin, &[]);
     screen(&candidates, alone, golden, &mut said);
     let shared = Rc::new(RefCell::new(frame));
-    let found = search_from(&shared, &plant, null, sizes, candidates, alone);
+    let found = search_from(&shared, Some(&plant), null, sizes, candidates, alone);
     effects(&found, golden, &mut said);
     verdict(&found, golden, &mut said);
     Ok(said.0)
