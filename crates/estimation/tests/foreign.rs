@@ -1,4 +1,4 @@
-//! A joint of anybody's, from evaluations of its rates, against the equations of the two-mass joint.
+//! A joint that is an FMU of others, from evaluations of its rates, against the equations of the two-mass joint.
 
 use std::sync::Arc;
 

@@ -47,6 +47,14 @@ pub enum CaseIntakeError {
     },
 }
 
+/// That a case has stretches of another weight, which a diagnosis does not take.
+pub fn weight_in_a_diagnosis(case: &Case) -> Option<Finding> {
+    let stretch = case.weights.first()?;
+    let what = "a diagnosis weighs readings by their noise alone, so `weight` of [fit] would be ignored";
+    let mend = "remove it; `trueup identify` uses it";
+    Some(Finding::error(FindingKind::BadValue, &case.file, what, mend).line(stretch.line))
+}
+
 impl CaseIntake {
     /// Reads a case. `with` are effects that are fitted in addition to those that it names.
     ///
@@ -88,13 +96,8 @@ impl CaseIntake {
         if purpose == Purpose::BreakAway {
             findings.retain(|f| f.kind != FindingKind::LittleExcitation);
         }
-        if let Some(stretch) = loaded.case.weights.first().filter(|_| purpose == Purpose::Diagnose) {
-            let what =
-                "a diagnosis weighs readings by their noise alone, so `weight` of [fit] would be ignored";
-            let mend = "remove it; `trueup identify` uses it";
-            findings.push(
-                Finding::error(FindingKind::BadValue, &loaded.case.file, what, mend).line(stretch.line),
-            );
+        if purpose == Purpose::Diagnose {
+            findings.extend(weight_in_a_diagnosis(&loaded.case));
         }
         let preset = line(&model, &loaded.case);
         Ok(Self { loaded, findings, preset })

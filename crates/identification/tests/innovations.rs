@@ -119,6 +119,19 @@ fn innovations_agree_with_output_error() {
 }
 
 #[test]
+fn what_they_cannot_determine_has_its_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    made(folder.path(), "[fit]\nparameters = [\"staticFriction\"]\n");
+    let file = folder.path().join("case.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("[uncertain]\nmotorInertia = 0.05\n", "")).unwrap();
+    let found = by(folder.path(), IdentifyMethod::Innovations, None).unwrap_or_else(|e| panic!("{e}"));
+    let level = of(&found, "staticFriction");
+    println!("{level:?}, condition {}", found.condition);
+    assert!(level.estimate.standard_error.is_none() && found.condition.is_infinite() && found.rank == (0, 1));
+}
+
+#[test]
 fn what_innovations_do_not_take_is_named_with_the_remedy() {
     let refused = |more: &str, design: Option<&ExperimentDesign>, words: &[&str]| {
         let folder = tempfile::tempdir().unwrap();

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use trueup_fmi_import::{ForceInput, HybridFmu, HybridPorts, UnpackedFmu};
 use trueup_numerics::{Dual, Scalar};
-use trueup_plant::{Coordinate, CoordinateKind, Follows, LANES, Lanes};
-pub use trueup_plant::{InsertionPoint, Plant};
+use trueup_plant::{Coordinate, Follows, LANES, Lanes};
+pub use trueup_plant::{CoordinateKind, InsertionPoint, Plant};
 
 use crate::error::PortsError;
 use crate::experiment::{Experiment, SensitivityRows};
@@ -28,6 +28,8 @@ pub struct PlantOfPorts {
     pub unreached: Vec<String>,
     /// How its motions begin, those on which no force acts too.
     pub starts: Vec<MotionStart>,
+    /// Parameter that is the gear ratio of the first joint; `None`: no single one has the value of its `gearRatio`.
+    pub gear_ratio: Option<usize>,
 }
 
 /// Where a motion begins, and what shows it: indices of parameters and outputs.
@@ -112,8 +114,10 @@ pub fn plant(
     }
     let read = |name: &String| search.plant.table().output(name);
     found.readings = Some(ports.sensors.iter().filter_map(|s| read(&s.variable)).collect());
+    let joint = places.iter().find(|place| matches!(place, PortPlace::Joint(_)));
+    let gear_ratio = joint.and_then(|place| search.figure(place, "gearRatio", PortKind::Number));
     let plant = search.plant.with_ports(found).map_err(|e| PortsError::Fmu(e.to_string()))?;
-    Ok(PlantOfPorts { plant, unreached, starts })
+    Ok(PlantOfPorts { plant, unreached, starts, gear_ratio })
 }
 
 fn motor_of(place: &PortPlace) -> String {

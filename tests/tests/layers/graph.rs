@@ -70,7 +70,7 @@ const RULES: &[Rule] = &[
         never: ARCHIVES,
     },
     Rule { name: "trueup-hypotheses", ours: &["trueup-signals", "trueup-estimation"], never: ARCHIVES },
-    // What is fitted may be a model of ours or anybody's FMU; by innovations it is the model alone of a diagnosis.
+    // What is fitted may be a model of ours or an FMU of others; by innovations it is the model alone of a diagnosis.
     Rule {
         name: "trueup-identification",
         ours: &[

@@ -20,7 +20,7 @@ use trueup_identification::model::NamedVariables;
 use trueup_identification::recorded::runs_of;
 use trueup_identification::subject::IdentificationSubject;
 use trueup_plant::Plant;
-use trueup_signals::Loaded;
+use trueup_signals::{Loaded, SensorData};
 
 use super::traces::gap_report;
 use super::{ChannelTrace, DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED};
@@ -50,6 +50,8 @@ pub struct ForeignCase {
     pub refused: Vec<String>,
     /// The same in sentences, with the reason.
     pub unreached: Vec<String>,
+    /// Why calls of the FMU failed; `None`: none did.
+    pub failure: fn(&dyn Plant) -> Option<String>,
 }
 
 /// Diagnoses a joint through its FMU; `report_progress` hears how far it is (0 to 1) and what is being done.
@@ -61,7 +63,7 @@ pub fn diagnose_foreign(
     options: &DiagnoseOptions,
     report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
-    let ForeignCase { loaded, plant, subject, starts, channels, roles, refused, unreached } = case;
+    let ForeignCase { loaded, plant, subject, starts, channels, roles, refused, unreached, failure } = case;
     let begins = starts.iter().filter_map(|start| start.of(&subject)).collect();
     let subject = subject.with_coordinates(begins);
     let nominal_error = |e: &dyn std::fmt::Display| DiagnoseError::Nominal(e.to_string());
@@ -76,7 +78,11 @@ pub fn diagnose_foreign(
     let searched = if options.capped {
         Err("a grave finding permits no conclusion".to_owned())
     } else {
-        roles.and_then(|roles| search(&loaded, &plant, &roles, &channels, refused))
+        let found = roles.and_then(|roles| search(&loaded, &plant, &roles, &channels, refused));
+        match failure(&*plant) {
+            Some(why) => Err(format!("a call of the FMU failed: {why}")),
+            None => found,
+        }
     };
     report_progress(0.85, "running freely what was decided");
     let mut notes = if held_out { Vec::new() } else { vec![NO_HOLDOUT.into()] };
@@ -84,8 +90,8 @@ pub fn diagnose_foreign(
     let (mut tuned, mut after) = (before.clone(), before.clone());
     match &searched {
         Err(why) => claimed.not_compared = Some(why.clone()).filter(|_| !options.capped),
-        Ok((joint, found)) => {
-            let naming = ForeignNames { channels: &channels, joint };
+        Ok((joint, usual_speed, found)) => {
+            let naming = ForeignNames { channels: &channels, joint, usual_speed: *usual_speed };
             if found.judged.verdict != EvidenceVerdict::NoGap {
                 let theta = naming.values(&free.subject, &nominal, found, &found.alone);
                 match free.run(&theta, None) {
@@ -116,6 +122,16 @@ pub fn diagnose_foreign(
     notes.push(
         "causes were compared through the FMU and its ports; values are those of the comparison, without intervals".into(),
     );
+    if options.watch {
+        notes.push(
+            "--watch takes models of this project only: where an FMU of others departs is not looked for"
+                .into(),
+        );
+    }
+    let estimated = |s: &SensorData| s.gain.is_some() || s.offset.is_some() || s.late.is_some();
+    if loaded.recordings.values().flat_map(|r| &r.channels).any(|c| estimated(&c.sensor)) {
+        notes.push("gains, offsets and delays that are estimated are in the comparison, not in the free runs of the gap".into());
+    }
     notes.extend(unreached.iter().map(|what| format!("not compared: {what}")));
     let location =
         GapLocation { channels: shares(&gap), components: claimed.components, ..Default::default() };
@@ -135,7 +151,7 @@ pub fn diagnose_foreign(
         indistinguishable: claimed.indistinguishable,
         unknown: UnknownShare { present: unknown, probability: claimed.unknown, place: None },
         next_experiment: None,
-        watch: options.watch.then(Vec::new),
+        watch: None,
         augmented: None,
         capped: options.capped,
         not_compared: claimed.not_compared,
@@ -143,7 +159,10 @@ pub fn diagnose_foreign(
         inputs: None,
         notes,
     };
-    let record = searched.as_ref().ok().map(|(joint, found)| claims::record(joint, found, &diagnosis.gap));
+    let record = searched.as_ref().ok().map(|(joint, usual_speed, found)| {
+        let naming = ForeignNames { channels: &channels, joint, usual_speed: *usual_speed };
+        claims::record(&naming, found, &diagnosis.gap)
+    });
     report_progress(1.0, "done");
     let floors = free.runs.iter().flat_map(|r| &r.channels).map(|c| c.name.as_str());
     let floors: std::collections::BTreeSet<&str> = floors.collect();
@@ -169,11 +188,11 @@ fn search(
     roles: &JointRoles,
     channels: &[ChannelVariable],
     refused: Vec<String>,
-) -> Result<(ForeignJoint, CaseFindings), String> {
+) -> Result<(ForeignJoint, f64, CaseFindings), String> {
     let named = joint::named(loaded, channels);
-    let joint = joint::joint(&named, plant, roles, refused)?;
+    let (joint, usual_speed) = joint::joint(&named, plant, roles, refused)?;
     let found = search_foreign(&named, &joint).map_err(|e| e.to_string())?;
-    Ok((joint, found))
+    Ok((joint, usual_speed, found))
 }
 
 /// Share of each channel in the excess over the floor.

@@ -54,7 +54,7 @@ fn without_gap(
         indistinguishable: Vec::new(),
         unknown: UnknownShare { present: true, probability: nothing.unknown, place: None },
         next_experiment: None,
-        watch: options.watch.then(Vec::new),
+        watch: None,
         augmented: None,
         capped: true,
         not_compared: None,

@@ -4,7 +4,7 @@
 //! every coordinate (Ornstein-Uhlenbeck, estimated intensities). State of the filter: z = (deviation of the plant's state, latent
 //! forces). Whatever is unknown and enters linearly is a [`column::FilterColumn`] along the smoothed trajectory; for given gains the
 //! log evidence of every set of columns follows from one Gram matrix ([`gram`], [`evidence`]). The engine requires a
-//! [`plant::ForcedPlant`] and names none; [`two_mass`] is the two-mass joint as such a plant, [`foreign`] a joint of anybody's. About the trajectory of a nonlinear plant
+//! [`plant::ForcedPlant`] and names none; [`two_mass`] is the two-mass joint as such a plant, [`foreign`] a joint that is an FMU of others. About the trajectory of a nonlinear plant
 //! the same filter, columns and evidence take steps of their own and latent errors of the readings: [`trajectory`].
 
 mod any_size;

@@ -129,7 +129,7 @@ pub fn search_case(loaded: &Loaded) -> Result<CaseFindings, CaseSearchError> {
     }
 }
 
-/// The same with a joint of anybody's as its plant, whose channels have the names of its readings and inputs.
+/// The same with a joint that is an FMU of others as its plant, whose channels have the names of its readings and inputs.
 ///
 /// # Errors
 /// See [`CaseSearchError`].

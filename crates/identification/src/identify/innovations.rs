@@ -75,7 +75,11 @@ pub(super) fn by_innovations(
     if !found.ended {
         notes.push("the search ran out of iterations: the estimate may not be the best one".into());
     }
-    let training = free_run(model, &values, train)?;
+    let mut read = train.to_vec();
+    for run in &mut read {
+        sensors.iter().for_each(|(target, value)| run.calibrate(*target, *value));
+    }
+    let training = free_run(model, &values, &read)?;
     Ok(Identified {
         model: model.structure().model.clone(),
         fmu: None,
@@ -101,7 +105,7 @@ pub(super) fn by_innovations(
         condition: condition(&of, &order),
         leverage: Leverage::default(),
         starts: Vec::new(),
-        stop: "the parameters no longer move",
+        stop: if found.ended { "the parameters no longer move" } else { "it ran out of iterations" },
         iterations: found.rounds,
         notes,
         values,
@@ -183,13 +187,17 @@ impl Reports<'_> {
             return estimate;
         };
         let value = self.found.numbers[at].value;
-        let error = self.found.covariance[(at, at)].max(0.0).sqrt();
+        let error = self.found.covariance[(at, at)].sqrt();
         let size = match unknown.scale {
             Scale::Log => value.abs(),
             Scale::Linear(size) => size.abs(),
         };
         estimate.value = value;
-        if !error.is_finite() || error > HOPELESS * size {
+        if !error.is_finite() {
+            estimate.reason = Some("the recordings do not determine it".into());
+            return estimate;
+        }
+        if error > HOPELESS * size {
             let percent = 100.0 * error / size;
             estimate.reason = Some(format!("its standard error would be {percent:.0} % of its size"));
             return estimate;
@@ -237,6 +245,9 @@ impl Reports<'_> {
 /// Condition number of the Jacobian with columns of unit length, for what is determined.
 fn condition(correlation: &DMatrix<f64>, order: &[Option<usize>]) -> f64 {
     let at: Vec<usize> = order.iter().flatten().copied().collect();
+    if at.is_empty() {
+        return f64::INFINITY;
+    }
     let own = DMatrix::from_fn(at.len(), at.len(), |i, j| correlation[(at[i], at[j])]);
     let eigenvalues = own.symmetric_eigenvalues();
     (eigenvalues.max() / eigenvalues.min().max(f64::MIN_POSITIVE)).sqrt()

@@ -4,16 +4,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use trueup_diagnosis::diagnose::foreign::{ChannelVariable, ForeignCase, JointRoles, NamedStart};
-use trueup_fmi_import::{UnpackedFmu, UsedInterface};
+
+use trueup_fmi_import::{HybridFmu, UnpackedFmu, UsedInterface};
 use trueup_identification::fmu::FmuSubject;
+use trueup_identification::intake::weight_in_a_diagnosis;
 use trueup_ports::check::{self, PortCheck};
 use trueup_ports::insert::{self, EffectInsertion};
-use trueup_ports::plant::{self, Plant, PlantOfPorts};
+use trueup_ports::plant::{self, CoordinateKind, Plant, PlantOfPorts};
 use trueup_ports::roles::{PortPlace, PortRole};
 use trueup_ports::{Experiment, FmuPorts, FmuQuantities};
-use trueup_signals::{Case, Finding};
+use trueup_signals::{Case, Finding, Loaded};
 
-use super::load_for;
+use super::{load_for, tell};
 use crate::command::ports::given;
 use crate::error::CliError;
 
@@ -29,8 +31,11 @@ const CHANNELS: [(&str, &[PortRole]); 6] = [
 /// Effects of a reading.
 const SENSOR_EFFECTS: [&str; 3] = ["sensor-delay", "sensor-drift", "sensor-eccentricity"];
 
-/// The case, if its model is an FMU, with what the intake noticed.
-pub(crate) fn foreign(path: &Path) -> Result<Option<(ForeignCase, Vec<Finding>)>, CliError> {
+/// The case, if its model is an FMU, with what the intake noticed; `deadline`: of each call of one that is not ours, s.
+pub(crate) fn foreign(
+    path: &Path,
+    deadline: Option<f64>,
+) -> Result<Option<(ForeignCase, Vec<Finding>)>, CliError> {
     // What is wrong in the file is reported when all of it is read.
     let Ok((case, _)) = Case::read(path, &[]) else { return Ok(None) };
     let Some(file) = case.fmu() else { return Ok(None) };
@@ -46,7 +51,7 @@ pub(crate) fn foreign(path: &Path) -> Result<Option<(ForeignCase, Vec<Finding>)>
     let ports_file = case.folder.join(case.ports.as_ref().ok_or_else(missing)?);
     let subject = FmuSubject::open(&file).map_err(|e| CliError::Failed(e.to_string()))?;
     let fmu = Arc::clone(subject.fmu());
-    isolated(&fmu)?;
+    isolated(&fmu, deadline)?;
     let all = FmuQuantities::of(fmu.description()).map_err(|e| CliError::at(&file, e))?;
     let ports = given(&ports_file, &file, &all)?;
     let failed = |e: trueup_ports::PortsError| CliError::Failed(e.to_string());
@@ -55,12 +60,21 @@ pub(crate) fn foreign(path: &Path) -> Result<Option<(ForeignCase, Vec<Finding>)>
     let effects = insert::insertions(&ports, &found, &checks);
     let made = plant::plant(&fmu, &ports, &all, &found).map_err(failed)?;
     let (loaded, findings) = load_for(path, &subject)?;
+    if let Some(weight) = weight_in_a_diagnosis(&loaded.case) {
+        tell(&[weight]);
+        return Err(CliError::Said);
+    }
     let joints: Vec<PortPlace> =
         ports.places().into_iter().filter(|p| matches!(p, PortPlace::Joint(_))).collect();
     let joint = joints.first().cloned();
     let channels = joint.as_ref().map_or_else(Vec::new, |place| channels(&ports, place));
     let roles = match &joints[..] {
-        [place] => roles(&made, &ports, place, &checks),
+        [place] => match other_input(&loaded, &made, &ports, place) {
+            Some(name) => Err(format!(
+                "causes are compared with a drive and an external torque alone, and the recordings have `{name}`; leave its column out if it changes nothing"
+            )),
+            None => roles(&made, &ports, place, &checks),
+        },
         _ => Err(format!(
             "{}: causes are compared for one joint; this has {}",
             ports_file.display(),
@@ -70,16 +84,29 @@ pub(crate) fn foreign(path: &Path) -> Result<Option<(ForeignCase, Vec<Finding>)>
     let (refused, unreached) = refused(&ports, &channels, &effects);
     let starts = starts(&made);
     let plant: Arc<dyn Plant> = Arc::new(made.plant);
-    let case = ForeignCase { loaded, plant, subject, starts, channels, roles, refused, unreached };
+    let case = ForeignCase { loaded, plant, subject, starts, channels, roles, refused, unreached, failure };
     Ok(Some((case, findings)))
 }
 
+fn failure(plant: &dyn Plant) -> Option<String> {
+    plant.as_any().downcast_ref::<HybridFmu>()?.failure()
+}
+
+/// An input of the FMU that was recorded and is neither the drive nor the external torque.
+fn other_input(loaded: &Loaded, made: &PlantOfPorts, ports: &FmuPorts, place: &PortPlace) -> Option<String> {
+    let drive = ports.drive(place).map(|v| &v.variable);
+    let external = ports.variable(place, PortRole::ExternalTorque).map(|v| &v.variable);
+    let own = |name: &String| [drive, external].into_iter().flatten().any(|v| v == name);
+    let mut names = loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.name);
+    names.find(|name| made.plant.table().input(name).is_some() && !own(name)).cloned()
+}
+
 /// One that is not ours has a process of its own where there are any.
-fn isolated(fmu: &UnpackedFmu) -> Result<(), CliError> {
+fn isolated(fmu: &UnpackedFmu, deadline: Option<f64>) -> Result<(), CliError> {
     if fmu.is_ours(UsedInterface::ModelExchange) {
         return Ok(());
     }
-    match crate::isolate::isolation(None) {
+    match crate::isolate::isolation(deadline) {
         Ok(isolation) => fmu.isolate(&isolation),
         Err(_) => return crate::isolate::keep(&fmu.file().display().to_string()),
     }
@@ -118,11 +145,12 @@ fn roles(
     let table = made.plant.table();
     let coordinates = made.plant.coordinates();
     let drive = ports.drive(place).and_then(|v| table.input(&v.variable));
-    let (Some(drive), false) = (drive, coordinates.is_empty()) else {
+    let moves = coordinates.first().is_some_and(|c| c.kind == CoordinateKind::Motor);
+    let (Some(drive), true) = (drive, moves) else {
         return Err(format!("no force can act on its motor: {}", made.unreached.join("; ")));
     };
     let external = ports.variable(place, PortRole::ExternalTorque).and_then(|v| table.input(&v.variable));
-    let ratio = coordinates.iter().find_map(|c| c.follows?.ratio);
+    let ratio = made.gear_ratio;
     let gear_ratio = ports.figure(place, "gearRatio").map_or(1.0, |f| f.value);
     Ok(JointRoles { drive, external, gear_ratio, ratio })
 }

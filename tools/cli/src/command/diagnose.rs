@@ -50,7 +50,7 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, CliError> {
 fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), CliError>), CliError> {
     let begun = Instant::now();
     // A process may divide before, not after.
-    let foreign = foreign::foreign(&args.case)?;
+    let foreign = foreign::foreign(&args.case, args.deadline)?;
     let stages = Stages::watched(READING, args.deadline);
     let (loaded, findings) = match &foreign {
         Some((case, findings)) => (case.loaded.clone(), findings.clone()),

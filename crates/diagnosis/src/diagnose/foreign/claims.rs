@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
-use trueup_hypotheses::innovations::foreign::{ForcedPlant, ForeignJoint};
+use trueup_hypotheses::innovations::foreign::ForcedPlant;
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_signals::Case;
 
@@ -157,11 +157,11 @@ fn parameters(
 }
 
 /// What the verdict was decided from.
-pub(super) fn record(joint: &ForeignJoint, found: &CaseFindings, gap: &GapReport) -> DecisionRecord {
+pub(super) fn record(names: &ForeignNames<'_>, found: &CaseFindings, gap: &GapReport) -> DecisionRecord {
     let set = |h: &FoundEffect| {
         let cause =
-            |c: &FoundCause| RecordedCause { id: c.id.into(), component: c.place.clone(), joint: None };
-        let own = joint.parameters().iter().zip(&h.theta);
+            |c: &FoundCause| RecordedCause { id: c.id.into(), component: names.place(&c.place), joint: None };
+        let own = names.joint.parameters().iter().zip(&h.theta);
         let estimate = |(p, value): (&trueup_hypotheses::innovations::foreign::BelievedParameter, &f64)| {
             RecordedEstimate {
                 name: p.name.into(),

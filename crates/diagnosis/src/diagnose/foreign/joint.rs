@@ -23,13 +23,13 @@ pub(super) fn named(loaded: &Loaded, channels: &[ChannelVariable]) -> Loaded {
     loaded
 }
 
-/// The joint with the parameters of the case.
+/// The joint with the parameters of the case, and its usual speed, rad/s.
 pub(super) fn joint(
     loaded: &Loaded,
     plant: &Arc<dyn Plant>,
     roles: &JointRoles,
     refused: Vec<String>,
-) -> Result<ForeignJoint, String> {
+) -> Result<(ForeignJoint, f64), String> {
     let case = &loaded.case;
     if let Some(id) = case.known_effects().first() {
         return Err(format!(
@@ -45,9 +45,9 @@ pub(super) fn joint(
     let value = |name: &str, start: f64| case.number(name).unwrap_or(start);
     let nominal: Vec<f64> = plant.table().parameters.iter().map(|q| value(&q.name, q.start)).collect();
     let gear = roles.ratio.map_or(roles.gear_ratio, |k| nominal[k]);
-    let sizes = [usual_speed(loaded, gear), usual_drive(loaded)];
-    let joint = ForeignJoint::new(plant, roles, case, nominal, sizes, refused);
-    joint.map_err(|e| format!("{}: {e}", case.model))
+    let speed = usual_speed(loaded, gear);
+    let joint = ForeignJoint::new(plant, roles, case, nominal, [speed, usual_drive(loaded)], refused);
+    Ok((joint.map_err(|e| format!("{}: {e}", case.model))?, speed))
 }
 
 fn all<'a>(loaded: &'a Loaded, name: &'a str) -> impl Iterator<Item = &'a Channel> {

@@ -4,7 +4,6 @@ use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEf
 use trueup_hypotheses::innovations::foreign::{BREAKAWAY, ForcedPlant, ForeignJoint, JointFigures};
 use trueup_identification::fmu::FmuSubject;
 use trueup_identification::model::{CoordinateIndices, NamedVariables};
-use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::{EffectChoice, PlantKind};
 
 /// A channel of the engine, and the FMU's variable that it is.
@@ -37,6 +36,8 @@ impl NamedStart {
 pub(super) struct ForeignNames<'a> {
     pub channels: &'a [ChannelVariable],
     pub joint: &'a ForeignJoint,
+    /// Usual speed of its motor, rad/s.
+    pub usual_speed: f64,
 }
 
 impl ForeignNames<'_> {
@@ -78,25 +79,9 @@ impl ForeignNames<'_> {
         }
         (figures, level)
     }
-    /// Usual speed of its motor, rad/s.
-    pub(super) fn usual_speed(&self, runs: &[IdentificationRun], n: f64) -> f64 {
-        let angle = self.variable("motorAngle");
-        let load = self.variable("loadAngle");
-        let mut speeds = Vec::new();
-        for c in runs.iter().flat_map(|r| &r.channels) {
-            let turns = if Some(c.name.as_str()) == angle {
-                1.0
-            } else if Some(c.name.as_str()) == load {
-                n
-            } else {
-                continue;
-            };
-            let ends = c.t.iter().zip(&c.y).step_by((c.t.len() / 200).max(1));
-            let ends: Vec<_> = ends.collect();
-            speeds.extend(ends.windows(2).map(|w| (turns * (w[1].1 - w[0].1) / (w[1].0 - w[0].0)).abs()));
-        }
-        speeds.retain(|v| v.is_finite());
-        speeds.into_iter().fold(0.0, f64::max).max(f64::MIN_POSITIVE)
+    /// N.m of one unit of the external torque's input, with gear ratio `n`.
+    pub(super) fn external_unit(&self, n: f64) -> f64 {
+        self.joint.input_forces().iter().find(|f| f.name == "externalTorque").map_or(1.0, |f| n * f.factor)
     }
     /// Values of the FMU's parameters that were found. Those that come with an effect take precedence.
     pub(super) fn found(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<(String, f64)> {
@@ -133,7 +118,7 @@ impl ForeignNames<'_> {
         for (name, value) in self.found(found, effect) {
             if let Some(k) = subject.parameter(&name) {
                 let q = &subject.parameters()[k];
-                values[k] = value.clamp(q.min, q.max);
+                values[k] = value.max(q.min).min(q.max);
             }
         }
         values

@@ -133,7 +133,8 @@ struct EffectForces {
     /// Speed below which friction fades, rad/s.
     slow: f64,
     drive: usize,
-    external: Option<usize>,
+    /// The external torque's input, and N.m a unit of it.
+    external: Option<(usize, f64)>,
 }
 
 impl EffectForces {
@@ -181,11 +182,11 @@ impl EffectForces {
         let effects = effects.map_err(|e| e.0)?.ok_or_else(|| ids.join(", "))?;
         let parameters = effects.parameters(&vec![1.0; effects.numbers.len()], &[]);
         let input = |name: &str| names.variable(name).and_then(|v| of.subject.input(v));
-        let slow = FADES * names.usual_speed(&of.runs, figures.gear_ratio);
+        let slow = FADES * names.usual_speed;
         let law = Self {
             slow,
             drive: input("motorCurrent").ok_or_else(|| ids.join(", "))?,
-            external: input("externalTorque"),
+            external: input("externalTorque").map(|k| (k, names.external_unit(figures.gear_ratio))),
             effects,
             parameters,
             figures,
@@ -211,13 +212,13 @@ impl InsertedLaw for EffectForces {
             [q, v, ..] => [q, v, q, v],
             _ => return,
         };
-        let input = [inputs[self.drive], self.external.map_or(0.0, |k| inputs[k])];
+        let input = [inputs[self.drive], self.external.map_or(0.0, |(k, unit)| unit * inputs[k])];
         let sign = (state[1] / self.slow).tanh();
         let [motor, load] = self.effects.motion(&self.point(time, &state, &input, sign), &[]).0.forces;
         match self.external.filter(|_| self.figures.stiffness > 0.0) {
-            Some(k) => {
+            Some((k, unit)) => {
                 inputs[self.drive] += motor / self.figures.torque_constant;
-                inputs[k] += n * load;
+                inputs[k] += n * load / unit;
             }
             None => inputs[self.drive] += (motor + load) / self.figures.torque_constant,
         }

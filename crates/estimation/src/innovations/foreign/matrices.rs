@@ -239,7 +239,7 @@ impl JointRates {
     /// line, as those of a joint do along stiffness, damping and friction.
     pub(super) fn matrices(&self, p: &[f64]) -> Result<JointMatrices, ForeignJointError> {
         let table = &self.plant.table().parameters;
-        let inside: Vec<f64> = p.iter().zip(table).map(|(p, q)| p.clamp(q.min, q.max)).collect();
+        let inside: Vec<f64> = p.iter().zip(table).map(|(p, q)| p.max(q.min).min(q.max)).collect();
         let beyond: Vec<usize> = (0..p.len()).filter(|k| p[*k] != inside[*k]).collect();
         let base = self.evaluated(&inside)?;
         if beyond.is_empty() {
@@ -249,7 +249,7 @@ impl JointRates {
         for k in beyond {
             let by = p[k] - inside[k];
             let mut mirrored = inside.clone();
-            mirrored[k] = (inside[k] - by).clamp(table[k].min, table[k].max);
+            mirrored[k] = (inside[k] - by).max(table[k].min).min(table[k].max);
             let step = mirrored[k] - inside[k];
             let other = self.evaluated(&mirrored)?.as_forces();
             let moved = forces.0.iter_mut().zip(other.0.iter().zip(first.0));
