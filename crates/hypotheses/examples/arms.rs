@@ -52,7 +52,7 @@ fn shape(s: &LawShape) -> Value {
 fn parts(form: &EffectForm) -> Vec<Value> {
     form.parts
         .iter()
-        .map(|p| json!({ "shape": shape(&p.shape), "wide": p.wide, "left_out": p.left_out }))
+        .map(|p| json!({ "shape": shape(&p.shape), "widened": p.shape.widened, "left_out": p.left_out }))
         .collect()
 }
 

@@ -12,7 +12,6 @@ use nalgebra::DMatrix;
 
 use super::evidence::{AmplitudePriors, TRUST, log_evidence, posterior_covariance};
 use super::filter::data_innovations;
-use super::filter_data::FilterGains;
 use super::frame::InnovationsFrame;
 use super::gram::{BaseGram, PackedColumns, PassedBase};
 use super::signs::DrySigns;
@@ -22,8 +21,8 @@ pub(super) const ROUNDS: (usize, f64) = (25, 0.02);
 /// Factors by which figures of noise move, one after the other.
 pub(super) const FACTORS: [f64; 4] = [4.0, 1.8, 1.3, 1.1];
 /// Rounds with columns along the smoothed trajectory, and steps of derivatives after these, in standard errors.
-const ALONG: usize = 1;
-const SMALL: f64 = 0.2;
+pub(super) const ALONG: usize = 1;
+pub(super) const SMALL: f64 = 0.2;
 /// Nats that do not count.
 pub(super) const LITTLE: f64 = 0.02;
 /// Times that noise is determined and the parameters are fitted again.
@@ -241,38 +240,21 @@ impl InnovationsFrame {
     /// it alone. Along the smoothed trajectory they depend on its noise, too, and where columns are nearly parallel what is estimated is
     /// biased by that.
     fn differentiate(&mut self, passed: &mut PassedBase, q: &[f64], steps: &[f64]) {
-        let stride = passed.gram.stride();
         let kept = self.theta.clone();
         for (i, k) in self.unknown.clone().into_iter().enumerate() {
             let [before, after] = [-steps[i], steps[i]].map(|h| {
                 self.theta[k] = kept[k] * (1.0 + h);
                 self.linearise();
-                let data = self.data();
-                let gains = passed.gains.iter().enumerate();
-                let innovations = gains.map(|(r, (gain, variance))| {
-                    let (gain, variance) = (gain.clone(), variance.clone());
-                    let input = self.filter_input(r, q);
-                    data_innovations(&FilterGains { input, gain, variance, predicted: Vec::new() }, &data[r])
-                });
-                innovations.collect::<Vec<_>>()
+                let data = self.data().into_iter().enumerate();
+                let of = |(r, d)| data_innovations(&passed.gains_of(r, self.filter_input(r, q)), &d);
+                data.map(of).collect::<Vec<_>>()
             });
             self.theta[k] = kept[k];
-            for (r, rows) in passed.innovations.iter_mut().enumerate() {
-                for (at, row) in rows.chunks_mut(stride).enumerate() {
-                    let counted = self.is_counted(r, at);
-                    let slope = (before[r][at] - after[r][at]) / (2.0 * steps[i]); // (EST-21)
-                    row[1 + i] = if counted { slope } else { 0.0 };
-                }
-            }
+            let slope = |r: usize, at: usize| (before[r][at] - after[r][at]) / (2.0 * steps[i]); // (EST-21)
+            passed.replace(1 + i, |r, at| if self.is_counted(r, at) { slope(r, at) } else { 0.0 });
         }
         self.linearise();
-        let n = passed.gram.size;
-        passed.gram.products.fill(0.0);
-        for row in passed.innovations.iter().flat_map(|rows| rows.chunks(stride)) {
-            for (a, products) in row[..n].iter().zip(passed.gram.products.chunks_mut(n)) {
-                products.iter_mut().zip(row).for_each(|(p, b)| *p += a * b);
-            }
-        }
+        passed.multiply();
     }
 
     /// Variance of the readings of each channel, white force, intensities, and variance of the force at turns, each by the evidence; `begun`: variances of the intake.

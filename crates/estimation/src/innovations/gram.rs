@@ -107,11 +107,32 @@ impl PassedBase {
         input: impl Fn(usize) -> FilterInput<'i>,
     ) -> Vec<GroupGram> {
         let mut sums = GroupSums::new(packed, groups);
-        for (k, ((gain, variance), e)) in self.gains.iter().zip(&self.innovations).enumerate() {
-            let (gain, variance) = (gain.clone(), variance.clone());
-            sums.pass(k, &FilterGains { input: input(k), gain, variance, predicted: Vec::new() }, e);
+        for (k, e) in self.innovations.iter().enumerate() {
+            sums.pass(k, &self.gains_of(k, input(k)), e);
         }
         sums.done()
+    }
+    /// Gains of a recording with what its filter takes.
+    pub fn gains_of<'i>(&self, recording: usize, input: FilterInput<'i>) -> FilterGains<'i> {
+        let (gain, variance) = self.gains[recording].clone();
+        FilterGains { input, gain, variance, predicted: Vec::new() }
+    }
+    /// A column of the base by what it leaves of the innovations, by recording and reading. [`PassedBase::multiply`] comes after it.
+    pub fn replace(&mut self, column: usize, by: impl Fn(usize, usize) -> f64) {
+        let stride = self.gram.stride();
+        for (r, rows) in self.innovations.iter_mut().enumerate() {
+            rows.chunks_mut(stride).enumerate().for_each(|(at, row)| row[column] = by(r, at));
+        }
+    }
+    /// Products of the innovations once more.
+    pub fn multiply(&mut self) {
+        let (n, stride) = (self.gram.size, self.gram.stride());
+        self.gram.products.fill(0.0);
+        for row in self.innovations.iter().flat_map(|rows| rows.chunks(stride)) {
+            for (a, products) in row[..n].iter().zip(self.gram.products.chunks_mut(n)) {
+                products.iter_mut().zip(row).for_each(|(p, b)| *p += a * b);
+            }
+        }
     }
 }
 

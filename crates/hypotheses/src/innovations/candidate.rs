@@ -19,8 +19,6 @@ pub struct ScreenedShape {
     pub shape: LawShape,
     /// Columns along the trajectory, with priors.
     pub terms: LawTerms,
-    /// Whether sizes have the heavy tail's prior: mean-1 amplitudes excepted.
-    pub wide: bool,
     /// Best log evidence with the prior of the tail; minus infinity: none with amplitudes that can be.
     pub evidence: f64,
     /// Amplitudes there.
@@ -38,7 +36,7 @@ impl ScreenedShape {
     /// Without columns.
     pub(super) fn empty(law: LawRef, shape: LawShape) -> Self {
         let (amplitudes, intensities, terms) = (Vec::new(), Vec::new(), LawTerms::default());
-        Self { law, shape, terms, wide: false, evidence: f64::NEG_INFINITY, amplitudes, intensities }
+        Self { law, shape, terms, evidence: f64::NEG_INFINITY, amplitudes, intensities }
     }
     /// Whether it explains anything with amplitudes that can be.
     pub fn is_possible(&self) -> bool {
@@ -62,10 +60,9 @@ impl ScreenedShape {
         let form = if each_form || self.law.forms_apart() { self.shape.form } else { "" };
         (self.law.id(), self.shape.place, &self.shape.channels, form)
     }
-    /// Prior standard deviations, `wide` or not: a law whose shape determines its size keeps it.
-    pub fn deviations(&self, wide: bool) -> Vec<f64> {
-        let pairs = self.terms.applied.deviation.iter().zip(&self.terms.applied.mean);
-        pairs.map(|(d, mean)| if wide && *mean != 1.0 { TAIL.wide * d } else { *d }).collect()
+    /// Prior standard deviations, so often widened.
+    pub fn deviations(&self, widened: u8) -> Vec<f64> {
+        deviations(&self.terms.applied, widened)
     }
     /// Whether amplitudes that can only be positive are.
     pub(super) fn can_be(&self, amplitudes: &[f64]) -> bool {
@@ -98,6 +95,15 @@ pub fn applied(
     sizes: &UsualSizes,
 ) -> Vec<AppliedLaw> {
     let along = along_joint(frame, sizes);
-    let terms = parts.iter().filter_map(|(law, shape)| law.terms(&along, shape));
-    terms.map(|t| t.applied).collect()
+    let one = |(law, shape): &(LawRef, LawShape)| {
+        let applied = law.terms(&along, shape)?.applied;
+        Some(AppliedLaw { deviation: deviations(&applied, shape.widened), ..applied })
+    };
+    parts.iter().filter_map(one).collect()
+}
+
+/// Prior standard deviations, so often widened: an amplitude whose mean is 1 is that of a law whose shape determines its size, and keeps it.
+fn deviations(law: &AppliedLaw, widened: u8) -> Vec<f64> {
+    let factor = TAIL.wide.powi(widened.into());
+    law.deviation.iter().zip(&law.mean).map(|(d, mean)| if *mean == 1.0 { *d } else { factor * d }).collect()
 }

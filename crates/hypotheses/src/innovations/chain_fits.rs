@@ -217,7 +217,7 @@ impl ChainFits<'_> {
         let alone = chain_screening(frame, standing).look(frame, &mut all, &bank);
         let best = all.into_iter().filter(ScreenedShape::is_possible).reduce(ScreenedShape::or_better);
         best.map(|b| {
-            let part = FormPart { shape: b.shape, wide: b.wide, left_out: Vec::new() };
+            let part = FormPart { shape: b.shape, left_out: Vec::new() };
             (part, b.intensities, b.evidence - alone)
         })
     }
@@ -282,8 +282,8 @@ fn refined_by(
         if let Some(k) = best {
             form = forms.swap_remove(k);
             let single = form.parts.len() == 1;
-            let own = &mut form.parts[part];
-            own.wide = candidates[k].wide || own.wide && !single;
+            let own = &mut form.parts[part].shape;
+            own.widened = candidates[k].shape.widened.max(if single { 0 } else { own.widened });
         }
     }
     form

@@ -15,8 +15,6 @@ use super::slope::LawSlopes;
 pub struct FormPart {
     /// Its shape.
     pub shape: LawShape,
-    /// Whether its sizes have the heavy tail's prior.
-    pub wide: bool,
     /// Terms that are left out.
     pub left_out: Vec<usize>,
 }
@@ -33,13 +31,11 @@ pub struct EffectForm {
 impl EffectForm {
     /// At one place.
     pub fn new(law: LawRef, shape: LawShape) -> Self {
-        Self { law, parts: vec![FormPart { shape, wide: false, left_out: Vec::new() }] }
+        Self { law, parts: vec![FormPart { shape, left_out: Vec::new() }] }
     }
     /// As a screen found it.
     pub fn of(found: &ScreenedShape) -> Self {
-        let mut form = Self::new(found.law, found.shape.clone());
-        form.parts[0].wide = found.wide;
-        form
+        Self::new(found.law, found.shape.clone())
     }
     /// The shape of its first part.
     pub fn shape(&self) -> &LawShape {
@@ -55,7 +51,7 @@ impl EffectForm {
     }
     /// The same with another law at the same places, its shapes made from these.
     pub fn with_law(&self, law: LawRef, shape: impl Fn(&LawShape) -> LawShape) -> Self {
-        let part = |p: &FormPart| FormPart { shape: shape(&p.shape), left_out: Vec::new(), ..p.clone() };
+        let part = |p: &FormPart| FormPart { shape: shape(&p.shape), left_out: Vec::new() };
         Self { law, parts: self.parts.iter().map(part).collect() }
     }
 
@@ -64,7 +60,7 @@ impl EffectForm {
         let mut all = LawTerms::default();
         for part in &self.parts {
             let one = ScreenedShape::new(self.law, along, part.shape.clone())?;
-            let deviations = one.deviations(part.wide && widened);
+            let deviations = one.deviations(if widened { part.shape.widened } else { 0 });
             let LawTerms { applied, positive } = one.terms;
             let terms = applied.columns.into_iter().zip(applied.mean).zip(deviations);
             for (k, ((column, mean), deviation)) in terms.enumerate() {
@@ -88,7 +84,8 @@ impl EffectForm {
     /// What a screen takes: sizes of a single part with the usual prior, as the screen tries the heavy tail too.
     pub fn candidate(&self, along: &PlantAlong<'_>) -> Option<ScreenedShape> {
         let terms = self.terms(along, self.parts.len() > 1)?;
-        Some(ScreenedShape { terms, ..ScreenedShape::empty(self.law, self.shape().clone()) })
+        let shape = LawShape { widened: 0, ..self.shape().clone() };
+        Some(ScreenedShape { terms, ..ScreenedShape::empty(self.law, shape) })
     }
     /// What its forces change with the states at these amplitudes.
     pub fn slopes(&self, along: &PlantAlong<'_>, amplitudes: &[f64]) -> Option<LawSlopes> {

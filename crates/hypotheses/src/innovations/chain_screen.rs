@@ -34,7 +34,7 @@ pub fn chain_bank(frame: &TrajectoryFrame, q: &[f64], factors: &[f64]) -> Vec<Ve
 }
 
 impl ScreenedFrame for TrajectoryFrame {
-    const TAILS: &'static [bool] = &[false, true];
+    const TAILS: &'static [u8] = &[0, 1];
     fn pass(&self, packed: &PackedColumns, bank: &[Vec<f64>]) -> Vec<PassedBase> {
         bank.iter().map(|q| self.pass_base(packed, q)).collect()
     }

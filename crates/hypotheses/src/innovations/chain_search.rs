@@ -224,7 +224,8 @@ impl ChainSearch<'_> {
         let best = (0..all.len()).reduce(|a, b| if all[b].evidence > all[a].evidence { b } else { a });
         let Some(k) = best else { return Ok(None) };
         let mut form = forms[k].clone();
-        form.parts.iter_mut().for_each(|p| p.wide |= all[k].wide);
+        let widened = all[k].shape.widened;
+        form.parts.iter_mut().for_each(|p| p.shape.widened = p.shape.widened.max(widened));
         let h = self.fits.attempt(&plain.frame, form, q)?;
         Ok(Some(self.fits.polished(h)?))
     }

@@ -11,6 +11,7 @@ use trueup_estimation::innovations::intensity::power;
 use super::candidate::{ScreenedShape, applied, best_of_alike};
 use super::joint_along::UsualSizes;
 use super::laws::LawRef;
+use super::levels::TAIL;
 use super::pushes::EACH;
 use super::shape::LawShape;
 
@@ -41,7 +42,7 @@ pub struct FittedEffect {
 impl FittedEffect {
     /// A law in the frame of all.
     pub fn of_law(frame: &SharedFrame, law: LawRef, shape: LawShape, fit: FixedPoint) -> Self {
-        let evidence = fit.evidence - EACH * shape.pulses.len() as f64;
+        let evidence = fit.evidence - cost(&shape);
         let parts = vec![(law, shape.clone())];
         let (id, place, of_fit) = (law.id(), shape.place, fit.evidence);
         Self { id, place, shape, parts, evidence, of_fit, fit, frame: frame.clone() }
@@ -70,6 +71,11 @@ impl FittedEffect {
     pub fn is_plain(&self) -> bool {
         matches!(&self.parts[..], [(law, _)] if law.id() == self.id && !law.is_late())
     }
+}
+
+/// Nats that the priors of a shape cost beyond those of its amplitudes: of its impulses, and of its heavy tail.
+pub(super) fn cost(shape: &LawShape) -> f64 {
+    EACH * shape.pulses.len() as f64 + TAIL.cost * f64::from(shape.widened)
 }
 
 /// Slope inside the bend, over that outside, below which a spring of two slopes is play.

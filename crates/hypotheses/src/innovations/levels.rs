@@ -1,7 +1,7 @@
 //! Numbers that judge, fitted to trial cases of development seeds by logistic regression.
 //!
-//! `RIGHT`, `SECOND`: `tools/levels/fit_levels.py` on the 150 joints of seed 91117 (98 and 63 rows), near the weights of the reference program
-//! (83 cases of seed 88002; 114 of 88002 to 88008). Rules: 88003 to 88008; what latents are worth also on 91117.
+//! `RIGHT`, `SECOND`: `tools/levels/fit_levels.py` on NCASES joints of seed 731130 (488 and 556 rows), near the weights of 150 joints of seed
+//! 91117 (docs/decisions/0112-levels-of-a-thousand-joints.md). Rules: 88003 to 88008; what latents are worth also on 91117.
 //! `CHAIN_RIGHT`: the same program on arms of seeds 650521, 640077 and 88101 to 88111 (61 of 102 name something).
 
 /// Weights of a logistic model, by name of the number.
@@ -9,21 +9,21 @@ pub type LogisticWeights = &'static [(&'static str, f64)];
 
 /// The leader is right.
 pub const RIGHT: LogisticWeights = &[
-    ("bias", -13.831_096_398),
-    ("gain", 3.569_848_045),
-    ("power", 1.038_536_512),
-    ("left", -1.758_619_733),
-    ("rate", -0.763_957_5),
-    ("had", -0.707_728_278),
+    ("bias", -16.774_333_861),
+    ("gain", 4.797_788_389),
+    ("power", 1.013_241_042),
+    ("left", -1.158_720_468),
+    ("rate", -1.469_831_868),
+    ("had", -0.339_266_980),
 ];
 /// A second one next to a right leader is right.
 pub const SECOND: LogisticWeights = &[
-    ("bias", -3.746_000_883),
-    ("gain", 0.789_189_432),
-    ("share", 8.824_280_345),
-    ("power", 0.746_754_2),
-    ("left", 0.061_697_208),
-    ("same", -5.309_858_315),
+    ("bias", -4.055_917_048),
+    ("gain", 0.688_113_628),
+    ("share", 4.110_081_402),
+    ("power", 0.503_875_649),
+    ("left", -0.474_738_555),
+    ("same", -6.811_704_574),
 ];
 /// Nats that an effect has to gain.
 pub const QUIET: f64 = 20.0;
@@ -113,9 +113,9 @@ pub const CHAIN_RIGHT: LogisticWeights = &[("bias", -0.509_853_231), ("fall", 1.
 /// The heavy tail of the sizes of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizeTail {
-    /// Width of its prior, in usual ones.
+    /// Width of its prior, in those of the one before.
     pub wide: f64,
-    /// Nats that it costs.
+    /// Nats that each widening costs.
     pub cost: f64,
     /// Nats by which it has to be better than the usual width, in addition to its cost.
     pub better: f64,

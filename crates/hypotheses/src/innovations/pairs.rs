@@ -5,11 +5,11 @@ use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 
 use super::candidate::{ScreenedShape, applied};
-use super::hypothesis::FittedEffect;
+use super::hypothesis::{FittedEffect, cost};
 use super::joint_along::{UsualSizes, along_joint};
 use super::laws::LawRef;
-use super::pushes::{EACH, pursue};
-use super::screen::{all_shapes, families, refine, sift};
+use super::pushes::pursue;
+use super::screen::{all_shapes, families, far_out, refine, sift};
 use super::shape::LawShape;
 
 /// Nats that a second has to gain in the screen, and in the fit before shapes are refined again.
@@ -85,6 +85,9 @@ fn seconds(z: &mut InnovationsFrame, h: &mut FittedEffect, null: f64, sizes: &Us
     all.retain(|c| c.law.id() != h.id);
     let alone = sift(z, &mut all, &h.fit.q, &standing);
     let (mut found, _) = families(&all);
+    for far in far_out(z, &found, &h.fit.q, &standing) {
+        found.iter_mut().filter(|c| c.key() == far.key()).for_each(|c| c.clone_from(&far));
+    }
     for place in ["load", "actuator"] {
         if !h.is_impulses() && place != h.place {
             found.extend(pursue(z, sizes, &h.fit.q, place, &standing));
@@ -142,7 +145,7 @@ fn together(
         }
     }
     let shape = parts.pop().map_or_else(|| second.shape.clone(), |part| part.1);
-    let evidence = fit.evidence - (h.of_fit - h.evidence) - EACH * shape.pulses.len() as f64;
+    let evidence = fit.evidence - (h.of_fit - h.evidence) - cost(&shape);
     FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first }
 }
 

@@ -9,9 +9,11 @@ use super::candidate::{ScreenedShape, best_of_alike};
 use super::joint_along::{UsualSizes, along_joint};
 use super::law::Refinement;
 use super::laws::{LAWS, LawRef};
-use super::levels::TAIL;
+use super::levels::{ALIKE, TAIL};
 use super::spectrum::OrderPeaks;
 
+/// How often the prior of a size that is far out is widened.
+const WIDENED: [u8; 2] = [1, 2];
 /// Intensity of the second look of a screen, over that of the first.
 const QUIETER: f64 = 0.3;
 /// Intensities with each latent at these factors, and all of them at 0.3; increasing.
@@ -48,8 +50,8 @@ pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<ScreenedS
 
 /// A frame along whose present trajectory candidates are compared with a base.
 pub trait ScreenedFrame {
-    /// Priors of sizes that are tried: the usual one, and with the heavy tail.
-    const TAILS: &'static [bool];
+    /// How often the prior of sizes is widened in a first look, increasing: what is tried.
+    const TAILS: &'static [u8];
     /// Passes a base at each of these intensities.
     fn pass(&self, packed: &PackedColumns, bank: &[Vec<f64>]) -> Vec<PassedBase>;
     /// Gram matrices of groups in addition to a base that was passed.
@@ -62,7 +64,7 @@ pub trait ScreenedFrame {
 }
 
 impl ScreenedFrame for InnovationsFrame {
-    const TAILS: &'static [bool] = &[false];
+    const TAILS: &'static [u8] = &[0];
     fn pass(&self, packed: &PackedColumns, bank: &[Vec<f64>]) -> Vec<PassedBase> {
         self.pass_bank(packed, bank)
     }
@@ -106,8 +108,9 @@ impl Screening {
         let mut alone = f64::NEG_INFINITY;
         candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
         // What needs the tail once keeps it.
-        let tails: Vec<&[bool]> =
-            candidates.iter().map(|c| if c.wide { &[true][..] } else { F::TAILS }).collect();
+        let wider = |w: u8| F::TAILS.iter().copied().filter(move |t| *t > w);
+        let tails = |c: &ScreenedShape| [c.shape.widened].into_iter().chain(wider(c.shape.widened));
+        let tails: Vec<Vec<u8>> = candidates.iter().map(|c| tails(c).collect()).collect();
         let new = bank.iter().filter(|q| !self.passed.iter().any(|p| p.0 == **q));
         let new: Vec<Vec<f64>> = new.cloned().collect();
         let passed = frame.pass(&self.packed, &new);
@@ -120,15 +123,16 @@ impl Screening {
             alone = alone.max(log_evidence(&base.gram, &self.priors).log);
             for ((c, group), tails) in candidates.iter_mut().zip(&groups).zip(&tails) {
                 let gram = base.gram.with(group);
-                for wide in tails.iter().copied() {
-                    let with = self.priors.with(&c.terms.applied.mean, &c.deviations(wide));
+                for widened in tails.iter().copied() {
+                    let with = self.priors.with(&c.terms.applied.mean, &c.deviations(widened));
                     let found = log_evidence(&gram, &with);
                     let own = &found.amplitudes[self.priors.mean.len()..];
-                    let cost = if wide { TAIL.cost } else { 0.0 };
+                    let cost = TAIL.cost * f64::from(widened);
                     // A tail that was not needed before has to be better.
-                    let more = if wide && tails.len() > 1 { TAIL.better } else { 0.0 };
+                    let more = if widened > tails[0] { TAIL.better } else { 0.0 };
                     if found.log - cost > c.evidence + more && c.can_be(own) {
-                        (c.evidence, c.amplitudes, c.wide) = (found.log - cost, own.to_vec(), wide);
+                        (c.evidence, c.amplitudes, c.shape.widened) =
+                            (found.log - cost, own.to_vec(), widened);
                         c.intensities.clone_from(q);
                     }
                     if found.log < alone - TAIL.hopeless {
@@ -209,6 +213,29 @@ pub fn sift(
     let rest: Vec<Vec<f64>> = bank(q, &[1.0, 0.1]).into_iter().filter(|b| !first.contains(b)).collect();
     let mut screening = Screening::of_joint(frame, standing);
     survey(frame, &mut screening, candidates, [&first, &rest], AGAIN)
+}
+
+/// Those of a screen at intensities `q` whose size is far out, with the heavy tail of its prior: where a size of the usual width is
+/// worth less by more than what is alike. Best first.
+pub fn far_out(
+    frame: &mut InnovationsFrame,
+    candidates: &[ScreenedShape],
+    q: &[f64],
+    standing: &[AppliedLaw],
+) -> Vec<ScreenedShape> {
+    let mut screening = Screening::of_joint(frame, standing);
+    let mut best: Vec<ScreenedShape> = candidates.to_vec();
+    for widened in WIDENED {
+        let mut wide = candidates.to_vec();
+        wide.iter_mut().for_each(|c| c.shape.widened = widened);
+        screening.look(frame, &mut wide, &bank(q, &[1.0, 0.1]));
+        best = best.into_iter().zip(wide).map(|(best, wide)| best.or_better(wide)).collect();
+    }
+    let pairs = best.into_iter().zip(candidates);
+    let far = pairs.filter(|(best, c)| best.evidence > c.evidence + ALIKE[0]).map(|(best, _)| best);
+    let mut far: Vec<ScreenedShape> = far.collect();
+    far.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    far
 }
 
 /// The best of those that are alike, best first.

@@ -20,11 +20,13 @@ use super::late::{DelayStart, late_channel};
 use super::laws::{law_of, stribeck};
 use super::pairs::{FittedPair, beside};
 use super::pushes::pursue;
-use super::screen::{all_shapes, families, refine, sift};
+use super::screen::{all_shapes, families, far_out, refine, sift};
 use super::structure::{with_friction, with_spring, with_tip};
 
 /// Leaders that are fitted, and of these, those with all rounds.
 const LEADERS: [usize; 2] = [7, 2];
+/// Effects whose size is far out that are fitted so, too.
+const FAR: usize = 3;
 /// Rounds of a leader that begins high, and of the others.
 const ROUNDS: [usize; 2] = [8, 4];
 /// Nats of the screen below which nothing is fitted.
@@ -90,7 +92,10 @@ pub fn search_from(
         candidates.extend(pursue(&mut frame.borrow_mut(), &sizes, q, place, &[]));
     }
     let (first, forms) = families(&candidates);
-    let mut effects = best_each(leaders(frame, (&null, &sizes), &first, &forms, alone));
+    // Not pushes: what they cost, the screen does not count.
+    let sized: Vec<ScreenedShape> = first.iter().filter(|c| !c.law.is_impulses()).cloned().collect();
+    let far = far_out(&mut frame.borrow_mut(), &sized, q, &[]);
+    let mut effects = best_each(leaders(frame, (&null, &sizes), &first, [&forms, &far], alone));
     let best = effects.first().map_or(f64::NEG_INFINITY, |h| h.evidence);
     // Shapes once more, along the trajectory that the hypothesis made.
     for h in effects.clone().iter().take(3) {
@@ -138,7 +143,7 @@ fn leaders(
     frame: &SharedFrame,
     (null, sizes): (&FittedNull, &UsualSizes),
     first: &[ScreenedShape],
-    forms: &[ScreenedShape],
+    [forms, far]: [&[ScreenedShape]; 2],
     alone: f64,
 ) -> Vec<FittedEffect> {
     let q = &null.begin;
@@ -148,6 +153,7 @@ fn leaders(
     }
     let leads = |c: &&ScreenedShape| first.iter().take(4).any(|f| f.key() == c.key());
     chosen.extend(forms.iter().take(3).filter(leads).map(|c| (c.clone(), ROUNDS[1], false)));
+    chosen.extend(far.iter().take(FAR).map(|c| (c.clone(), ROUNDS[0], false)));
     if frame.borrow().release > RELEASE {
         let f = frame.borrow();
         let along = along_joint(&f, sizes);

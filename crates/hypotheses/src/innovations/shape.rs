@@ -18,6 +18,8 @@ pub struct LawShape {
     pub pulses: Vec<[f64; 2]>,
     /// Recording of each impulse; empty: all of them are in every recording.
     pub only: Vec<usize>,
+    /// How often the prior of its sizes is widened: its heavy tail. 0: the usual one.
+    pub widened: u8,
 }
 
 impl LawShape {

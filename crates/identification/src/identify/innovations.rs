@@ -6,7 +6,7 @@ use trueup_estimation::innovations::joint_frame::{JointFrameError, joint_frame_t
 use trueup_estimation::innovations::null::fit_null;
 use trueup_estimation::innovations::plant::ForcedPlant;
 use trueup_estimation::innovations::sensed::without_sensor_effects;
-use trueup_estimation::innovations::trajectory::case_frame::{fit_chain_null, prepared};
+use trueup_estimation::innovations::trajectory::case_frame::{chain_frame, fit_alone, prepared};
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
 use trueup_models::joint::parameter as joint;
 use trueup_signals::Loaded;
@@ -137,8 +137,9 @@ fn estimate(loaded: &Loaded, fitted: &[CommonUnknown]) -> Result<InnovationsEsti
         Err(JointFrameError::Model { .. }) => {
             let structures = PlantStructures::of(&own.case).map_err(|e| refused(e.to_string()))?;
             let own = prepared(&own, &structures).map_err(|e| refused(e.to_string()))?;
-            let found = fit_chain_null(&own, &structures).and_then(|(mut frame, _, fit)| {
+            let found = chain_frame(&own, &structures).and_then(|mut frame| {
                 frame.only(&names);
+                let (mut frame, _, fit) = fit_alone(frame)?;
                 frame.estimate(&fit)
             });
             found.map_err(|e| refused(e.to_string()))

@@ -61,7 +61,16 @@ pub fn fit_chain_null(
     loaded: &Loaded,
     structures: &PlantStructures,
 ) -> Result<(TrajectoryFrame, f64, TrajectoryFit), TrajectoryError> {
-    let mut frame = chain_frame(loaded, structures)?;
+    fit_alone(chain_frame(loaded, structures)?)
+}
+
+/// The same in a frame in hand: of its parameters only those that are unknown there move.
+///
+/// # Errors
+/// See [`TrajectoryError`].
+pub fn fit_alone(
+    mut frame: TrajectoryFrame,
+) -> Result<(TrajectoryFrame, f64, TrajectoryFit), TrajectoryError> {
     frame.start()?;
     let q = frame.intensities.clone();
     let nominal = frame.clone().fit(&|_| Vec::new(), None, &q, ROUNDS[0], true)?.evidence;

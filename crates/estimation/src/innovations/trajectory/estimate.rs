@@ -7,12 +7,14 @@ use nalgebra::DMatrix;
 use super::fit::TrajectoryFit;
 use super::frame::TrajectoryFrame;
 use super::plant::TrajectoryError;
+use crate::innovations::column::FilterColumn;
 use crate::innovations::estimate::{
-    ChannelInnovations, EstimatedNumber, InnovationsEstimate, LITTLE, READINGS, ROUNDS, covariance_of,
-    left_of,
+    ALONG, ChannelInnovations, EstimatedNumber, InnovationsEstimate, LITTLE, READINGS, ROUNDS, SMALL,
+    covariance_of, left_of,
 };
 use crate::innovations::evidence::{AmplitudePriors, log_evidence};
-use crate::innovations::gram::PackedColumns;
+use crate::innovations::filter::data_innovations;
+use crate::innovations::gram::{PackedColumns, PassedBase};
 
 /// Factors by which figures of noise move, one after the other.
 const FACTORS: [f64; 2] = [2.0, 1.2];
@@ -49,17 +51,16 @@ impl TrajectoryFrame {
         self.refit()?;
         self.refine_noise(&begun)?;
         let (rounds, ended) = self.refit()?;
-        let (packed, priors) = self.packed_null();
+        let (_, priors, passed) = self.passed_null(false)?;
         let q = self.intensities.clone();
-        let passed = self.pass_base(&packed, &q);
         let found = log_evidence(&passed.gram, &priors);
         let covariance = covariance_of(&passed.gram, &priors);
         let channels = self.channels();
         let mut innovations = Vec::new();
         for (k, e) in passed.innovations.iter().enumerate() {
             let readings = &self.runs[k].readings;
-            let there = |at: usize| readings.counted[at] && readings.count[at] > 0.0;
-            let rows = || e.chunks(passed.gram.stride()).enumerate().filter(|(at, _)| there(*at));
+            let rows =
+                || e.chunks(passed.gram.stride()).enumerate().filter(|(at, _)| readings.is_counted(*at));
             innovations.extend((0..channels).map(|c| {
                 ChannelInnovations {
                     recording: k,
@@ -106,25 +107,68 @@ impl TrajectoryFrame {
     fn refit(&mut self) -> Result<(usize, bool), TrajectoryError> {
         let mut rounds = 0;
         loop {
-            let (columns, priors) = self.nuisances();
-            let packed = self.packed(&columns);
-            let gains = self.all_gains(&self.intensities, true);
-            let (gram, found) = self.evidence_with(&packed, &priors, &gains);
-            let covariance = covariance_of(&gram, &priors);
+            let along = rounds < ALONG;
+            let (columns, priors, passed) = self.passed_null(along)?;
+            let found = log_evidence(&passed.gram, &priors);
+            let covariance = covariance_of(&passed.gram, &priors);
             let parameters = self.unknown.len();
             let far = |i: usize| found.amplitudes[i].abs() / covariance[(i, i)].sqrt();
             let far = (0..parameters).map(far).fold(0.0, f64::max);
             rounds += 1;
             let all = self.own_forces(&columns, &found.amplitudes);
             let own = self.own_forces(&columns[parameters..], &found.amplitudes[parameters..]);
-            let smoothed = self.smoothed(&gains, Some(&all));
-            drop(gains);
+            let smoothed = self.smoothed(&self.all_gains(&self.intensities, true), Some(&all));
             self.theta = self.moved(&found.amplitudes, true); // (EST-21)
             self.follow(smoothed, Some(&own), &[])?;
-            if far < ROUNDS.1 || rounds == ROUNDS.0 {
-                return Ok((rounds, far < ROUNDS.1));
+            let ended = far < ROUNDS.1 && !along;
+            if ended || rounds == ROUNDS.0 {
+                return Ok((rounds, ended));
             }
         }
+    }
+
+    /// Data and columns with the gains in hand; columns of the parameters `along` the smoothed trajectory, or as derivatives of the
+    /// innovations.
+    fn passed_null(
+        &mut self,
+        along: bool,
+    ) -> Result<(Vec<FilterColumn>, AmplitudePriors, PassedBase), TrajectoryError> {
+        let (columns, priors) = self.nuisances();
+        let mut passed = self.pass_base(&self.packed(&columns), &self.intensities);
+        if !along {
+            let covariance = covariance_of(&passed.gram, &priors);
+            self.differentiate(&mut passed, &covariance)?;
+        }
+        Ok((columns, priors, passed))
+    }
+
+    /// Columns of the parameters as derivatives of the innovations about the trajectory in hand, with the gains in hand: as those of a joint.
+    fn differentiate(
+        &self,
+        passed: &mut PassedBase,
+        covariance: &DMatrix<f64>,
+    ) -> Result<(), TrajectoryError> {
+        let mut moved = self.clone();
+        for (i, u) in self.unknown.iter().enumerate() {
+            let step = (SMALL * covariance[(i, i)].sqrt()).clamp(1e-9, 1e-2);
+            let mut sides = [Vec::new(), Vec::new()];
+            for (side, h) in sides.iter_mut().zip([-step, step]) {
+                moved.theta.clone_from(&self.theta);
+                moved.theta[u.index] = u.moved(&self.theta, h);
+                moved.linearise(&[])?;
+                for r in 0..moved.runs.len() {
+                    let gains = passed.gains_of(r, moved.passed_input(r));
+                    side.push(data_innovations(&gains, &moved.residual(r, None)));
+                }
+            }
+            let slope = |r: usize, at: usize| (sides[0][r][at] - sides[1][r][at]) / (2.0 * step); // (EST-21)
+            passed.replace(
+                1 + i,
+                |r, at| if self.runs[r].readings.is_counted(at) { slope(r, at) } else { 0.0 },
+            );
+        }
+        passed.multiply();
+        Ok(())
     }
 
     /// Data and the columns of all that is refitted, with their priors.

@@ -195,7 +195,7 @@ impl TrajectoryFrame {
     }
 
     /// What columns pass with gains at hand: no intensities.
-    fn passed_input(&self, recording: usize) -> FilterInput<'_> {
+    pub(super) fn passed_input(&self, recording: usize) -> FilterInput<'_> {
         let run = &self.runs[recording];
         let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
         let size = 3 * n + channels;
@@ -219,7 +219,7 @@ impl TrajectoryFrame {
     }
 
     /// What was read less what the model reads, less errors of a hypothesis; its forces in addition to those of the trajectory.
-    fn residual(&self, recording: usize, extra: Option<&OwnForces>) -> DataColumn {
+    pub(super) fn residual(&self, recording: usize, extra: Option<&OwnForces>) -> DataColumn {
         let run = &self.runs[recording];
         let (n, channels, nodes) = (self.coordinates(), self.channels(), run.nodes.len());
         let pairs = run.readings.mean.iter().zip(&run.model_readings).zip(&run.readings.count);

@@ -101,6 +101,13 @@ pub struct TrajectoryIntake {
     pub usual_torque: Vec<f64>,
 }
 
+impl TrajectoryReadings {
+    /// Whether a reading, by node and channel, is there and counts.
+    pub fn is_counted(&self, at: usize) -> bool {
+        self.counted[at] && self.count[at] > 0.0
+    }
+}
+
 impl TrajectoryNodes {
     /// Number of nodes.
     pub fn len(&self) -> usize {
