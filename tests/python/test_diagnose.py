@@ -371,7 +371,7 @@ def test_a_folder_that_takes_no_file_is_said_before_the_work(tmp_path, trials):
 
 def test_the_verdict_is_said_even_if_it_cannot_be_written(tmp_path, trials):
     case, out = next((trials / "cases").iterdir()), tmp_path / "out"
-    command = [program(), "diagnose", str(case), "-o", str(out)]
+    command = [program(), "diagnose", str(case), "-o", str(out), "--verdict-only"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         for line in running.stderr:
             if "%" in line:
