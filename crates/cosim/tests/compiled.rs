@@ -1,5 +1,4 @@
 //! C sources of the tests, each compiled once in a process.
-#![cfg(target_os = "linux")]
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 #![cfg(target_os = "linux")]
 
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::compiled::compiled;

@@ -2,7 +2,6 @@
 #![cfg(target_os = "linux")]
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use crate::compiled::compiled;
 use trueup_cosim::system::CosimSystem;
