@@ -56,6 +56,8 @@ def found(trials, tmp_path_factory):
     return all
 
 
+# By default test_trials.py has the verdict of the short case, and what follows the files of another one.
+@pytest.mark.full
 def test_verdicts(found):
     wrong = []
     for name, (_, diagnosis, key) in found.items():
@@ -72,6 +74,7 @@ def check_files(folder, diagnosis):
     assert page.startswith("<!") and not re.search(r"""(src|href)\s*=\s*["']?\s*(https?:)?//""", page)
 
 
+@pytest.mark.full
 def test_files(found):
     for folder, diagnosis, _ in found.values():
         check_files(folder, diagnosis)
