@@ -14,7 +14,7 @@ import input_parquet
 import pytest
 from input_desk import COMMANDS, WAYS, Desk, good, near, tried
 
-FEW, ALL = 40, 300
+FEW, ALL = 20, 300
 
 
 @pytest.fixture

@@ -162,7 +162,7 @@ def test_coupled_that_error_is_approached_as_the_steps_shrink(run):
     assert abs(coupled[0]) < 0.01 and abs(coupled[1] / coupled[0]) < 0.3 and abs(coupled[2] / coupled[1]) < 0.3
 
 
-@pytest.mark.parametrize("strategy", ("P_PI", "VWBC_WASHOUT"))
+@pytest.mark.parametrize("strategy", (pytest.param("P_PI", marks=pytest.mark.full), "VWBC_WASHOUT"))
 def test_a_constant_load_leaves_p_pi_and_the_washout_no_error(run, strategy):
     error = np.degrees(run(strategy, GAIN, WAVE, load=LOAD, stop=60.0)[2][-1])
     assert abs(error) < 0.002, error

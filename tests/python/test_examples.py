@@ -92,7 +92,7 @@ def test_another_picture_is_not_the_same():
     assert not same(text.replace(f"L{x} {y}", f"L{x} {float(y) + 2 * NEAR}", 1), text)
 
 
-@pytest.mark.parametrize("name", long(LONG | {"02-arm", "04-capture", "09-flexible-joint"}))
+@pytest.mark.parametrize("name", long(LONG | {"02-arm", "04-capture", "07-space-arm", "09-flexible-joint"}))
 def test_its_picture_is_of_this_program(name, tmp_path):
     command = [sys.executable, EXAMPLES / "pictures.py", from_environment("TRUEUP_BIN"), name, "--into", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True)

@@ -21,15 +21,16 @@ if not ALL:
 
 
 def kept(fmu, kind=None):
-    """Runs without --full: each model in one version by one kind, from model to model another pair of them; every fourth effect, one plant by
-    one kind, in FMI 3.0."""
+    """Runs without --full: each model in one version by one kind, from model to model another pair of them; every eighth effect, one plant by
+    one kind, in FMI 3.0. Controllers of many joints in FMI 3.0: FMPy takes seconds for thousands of scalars."""
     plant, _, effect = fmu.name.split(".")[0].partition("+")
     if not effect:
         version, which = divmod(MODELS.index(plant) % 4, 2)
+        version = 1 if plant in ("ManipulatorController", "SpaceController") else version
         return f"fmi{version + 2}" in fmu.name and kind in (None, ("ModelExchange", "CoSimulation")[which])
     plants = sorted({f.name.split("+")[0] for f in ALL if f"+{effect}.fmi" in f.name})
-    turn, which = divmod(EFFECTS.index(effect) // 4, len(plants))
-    if EFFECTS.index(effect) % 4 or "fmi2" in fmu.name:
+    turn, which = divmod(EFFECTS.index(effect) // 8, len(plants))
+    if EFFECTS.index(effect) % 8 or "fmi2" in fmu.name:
         return False
     return plant == plants[which] and kind in (None, ("ModelExchange", "CoSimulation")[turn % 2])
 
@@ -179,8 +180,8 @@ def test_matches_the_native_run(fmu, kind, full):
         # Light roll joints with dampers: CVode takes 500 steps in 0.3 ms, and what it leaves (3.7e-5 at 1e-10, 1.1e-6 at 1e-12) is
         # the friction of joint 4, whose motor hardly moves.
         bounds, points = [(1e-12, 3e-6)], 20
-    if "+" in fmu.name and not full:
-        bounds = bounds[:1]  # what a looser tolerance costs is the solver's affair, which the models without effects show
+    if not full and ("+" in fmu.name or model != MODELS[0]):
+        bounds = bounds[:1]  # what a looser tolerance costs is the solver's affair, which one model shows
     # Momenta of bodies that are pushed are large; balls without friction leave no torque about the port's centre.
     still = ("portTorque",) if model in ("FreeBody", "GripperContact", "CaptureScene") else STILL
     for tolerance, bound in bounds:
@@ -218,19 +219,20 @@ def test_momentum_does_not_drift():
         assert drift < bound
 
 
-def exact_run():
+def exact_run(full):
     """Current pulses of both signs, and forces on the load that make the stuck motor break away."""
     from exact_joint import ExactJoint
 
     joint = ExactJoint(1.2e-7, 8.0, 44340.0, 0.02, 3.07e-5, 8.07e-8, 7.37e-5, 2.99e-4, 7.2e-8)
     schedule = [(0.0, 0.0, 0.0)]
-    for k in range(6):
+    for k in range(6 if full else 4):
         current = 0.016 * (-1) ** k
         schedule += [(0.1 + 0.25 * k, current, 0.0), (0.13 + 0.25 * k, 0.0, 0.0)]
-    for k in range(4):
+    begin, pushes = (1.7, 4) if full else (1.2, 2)
+    for k in range(pushes):
         sign = (-1) ** k
-        schedule += [(1.7 + 0.4 * k, 0.0145 * sign, 0.35 * sign), (1.9 + 0.4 * k, 0.0, 0.0)]
-    stop = 3.5
+        schedule += [(begin + 0.4 * k, 0.0145 * sign, 0.35 * sign), (begin + 0.2 + 0.4 * k, 0.0, 0.0)]
+    stop = begin + 0.2 + 0.4 * pushes
     for here, after in zip(schedule, schedule[1:] + [(stop, 0.0, 0.0)]):
         joint.set(here[1], here[2])
         joint.advance(after[0])
@@ -238,8 +240,8 @@ def exact_run():
 
 
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.full), 3])
-def test_event_times_of_a_stick_slip_run(version):
-    schedule, joint, stop = exact_run()
+def test_event_times_of_a_stick_slip_run(version, full):
+    schedule, joint, stop = exact_run(full)
     times = np.repeat([t for t, _, _ in schedule] + [stop], 2)[1:-1]
     signal = np.zeros(len(times), dtype=[("time", float), ("motorCurrent", float), ("externalTorque", float)])
     signal["time"] = times
@@ -257,7 +259,7 @@ def test_event_times_of_a_stick_slip_run(version):
     change = np.flatnonzero(np.diff(stick.astype(int)) != 0)
     found = [(r["time"][i + 1], stick[i + 1]) for i in change]
     wanted = [(t, mode == 0) for t, mode in joint.events]
-    assert len(wanted) >= 16
+    assert len(wanted) >= (16 if full else 10)
     previous, wanted_changes = True, []
     for t, s in wanted:
         if s != previous:

@@ -130,7 +130,7 @@ def test_the_fmu_with_what_was_identified_reproduces_the_recordings(fmu, trueup,
     from exact_joint import ExactJoint
 
     p = parameters(2)
-    t = np.arange(1500) * 2e-3
+    t = np.arange(900) * 2e-3
     rng = np.random.default_rng(1)
     sigma = {"motorAngle": 2 * np.pi / 500 / np.sqrt(12), "loadAngle": np.deg2rad(1e-3) / np.sqrt(12)}
     recorded = {}

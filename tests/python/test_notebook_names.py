@@ -1,6 +1,7 @@
 """What can be checked of the notebooks without running them (./test --full runs them): their code, and the names of the package."""
 
 import ast
+import functools
 import json
 
 import pytest
@@ -10,6 +11,7 @@ PACKAGE = ROOT / "crates" / "python" / "python" / "trueup"
 NOTEBOOKS = sorted((ROOT / "crates" / "python" / "notebooks").glob("*.ipynb"))
 
 
+@functools.cache
 def public():
     """`__all__` of the package."""
     tree = ast.parse((PACKAGE / "__init__.py").read_text())
@@ -17,6 +19,7 @@ def public():
     return set(names)
 
 
+@functools.cache
 def methods(name):
     """Of a class of the package: its own and those of the classes that it extends."""
     found, bases = set(), set()

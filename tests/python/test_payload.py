@@ -39,10 +39,10 @@ def in_one(link, carried):
     return whole, middle, i + inertia + m * mass / whole * sum(d * d for d in apart)
 
 
-def recorded(folder, fmu, seed, carried, values=()):
-    """Eight seconds of an arm that is driven by three tones."""
+def recorded(folder, fmu, seed, carried, values=(), stop=8.0):
+    """Seconds of an arm that is driven by three tones."""
     random = np.random.default_rng(seed)
-    t = np.arange(0, 8.001, 0.02)
+    t = np.arange(0, stop + 0.001, 0.02)
     u = [a * np.sin(2 * np.pi * f * t) * np.minimum(1, t) for f, a in zip(random.uniform(0.2, 0.7, 3), (0.4, 0.28, 0.12))]
     driven, shown = folder / "driven.csv", folder / "shown.csv"
     quoted = lambda names: ",".join(f'"{n}"' for n in names)
@@ -51,7 +51,7 @@ def recorded(folder, fmu, seed, carried, values=()):
     one = {"linkMass[3]": mass, "linkCenterOfMass[3,1]": along, "linkCenterOfMass[3,2]": across, "linkInertia[3]": inertia}
     sets = [x for pair in (one | dict(values)).items() for x in ("--set", "{}={!r}".format(*pair))]
     names = list(NOISE)
-    done = run("simulate", fmu, "--input", driven, "--stop", 8.0, "--step", 0.02, "--interface", "me",
+    done = run("simulate", fmu, "--input", driven, "--stop", stop, "--step", 0.02, "--interface", "me",
                "--outputs", ",".join(names), "-o", shown, *sets)
     assert done.returncode == 0, done.stderr
     rows = [[float(r[n]) for n in ["time", *names]] for r in csv.DictReader(open(shown))]
@@ -61,10 +61,10 @@ def recorded(folder, fmu, seed, carried, values=()):
     return np.column_stack([t, *u, rows[:, 1:]]), "time," + quoted(TORQUES + names)
 
 
-def case(folder, fmu, carried, payload, values=()):
+def case(folder, fmu, carried, payload, values=(), stop=8.0):
     folder.mkdir()
     for k, name in enumerate("abc"):
-        rows, header = recorded(folder, fmu, 20 + k, carried, values)
+        rows, header = recorded(folder, fmu, 20 + k, carried, values, stop)
         np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=header, comments="", fmt="%.10g")
     sensors = {n.split("[")[0]: noise for n, noise in NOISE.items()}
     (folder / "case.toml").write_text(
@@ -85,7 +85,7 @@ TRUTH = {"mass": 0.8, "centerOfMass[1]": 0.31, "centerOfMass[2]": 0.02, "inertia
 
 def test_a_payload_is_found_and_is_no_gap(tmp_path):
     fmu = Path(need("TRUEUP_FMUS")) / "PlanarManipulator.fmi3.fmu"
-    folder = case(tmp_path / "all", fmu, (0.8, (0.31, 0.02), 0.01), ALL)
+    folder = case(tmp_path / "all", fmu, (0.8, (0.31, 0.02), 0.01), ALL, stop=5.0)
     done = run("identify", folder, "--fast", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)

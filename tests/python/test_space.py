@@ -150,8 +150,13 @@ def test_panels_swing_and_nothing_drifts(trueup, tmp_path):
     assert drift < 1e-8 and swing > 1e-3
 
 
-@pytest.mark.parametrize("kind", ("ModelExchange", "CoSimulation"))
-@pytest.mark.parametrize("version", (2, 3))
+@pytest.mark.parametrize(
+    "version, kind",
+    [
+        (3, "ModelExchange"), (2, "CoSimulation"),
+        pytest.param(2, "ModelExchange", marks=pytest.mark.full), pytest.param(3, "CoSimulation", marks=pytest.mark.full),
+    ],
+)
 def test_a_base_that_spins_too_fast_is_told_once(trueup, tmp_path, version, kind):
     """Panels do not stiffen when they spin: a warning where a run begins above a fifth of their first frequency (3.1077 rad/s)
     or comes there, once, and none below."""

@@ -3,10 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 #![cfg(target_os = "linux")]
 
-use std::path::Path;
-use std::process::Command;
 use std::sync::Arc;
 
+use crate::compiled::compiled;
 use trueup_cosim::{CosimError, InputFileTable, Results, SimulateOptions, Summary, simulate};
 use trueup_fmi_description::FmiVersion;
 use trueup_fmi_import::{FmiStatus, UnpackedFmu};
@@ -33,16 +32,7 @@ fn equal_steps(only: bool) -> Option<(tempfile::TempDir, Arc<UnpackedFmu>)> {
     std::fs::create_dir_all(&binaries).unwrap();
     let description = if only { DESCRIPTION.replace("\"true\"", "\"false\"") } else { DESCRIPTION.into() };
     std::fs::write(folder.path().join("modelDescription.xml"), description).unwrap();
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faulty.c");
-    let built = Command::new("cc")
-        .args(["-shared", "-fPIC", "-o"])
-        .arg(binaries.join("faulty.so"))
-        .arg(source)
-        .status();
-    if !built.is_ok_and(|status| status.success()) {
-        eprintln!("SKIPPED: no C compiler (cc)");
-        return None;
-    }
+    compiled("faulty.c", &[], &binaries.join("faulty.so"))?;
     let fmu = UnpackedFmu::open(folder.path()).unwrap();
     Some((folder, fmu))
 }

@@ -66,7 +66,16 @@ fn edges_of_pushes_are_found_to_the_sample() {
 
 #[test]
 fn a_noisier_stretch_is_found_in_a_long_series_and_in_coloured_noise() {
-    let n = 24_000;
+    found_in_noise(24_000, 4);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn a_noisier_stretch_is_found_in_twenty_draws_of_coloured_noise() {
+    found_in_noise(24_000, 20);
+}
+
+fn found_in_noise(n: usize, draws: u64) {
     let t = time(n);
     let mut r = white(n, 1.0, 3);
     r[9000..12_000].iter_mut().for_each(|r| *r *= 5.0);
@@ -78,7 +87,7 @@ fn a_noisier_stretch_is_found_in_a_long_series_and_in_coloured_noise() {
         "{found:?}"
     );
     // Correlated noise alone changes nothing.
-    for seed in 0..20 {
+    for seed in 0..draws {
         let mut state = 0.0;
         let coloured: Vec<f64> = white(5000, 1.0, 100 + seed)
             .iter()

@@ -148,7 +148,7 @@ impl BlockFmu {
         }
         let library = work.path().join("fmu.so");
         let mut cc = Command::new("cc");
-        cc.args(["-std=gnu11", "-O2", "-fno-math-errno", "-shared", "-fPIC", "-o"]).arg(&library);
+        cc.args(["-std=gnu11", "-O0", "-fno-math-errno", "-shared", "-fPIC", "-o"]).arg(&library);
         let done = cc.arg(work.path().join("fmu.c")).arg("-lm").output()?;
         if !done.status.success() {
             return Err(Error::other(String::from_utf8_lossy(&done.stderr).into_owned()));

@@ -2,9 +2,8 @@
 #![cfg(target_os = "linux")]
 
 use std::fmt::Write as _;
-use std::path::Path;
-use std::process::Command;
 
+use crate::compiled::compiled;
 use trueup_cosim::system::CosimSystem;
 use trueup_cosim::{Master, RunLog, SeriesMemory, check};
 use trueup_fmi_description::FmiVersion;
@@ -53,16 +52,7 @@ fn fmus(all: &[(&str, Offers)]) -> Option<tempfile::TempDir> {
         std::fs::create_dir_all(&binaries).unwrap();
         std::fs::write(folder.path().join(name).join("modelDescription.xml"), description(name, *offers))
             .unwrap();
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/events/stops.c");
-        let built = Command::new("cc")
-            .args(["-shared", "-fPIC", "-O1", "-w", "-o"])
-            .arg(binaries.join("stops.so"))
-            .arg(source)
-            .status();
-        if !built.is_ok_and(|status| status.success()) {
-            eprintln!("SKIPPED: no C compiler (cc)");
-            return None;
-        }
+        compiled("events/stops.c", &["-w"], &binaries.join("stops.so"))?;
     }
     Some(folder)
 }

@@ -7,9 +7,9 @@ mod faults;
 mod reference;
 
 use std::path::Path;
-use std::process::Command;
 use std::sync::Arc;
 
+use crate::compiled::compiled;
 use trueup_cosim::model_exchange::{
     GroupSurroundings, IntegrationSettings, Integrator, StepperGroup, TOLERANCE,
 };
@@ -133,17 +133,8 @@ fn made() -> Option<tempfile::TempDir> {
         let binaries = folder.join("binaries").join(FmiVersion::V2.platform());
         std::fs::create_dir_all(&binaries).unwrap();
         std::fs::write(folder.join("modelDescription.xml"), description).unwrap();
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/model_exchange/hybrid.c");
-        let built = Command::new("cc")
-            .args(["-O1", "-shared", "-fPIC", &format!("-DKIND={}", name.to_uppercase()), "-o"])
-            .arg(binaries.join(format!("{name}.so")))
-            .arg(source)
-            .arg("-lm")
-            .status();
-        if !built.is_ok_and(|status| status.success()) {
-            eprintln!("SKIPPED: no C compiler (cc)");
-            return None;
-        }
+        let kind = format!("-DKIND={}", name.to_uppercase());
+        compiled("model_exchange/hybrid.c", &[&kind], &binaries.join(format!("{name}.so")))?;
     }
     Some(desk)
 }

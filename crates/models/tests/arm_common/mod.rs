@@ -97,29 +97,40 @@ impl<'a, M: Hybrid> Run<'a, M> {
         }
         table.swap_remove(0)
     }
-    fn positive(&self, t: f64, x: &[f64]) -> Vec<bool> {
+    fn indicators(&self, t: f64, x: &[f64]) -> Vec<f64> {
         let mut z = vec![0.0; self.model.sizes().indicators];
         let u = (self.input)(t);
         self.model.indicators(At { t, x, u: &u, p: &self.p, modes: &self.modes }, &mut z);
-        z.iter().map(|z| *z > 0.0).collect()
+        z
     }
-    /// On to `end` in steps of `h`, events located by bisection.
+    /// On to `end` in steps of `h`, events located to 1e-13 s: by secants, each third time by halves.
     pub(crate) fn to(&mut self, end: f64, h: f64) {
         let n = self.x.len();
         while self.t < end - 1e-13 {
-            let before = self.positive(self.t, &self.x);
-            let mut h = h.min(end - self.t);
+            let (mut h, mut at_low) = (h.min(end - self.t), self.indicators(self.t, &self.x));
             let mut z = self.step(h);
-            let event = self.positive(self.t + h, &z[..n]) != before;
+            let mut at_high = self.indicators(self.t + h, &z[..n]);
+            let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (*a > 0.0) != (*b > 0.0));
+            let event = differ(&at_low, &at_high);
             if event {
                 let (mut low, mut high) = (0.0, h);
-                while high - low > 1e-13 {
-                    let middle = 0.5 * (low + high);
+                for pass in 1.. {
+                    if high - low <= 1e-13 {
+                        break;
+                    }
+                    let crossed = at_low.iter().zip(&at_high).filter(|(a, b)| (**a > 0.0) != (**b > 0.0));
+                    let secant = crossed.map(|(a, b)| low + (high - low) * a / (a - b)).fold(high, f64::min);
+                    let middle = if pass % 3 == 0 { 0.5 * (low + high) } else { secant };
+                    let middle = middle.clamp(low + 0.5e-13, high - 0.5e-13);
                     let m = self.step(middle);
-                    if self.positive(self.t + middle, &m[..n]) == before {
-                        low = middle;
+                    let now = self.indicators(self.t + middle, &m[..n]);
+                    // The end that stays counts for half (Illinois).
+                    if differ(&at_low, &now) {
+                        (high, z, at_high) = (middle, m, now);
+                        at_low.iter_mut().for_each(|v| *v *= 0.5);
                     } else {
-                        (high, z) = (middle, m);
+                        (low, at_low) = (middle, now);
+                        at_high.iter_mut().for_each(|v| *v *= 0.5);
                     }
                 }
                 h = high;

@@ -221,12 +221,22 @@ fn the_corners_of_table_4_are_impacts_in_closed_form() {
     }
 }
 
-/// SIM1: momentum and energy of a whole capture with carriages, in both modes; nothing is lost but what dampers take.
+/// SIM1: momentum and energy of a whole capture with carriages; nothing is lost but what dampers take.
 #[test]
 fn momentum_and_energy_of_sim1_are_kept() {
-    for rigidization in [1.0, 2.0] {
+    sim1_keeps(&[1.0], 1e-8);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn momentum_and_energy_of_sim1_are_kept_in_both_modes() {
+    sim1_keeps(&[1.0, 2.0], 1e-11);
+}
+
+fn sim1_keeps(modes: &[f64], tolerance: f64) {
+    for &rigidization in modes {
         let sim = Sim::of(S2).set("rigidization", &[rigidization]);
-        let all = sim.run(&seconds(30), DriverOptions { solver: Solver::Stiff, tolerance: 1e-11, ..TIGHT });
+        let all = sim.run(&seconds(30), DriverOptions { solver: Solver::Stiff, tolerance, ..TIGHT });
         let at = |name: &str| sim.output(name);
         let (lost, drift) = (at("dissipatedEnergy"), sim.drift(&all));
         let end = all.end();

@@ -93,10 +93,18 @@ fn length<K>(list: &[LayoutEntry<K>]) -> usize {
 /// Momentum within 1e-10 and energy within 1e-9 J over a capture in space: every shape, friction, a target that turns about all axes.
 #[test]
 fn momentum_and_energy_are_kept_in_space() {
-    let shapes =
-        [SolidShape::Ball, SolidShape::Plate, SolidShape::Bar, SolidShape::Cylinder, SolidShape::Ring];
-    for (k, against) in shapes.into_iter().enumerate() {
-        let friction = if k % 2 == 0 { 0.0 } else { 0.3 };
+    kept_in_space(&[SolidShape::Ball, SolidShape::Plate, SolidShape::Ring]);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn momentum_and_energy_are_kept_in_space_at_bars_and_cylinders() {
+    kept_in_space(&[SolidShape::Bar, SolidShape::Cylinder]);
+}
+
+fn kept_in_space(shapes: &[SolidShape]) {
+    for &against in shapes {
+        let friction = if matches!(against, SolidShape::Plate | SolidShape::Cylinder) { 0.3 } else { 0.0 };
         let law = if against == SolidShape::Bar { 2.0 } else { 1.0 };
         let mut sim =
             SpaceSim::bent(SpatialGripperStructure { against, ..SpatialGripperStructure::default() })

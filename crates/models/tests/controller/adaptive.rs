@@ -41,30 +41,33 @@ fn a_rate_of_0_is_the_constant_law() {
 /// with steps, sampled at 1 kHz and continuous.
 #[test]
 fn finds_the_mode_of_the_joint_with_the_motor_held() {
-    finds_the_mode_with(&[6.0]);
+    finds_the_mode_with(6.0, &[(0.0, false)], &[(0, 3.0)]);
+    finds_the_mode_with(6.0, &[(1e-3, true)], &[(1, 1.0 / 3.0)]);
 }
 
 #[test]
 #[ignore = "long: ./test --full runs it"]
 fn finds_the_mode_of_light_and_heavy_loads() {
-    finds_the_mode_with(&[1.5, 24.0]);
+    for inertia in [1.5, 6.0, 24.0] {
+        let sensors = [(0.0, false), (1e-3, false), (1e-3, true)];
+        finds_the_mode_with(inertia, &sensors, &[(0, 3.0), (0, 1.0 / 3.0), (1, 3.0), (1, 1.0 / 3.0)]);
+    }
 }
 
-/// Loads of these inertias in kg.m².
-fn finds_the_mode_with(inertias: &[f64]) {
-    for &inertia in inertias {
-        for (h, quantised) in [(0.0, false), (1e-3, false), (1e-3, true)] {
-            for ((strategy, _), factor) in ADAPTIVE.into_iter().flat_map(|s| [(s, 3.0), (s, 1.0 / 3.0)]) {
-                let bench = Bench { inertia, quantised, ..SMOOTH };
-                let start = factor * bench.mode();
-                let seen = bench.run(&controller(strategy, start, h, 2.0), 16.0, moves);
-                let (end, off) = (seen.omega[16_000], 100.0 * (seen.omega[16_000] / bench.mode() - 1.0));
-                println!(
-                    "{strategy:?}, {inertia} kg.m2, T_s {h} s, steps {quantised}: {start:.2} -> {end:.3} rad/s, off by {off:.2} %"
-                );
-                assert!((seen.omega[0] / start - 1.0).abs() < 0.01, "starts at waveFrequency");
-                assert!(off.abs() < 1.0);
-            }
+/// Of a load in kg.m², by a period and sensors with steps or not, by a law from that much of the mode.
+fn finds_the_mode_with(inertia: f64, sensors: &[(f64, bool)], laws: &[(usize, f64)]) {
+    for &(h, quantised) in sensors {
+        for &(law, factor) in laws {
+            let (strategy, _) = ADAPTIVE[law];
+            let bench = Bench { inertia, quantised, ..SMOOTH };
+            let start = factor * bench.mode();
+            let seen = bench.run(&controller(strategy, start, h, 2.0), 16.0, moves);
+            let (end, off) = (seen.omega[16_000], 100.0 * (seen.omega[16_000] / bench.mode() - 1.0));
+            println!(
+                "{strategy:?}, {inertia} kg.m2, T_s {h} s, steps {quantised}: {start:.2} -> {end:.3} rad/s, off by {off:.2} %"
+            );
+            assert!((seen.omega[0] / start - 1.0).abs() < 0.01, "starts at waveFrequency");
+            assert!(off.abs() < 1.0);
         }
     }
 }
@@ -81,21 +84,31 @@ fn swing(t: f64, omega: f64, mode: f64, twist: f64, constant: f64) -> [f64; inpu
 /// derivative with its sign, and what is constant is washed out. Checks CTL-9, CTL-11 and CTL-12.
 #[test]
 fn the_slope_is_that_of_the_equation_of_motion() {
-    for (h, omega) in [0.0, 1e-3].into_iter().flat_map(|h| [(h, 8.0), (h, 25.0), (h, 120.0)]) {
-        for ratio in [1.0, 2.5] {
-            let mut p = controller(Strategy::VwbcAdaptive, 40.0, h, 1.0);
-            p[a::first(1) + a::RATIO] = ratio;
-            let mut control = Control::new(&p);
-            let mut y = [0.0; output::COUNT];
-            for k in 0..30_000 {
-                let t = f64::from(k) * 1e-3;
-                y = control.step(t, 1e-3, &swing(t, omega, 25.0, 1e-3, 3e-3));
-            }
-            let got = y[output::WAVE_FREQUENCY_USED] / ratio;
-            println!("T_s {h} s, swinging at {omega} rad/s, ratio {ratio}: {got:.4} rad/s");
-            // The second central difference of the sampled form: (sin(ωh/2)/(ωh/2))² of the acceleration.
-            assert!((got / 25.0 - 1.0).abs() < 2e-3 && y[output::ADAPTATION_ACTIVE] == 1.0);
+    has_the_slope(&[(0.0, 120.0, 2.5), (1e-3, 8.0, 1.0)]);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn the_slope_is_that_of_the_equation_of_motion_at_any_frequency() {
+    let periods = [0.0, 1e-3].into_iter().flat_map(|h| [(h, 8.0), (h, 25.0), (h, 120.0)]);
+    has_the_slope(&periods.flat_map(|(h, omega)| [(h, omega, 1.0), (h, omega, 2.5)]).collect::<Vec<_>>());
+}
+
+/// By a period, swinging at a frequency in rad/s, for a frequency that many times the mode.
+fn has_the_slope(cases: &[(f64, f64, f64)]) {
+    for &(h, omega, ratio) in cases {
+        let mut p = controller(Strategy::VwbcAdaptive, 40.0, h, 1.0);
+        p[a::first(1) + a::RATIO] = ratio;
+        let mut control = Control::new(&p);
+        let mut y = [0.0; output::COUNT];
+        for k in 0..30_000 {
+            let t = f64::from(k) * 1e-3;
+            y = control.step(t, 1e-3, &swing(t, omega, 25.0, 1e-3, 3e-3));
         }
+        let got = y[output::WAVE_FREQUENCY_USED] / ratio;
+        println!("T_s {h} s, swinging at {omega} rad/s, ratio {ratio}: {got:.4} rad/s");
+        // The second central difference of the sampled form: (sin(ωh/2)/(ωh/2))² of the acceleration.
+        assert!((got / 25.0 - 1.0).abs() < 2e-3 && y[output::ADAPTATION_ACTIVE] == 1.0);
     }
 }
 
@@ -129,10 +142,20 @@ fn the_gate_opens_at_the_threshold() {
 /// At rest both sensors flicker by their last steps, against each other, at any frequency of the band.
 #[test]
 fn sensors_at_rest_teach_nothing() {
+    rest_teaches_nothing(4_000);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn sensors_at_rest_teach_nothing_for_long() {
+    rest_teaches_nothing(20_000);
+}
+
+fn rest_teaches_nothing(steps: i32) {
     for (h, half_period) in [0.0, 1e-3].into_iter().flat_map(|h| [1, 8, 30, 79, 300].map(|k| (h, k))) {
         for (strategy, _) in ADAPTIVE {
             let mut control = Control::new(&controller(strategy, 41.648, h, 2.0));
-            for k in 0..20_000 {
+            for k in 0..steps {
                 let up = f64::from((k / half_period) % 2);
                 let (load, motor) = (0.3 - LOAD_STEP * up, 0.3 * RATIO + MOTOR_STEP * up);
                 let u = [0.3, 0.0, motor, 0.0, load, 0.0];
@@ -147,17 +170,17 @@ fn sensors_at_rest_teach_nothing() {
 /// is off by ω_n δ/K_p, whatever ω_n was on the way. Checks CTL-15.
 #[test]
 fn a_load_leaves_it_within_its_bounds() {
-    within_its_bounds(0..1);
+    within_its_bounds(0..1, &[(1, 1e-3)]);
 }
 
 #[test]
 #[ignore = "long: ./test --full runs it"]
 fn a_load_with_friction_and_play_leave_it_within_its_bounds() {
-    within_its_bounds(1..4);
+    within_its_bounds(0..4, &[(0, 0.0), (0, 1e-3), (1, 0.0), (1, 1e-3)]);
 }
 
-/// Of a load, a load with dry friction, play, play with dry friction.
-fn within_its_bounds(chosen: std::ops::Range<usize>) {
+/// Of a load, a load with dry friction, play, play with dry friction; laws with their periods.
+fn within_its_bounds(chosen: std::ops::Range<usize>, laws: &[(usize, f64)]) {
     let friction = [7.37e-5, 2.99e-4];
     let cases = [
         ("a load of 30.9 N.m", Bench { load: 30.9, quantised: true, ..SMOOTH }),
@@ -169,7 +192,8 @@ fn within_its_bounds(chosen: std::ops::Range<usize>) {
         ),
     ];
     for (name, bench) in &cases[chosen] {
-        for ((strategy, constant), h) in ADAPTIVE.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
+        for &(law, h) in laws {
+            let (strategy, constant) = ADAPTIVE[law];
             let reference = |t| if t < 6.0 { moves(t) } else { 0.0 };
             let seen = bench.run(&controller(strategy, 41.648, h, 2.0), 16.0, reference);
             let least = seen.omega.iter().copied().fold(f64::INFINITY, f64::min);
@@ -206,7 +230,19 @@ fn within_its_bounds(chosen: std::ops::Range<usize>) {
 /// What ω_n did on the way leaves no error: at rest without a load all is as if it had been constant. Checks CTL-15.
 #[test]
 fn a_change_on_the_way_leaves_no_error() {
-    for ((strategy, _), h) in ADAPTIVE.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
+    changes_without_error(&[(1, 1e-3)]);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn a_change_on_the_way_leaves_no_error_with_either_law() {
+    changes_without_error(&[(0, 0.0), (0, 1e-3), (1, 0.0), (1, 1e-3)]);
+}
+
+/// Laws with their periods.
+fn changes_without_error(laws: &[(usize, f64)]) {
+    for &(law, h) in laws {
+        let (strategy, _) = ADAPTIVE[law];
         let seen = SMOOTH
             .run(&controller(strategy, 125.0, h, 2.0), 40.0, |t| if t < 6.0 { moves(t) } else { 0.0873 });
         let error = (seen.angle[40_000] - 0.0873).to_degrees();

@@ -135,10 +135,16 @@ fn d24_d25_reduction_of_vibration() {
         for (adaptive, constant) in
             [(Strategy::WbcAdaptive, Strategy::Wbc), (Strategy::VwbcAdaptive, Strategy::Vwbc)]
         {
-            assert_eq!(reduction(adaptive, kp, omega).to_bits(), reduction(constant, kp, omega).to_bits());
+            let [adaptive, constant] = [adaptive, constant].map(|s| vib_rms(&parameters(s, kp, omega), 3.0));
+            assert_eq!(adaptive.to_bits(), constant.to_bits());
         }
     }
-    // Further settings of the study, printed to 0.1 %.
+}
+
+/// Further settings of the study, printed to 0.1 %.
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn d24_reduction_of_vibration_at_other_settings() {
     close("WBC at (2, 60)", reduction(Strategy::Wbc, 2.0, 60.0), 64.7, 0.05);
     close("VWBC at (2, 60)", reduction(Strategy::Vwbc, 2.0, 60.0), 83.05, 0.05);
     close("WBC at (3, 15)", reduction(Strategy::Wbc, 3.0, 15.0), 81.1, 0.05);

@@ -63,13 +63,24 @@ fn step(p: &[f64], reference: f64, time: f64) -> Step {
 /// overshoot than the linear loop has.
 #[test]
 fn recovers_without_winding_up() {
+    recovers(&[10.0]);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn recovers_without_winding_up_at_any_size() {
+    recovers(&[0.1, 1.0, 10.0]);
+}
+
+/// From steps of this size in rad.
+fn recovers(steps: &[f64]) {
     for strategy in [Strategy::PPi, Strategy::Vwbc, Strategy::VwbcWashout] {
         let mut p = parameters(strategy, 1.0, 41.648);
         let linear = response(&p, [1.0, 0.0], 1e-3, 10_000);
         let linear = linear.iter().map(|x| x[CONTROLLER_STATES + 1] - 1.0).fold(0.0, f64::max);
         // The torque that decelerates the linear approach is K_p² e J: with twice that the limit must not show
         // at the end, although K_vp K_p e is 30 times the limit at the beginning.
-        for reference in [0.1, 1.0, 10.0] {
+        for &reference in steps {
             p[parameter::LIMIT] = 2.0 * INERTIA[0] * reference;
             let got = step(&p, reference, 10.0);
             println!(

@@ -87,7 +87,18 @@ fn started(plant: &Flyer) -> Vec<f64> {
 /// 0.3, and equal after scaling; the force of a hand that follows velocities alone grows.
 #[test]
 fn a_hand_pushes_by_a_constant_force_at_either_size() {
-    for base in [1.0, 2.0] {
+    pushes(&[2.0]);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn a_hand_of_a_free_base_pushes_by_a_constant_force_at_either_size() {
+    pushes(&[1.0, 2.0]);
+}
+
+/// On a base that is free (1) or controlled (2).
+fn pushes(bases: &[f64]) {
+    for &base in bases {
         let mut seen: Vec<Vec<(f64, f64)>> = Vec::new();
         for lambda in [1.0, 0.3_f64] {
             let (forces, rows, plant) = pushed(lambda, base, true);

@@ -29,22 +29,35 @@ fn settled(energy: &[(f64, f64)]) -> Option<f64> {
 /// Checks CTS-13: the arm's inertia, or the base's, settles the panels at least five times faster than they do by themselves.
 #[test]
 fn the_arm_or_the_base_settles_the_panels() {
+    settles_the_panels(&[6.0], &[((5.0, 6.0), 0.0), ((5.0, 6.0), 0.02)]);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn the_arm_or_the_base_settles_the_panels_with_any_gain() {
+    let base =
+        [((5.0, 6.0), 0.0), ((5.0, 6.0), 0.02), ((2.0, 1.0), 0.0), ((2.0, 1.0), 0.02), ((5.0, 6.0), 0.06)];
+    settles_the_panels(&[6.0, 1.0, 3.0, 12.0], &base);
+}
+
+/// With these gains of the arm and of the base, the first of the arm's and the second of the base's five times faster.
+fn settles_the_panels(arm: &[f64], base: &[((f64, f64), f64)]) {
     let free = settled(&ringing(1.0, (0.0, 0.0), (2.0, 1.0), 60.0)).unwrap();
     println!("joints held: {free:.1} s");
     println!("vibrationGain: at rest after (s)");
-    let arm = [1.0, 3.0, 6.0, 12.0].map(|g| {
+    let of_arm = |&g: &f64| {
         let after = settled(&ringing(1.0, (g, 0.0), (2.0, 1.0), 30.0)).unwrap();
         println!("{g}: {after:.1}");
         after
-    });
+    };
+    let arm: Vec<f64> = arm.iter().map(of_arm).collect();
     println!("baseVelocityGain, baseTrackingGain, baseVibrationGain: at rest after (s)");
-    let base =
-        [((2.0, 1.0), 0.0), ((2.0, 1.0), 0.02), ((5.0, 6.0), 0.0), ((5.0, 6.0), 0.02), ((5.0, 6.0), 0.06)]
-            .map(|(of_base, g)| {
-                let after = settled(&ringing(2.0, (0.0, g), of_base, 30.0)).unwrap();
-                println!("{} {} {g}: {after:.1}", of_base.0, of_base.1);
-                after
-            });
-    assert!(5.0 * arm[2] < free, "{free} {arm:?}");
-    assert!(5.0 * base[3] < free && base[3] < base[2], "{free} {base:?}");
+    let by_base = |&(of_base, g): &((f64, f64), f64)| {
+        let after = settled(&ringing(2.0, (0.0, g), of_base, 30.0)).unwrap();
+        println!("{} {} {g}: {after:.1}", of_base.0, of_base.1);
+        after
+    };
+    let base: Vec<f64> = base.iter().map(by_base).collect();
+    assert!(5.0 * arm[0] < free, "{free} {arm:?}");
+    assert!(5.0 * base[1] < free && base[1] < base[0], "{free} {base:?}");
 }
