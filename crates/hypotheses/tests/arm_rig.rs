@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, Normal};
-use trueup_estimation::innovations::trajectory::case_frame::prepared;
+use trueup_estimation::innovations::trajectory::case_frame::{chain_frame, fit_alone, prepared};
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::plant::{TrajectoryPlant, TrajectoryPoint};
 use trueup_estimation::innovations::trajectory::structures::PlantStructures;
@@ -371,4 +371,23 @@ fn recordings_without_a_common_reading_are_fitted_by_what_each_has() {
         r.channels.retain(|c| !c.name.starts_with(other));
     }
     assert!(is_right(&alone(&loaded)));
+}
+
+/// Intervals of a mass of the second link, which alone is estimated: all that is not named stays what the case has.
+#[test]
+fn only_what_is_named_of_an_arm_is_estimated() {
+    let made = MadeArm { seed: 81, drive: 1.0, values: &[("linkMass[2]", 1.56)], ..MadeArm::default() };
+    let loaded = made.case("[uncertain]\n\"linkMass[2]\" = 0.05");
+    let structures = PlantStructures::of(&loaded.case).unwrap();
+    let mut frame = chain_frame(&loaded, &structures).unwrap();
+    let nominal = frame.theta.clone();
+    frame.only(&["linkMass[2]"]);
+    let (mut frame, _, fit) = fit_alone(frame).unwrap();
+    let found = frame.estimate(&fit).unwrap();
+    let named = frame.unknown[0].index;
+    let moved: Vec<usize> = (0..nominal.len()).filter(|k| frame.theta[*k] != nominal[*k]).collect();
+    assert_eq!(moved, [named]);
+    let (mass, error) = (found.numbers[0].value, found.covariance[(0, 0)].sqrt());
+    println!("{mass} +- {error} kg of 1.56");
+    assert!(error < 0.01 * 1.56 && (mass - 1.56).abs() < 3.0 * error, "{mass} +- {error}");
 }

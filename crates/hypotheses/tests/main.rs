@@ -7,6 +7,7 @@ mod arm_search;
 mod chain_search;
 mod columns;
 mod estimates;
+mod far_out;
 mod innovations;
 mod made;
 mod rig;

@@ -104,6 +104,6 @@ pub fn applied(
 
 /// Prior standard deviations, so often widened: an amplitude whose mean is 1 is that of a law whose shape determines its size, and keeps it.
 fn deviations(law: &AppliedLaw, widened: u8) -> Vec<f64> {
-    let factor = TAIL.wide.powi(widened.into());
+    let factor = TAIL.wide.powi(widened.into()); // (EST-24)
     law.deviation.iter().zip(&law.mean).map(|(d, mean)| if *mean == 1.0 { *d } else { factor * d }).collect()
 }

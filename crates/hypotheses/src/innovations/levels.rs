@@ -1,7 +1,7 @@
 //! Numbers that judge, fitted to trial cases of development seeds by logistic regression.
 //!
-//! `RIGHT`, `SECOND`: `tools/levels/fit_levels.py` on NCASES joints of seed 731130 (488 and 556 rows), near the weights of 150 joints of seed
-//! 91117 (docs/decisions/0112-levels-of-a-thousand-joints.md). Rules: 88003 to 88008; what latents are worth also on 91117.
+//! `RIGHT`, `SECOND`: `tools/levels/fit_levels.py` on 705 joints of seed 731130 (489 and 559 rows), near the weights of 150 joints of seed
+//! 91117 (docs/decisions/0112-levels-of-705-joints.md). Rules: 88003 to 88008; what latents are worth also on 91117.
 //! `CHAIN_RIGHT`: the same program on arms of seeds 650521, 640077 and 88101 to 88111 (61 of 102 name something).
 
 /// Weights of a logistic model, by name of the number.
@@ -9,21 +9,21 @@ pub type LogisticWeights = &'static [(&'static str, f64)];
 
 /// The leader is right.
 pub const RIGHT: LogisticWeights = &[
-    ("bias", -16.774_333_861),
-    ("gain", 4.797_788_389),
-    ("power", 1.013_241_042),
-    ("left", -1.158_720_468),
-    ("rate", -1.469_831_868),
-    ("had", -0.339_266_980),
+    ("bias", -16.819_595_196),
+    ("gain", 4.811_088_639),
+    ("power", 1.015_034_793),
+    ("left", -1.150_744_675),
+    ("rate", -1.475_117_207),
+    ("had", -0.351_606_146),
 ];
 /// A second one next to a right leader is right.
 pub const SECOND: LogisticWeights = &[
-    ("bias", -4.055_917_048),
-    ("gain", 0.688_113_628),
-    ("share", 4.110_081_402),
-    ("power", 0.503_875_649),
-    ("left", -0.474_738_555),
-    ("same", -6.811_704_574),
+    ("bias", -4.060_565_406),
+    ("gain", 0.689_699_826),
+    ("share", 4.144_542_132),
+    ("power", 0.513_662_898),
+    ("left", -0.469_010_867),
+    ("same", -6.822_453_348),
 ];
 /// Nats that an effect has to gain.
 pub const QUIET: f64 = 20.0;
