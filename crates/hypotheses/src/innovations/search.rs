@@ -92,7 +92,7 @@ pub fn search_from(
         candidates.extend(pursue(&mut frame.borrow_mut(), &sizes, q, place, &[]));
     }
     let (first, forms) = families(&candidates);
-    // Not pushes: what they cost, the screen does not count.
+    // Not impulses: what they cost, the screen does not count.
     let sized: Vec<ScreenedShape> = first.iter().filter(|c| !c.law.is_impulses()).cloned().collect();
     let far = far_out(&mut frame.borrow_mut(), &sized, q, &[]);
     let mut effects = best_each(leaders(frame, (&null, &sizes), &first, [&forms, &far], alone));
