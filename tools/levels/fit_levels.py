@@ -65,13 +65,23 @@ def cases(source: str) -> Iterator[tuple[str, dict, dict]]:
 
 
 def leaders(source: str) -> Rows:
-    """Numbers of each leader, and whether it is a true cause. Cases that have neither gain nor latent power decide nothing."""
+    """Numbers of each leader, and whether it or what is alike is a true cause: which of them is not this number's question. Cases that
+    have neither gain nor latent power decide nothing."""
     rows: Rows = []
     for name, key, stages in cases(source):
         verdict = stages["verdict"]
-        if key["split"] != "unidentifiable" and (verdict["G"] > 5 or max(stages["parameters_L"]["q"]) > 0.02):
-            rows.append((name, dict(verdict["numbers"]), stages["hypotheses"][0]["effect"] in key["effects"]))
+        if verdict["G"] > 5 or max(stages["parameters_L"]["q"]) > 0.02:
+            named = [h["effect"] for h in alike(stages["hypotheses"])] + [effect for effect, _ in verdict["set"]]
+            right = any(effect in key["effects"] for effect in named)
+            rows.append((name, dict(verdict["numbers"]), right))
     return rows
+
+
+def alike(hypotheses: list[dict]) -> list[dict]:
+    """The leader and what recordings do not distinguish from it (ALIKE, ALIKE_FIT and ALIKE_MOST of levels.rs)."""
+    leader = hypotheses[0]
+    near = [h for h in hypotheses if leader["L"] - h["L"] < 12 or leader["penalised"] - h["penalised"] < 3]
+    return near[:4]
 
 
 def seconds(source: str) -> Rows:

@@ -1,7 +1,8 @@
 //! Numbers that judge, fitted to trial cases of development seeds by logistic regression.
 //!
-//! `RIGHT`, `SECOND`: `tools/levels/fit_levels.py` on 705 joints of seed 731130 (489 and 559 rows), near the weights of 150 joints of seed
-//! 91117 (docs/decisions/0112-levels-of-705-joints.md). Rules: 88003 to 88008; what latents are worth also on 91117.
+//! `RIGHT`: `tools/levels/fit_levels.py` on the 150 joints of seed 91117 (98 rows), near the weights of the reference program (83 cases of
+//! seed 88002; 114 of 88002 to 88008). `SECOND`: the same on 705 joints of seed 731130 (559 rows), near those of 91117
+//! (docs/decisions/0112-levels-of-705-joints.md). Rules: 88003 to 88008; what latents are worth also on 91117.
 //! `CHAIN_RIGHT`: the same program on arms of seeds 650521, 640077 and 88101 to 88111 (61 of 102 name something).
 
 /// Weights of a logistic model, by name of the number.
@@ -9,12 +10,12 @@ pub type LogisticWeights = &'static [(&'static str, f64)];
 
 /// The leader is right.
 pub const RIGHT: LogisticWeights = &[
-    ("bias", -16.819_595_196),
-    ("gain", 4.811_088_639),
-    ("power", 1.015_034_793),
-    ("left", -1.150_744_675),
-    ("rate", -1.475_117_207),
-    ("had", -0.351_606_146),
+    ("bias", -13.831_096_398),
+    ("gain", 3.569_848_045),
+    ("power", 1.038_536_512),
+    ("left", -1.758_619_733),
+    ("rate", -0.763_957_5),
+    ("had", -0.707_728_278),
 ];
 /// A second one next to a right leader is right.
 pub const SECOND: LogisticWeights = &[
