@@ -41,6 +41,14 @@ def present(name: str) -> Numbers:
     return {key: float(value.replace("_", "")) for key, value in pairs}
 
 
+def constant(name: str) -> list[float]:
+    """Numbers of a constant of levels.rs."""
+    found = re.search(rf"pub const {name}: [^=]*= \[?([^;]*?)\]?;", LEVELS.read_text())
+    if found is None:
+        raise SystemExit(f"{LEVELS} has no {name}")
+    return [float(x.replace("_", "")) for x in found[1].split(",")]
+
+
 def power(q: list[float]) -> float:
     return sum(x * x for x in q)
 
@@ -80,8 +88,9 @@ def leaders(source: str) -> Rows:
 def alike(hypotheses: list[dict]) -> list[dict]:
     """The leader and what recordings do not distinguish from it (ALIKE, ALIKE_FIT and ALIKE_MOST of levels.rs)."""
     leader = hypotheses[0]
-    near = [h for h in hypotheses if leader["L"] - h["L"] < 12 or leader["penalised"] - h["penalised"] < 3]
-    return near[:4]
+    evidence, fit, most = constant("ALIKE")[0], constant("ALIKE_FIT")[0], int(constant("ALIKE_MOST")[0])
+    near = [h for h in hypotheses if leader["L"] - h["L"] < evidence or leader["penalised"] - h["penalised"] < fit]
+    return near[:most]
 
 
 def seconds(source: str) -> Rows:

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_identification::packed::PackedModel;
 use trueup_signals::Finding;
 
@@ -25,6 +26,18 @@ pub enum Verdict {
     Ambiguous,
     /// A real effect is there that no candidate explains.
     Unknown,
+}
+
+impl From<EvidenceVerdict> for Verdict {
+    fn from(of: EvidenceVerdict) -> Self {
+        match of {
+            EvidenceVerdict::NoGap => Self::NoGap,
+            EvidenceVerdict::Parameters => Self::Parameters,
+            EvidenceVerdict::Effects => Self::Effects,
+            EvidenceVerdict::Ambiguous => Self::Ambiguous,
+            EvidenceVerdict::Unknown => Self::Unknown,
+        }
+    }
 }
 
 /// Gaps: RMS(simulated - measured) / RMS(measured - its mean) over held-out recordings.

@@ -148,6 +148,19 @@ fn d07_no_motion_below_the_static_level() {
     assert!(r.y.iter().all(|y| y[output::MOTOR_ANGLE] == 0.0 && y[output::STICKING] == 1.0));
 }
 
+/// A millionth of the static level decides, in both directions. Checks TMJ-4.
+#[test]
+fn break_away_levels_of_both_directions() {
+    let q = delian(1).unwrap();
+    for side in [1.0, -1.0] {
+        let turned = |factor: f64| {
+            run(&joint(), &q, |_| side * factor * 2.99e-4 / 0.02, &[0.0, 1.0]).y[1][output::MOTOR_ANGLE]
+        };
+        assert_eq!(turned(1.0 - 1e-6), 0.0, "{side}");
+        assert!(side * turned(1.0 + 1e-6) > 100.0, "{side}: {}", turned(1.0 + 1e-6));
+    }
+}
+
 /// Checks TMJ-1 and TMJ-4.
 #[test]
 fn d08_d09_d10_breakaway_terminal_speed_and_hysteresis() {

@@ -136,7 +136,6 @@ impl PyCase {
                 watch,
                 all_readings,
                 verdict_only,
-                ..DiagnoseOptions::default()
             };
             let file = &loaded.case.file;
             let of_case = |e: String| PyFailure::of(e).file(file);

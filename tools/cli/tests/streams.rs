@@ -115,6 +115,7 @@ fn streams_that_nobody_reads_change_no_exit_status() {
 #[cfg(target_os = "linux")]
 fn streams_that_are_closed_or_full_end_no_command_by_a_panic() {
     redirected(&COMMANDS, &["<&- >&- 2>&-"]);
+    redirected(&COMMANDS[..3], &["2>/dev/full"]);
 }
 
 #[test]

@@ -157,13 +157,7 @@ impl<'a> DecisionBuilder<'a> {
 
     fn decision(&self, causes: usize, rivals: Vec<(usize, f64)>) -> Decision {
         let judged = &self.findings.judged;
-        let verdict = match judged.verdict {
-            EvidenceVerdict::NoGap => Verdict::NoGap,
-            EvidenceVerdict::Parameters => Verdict::Parameters,
-            EvidenceVerdict::Effects => Verdict::Effects,
-            EvidenceVerdict::Ambiguous => Verdict::Ambiguous,
-            EvidenceVerdict::Unknown => Verdict::Unknown,
-        };
+        let verdict = Verdict::from(judged.verdict);
         let power = |h: &FoundEffect| h.power.max(f64::MIN_POSITIVE);
         let left = self.findings.effects.first().map_or(1.0, |h| power(h) / power(&self.findings.alone));
         let taken = (1.0 - left).clamp(0.0, 1.0);

@@ -57,13 +57,7 @@ pub(super) fn chosen(found: &CaseFindings) -> Option<&FoundEffect> {
 /// What is reported of the findings.
 pub(super) fn reported(names: &ForeignNames<'_>, case: &Case, found: &CaseFindings) -> ForeignClaims {
     let judged = &found.judged;
-    let verdict = match judged.verdict {
-        EvidenceVerdict::NoGap => Verdict::NoGap,
-        EvidenceVerdict::Parameters => Verdict::Parameters,
-        EvidenceVerdict::Effects => Verdict::Effects,
-        EvidenceVerdict::Ambiguous => Verdict::Ambiguous,
-        EvidenceVerdict::Unknown => Verdict::Unknown,
-    };
+    let verdict = Verdict::from(judged.verdict);
     let named = chosen(found);
     let ambiguous = verdict == Verdict::Ambiguous;
     let share = if ambiguous { 1.0 / judged.set.len().max(1) as f64 } else { 1.0 };
