@@ -9,7 +9,9 @@ mod conclude;
 mod dead;
 mod drift;
 mod estimate;
+mod evidence_claims;
 pub mod foreign;
+mod free_runs;
 mod ground;
 mod held_out;
 mod innovations;
@@ -17,6 +19,7 @@ pub mod input_scale;
 mod place;
 pub mod record;
 mod refusal;
+mod robot;
 mod strained;
 mod traces;
 mod twist;
@@ -28,6 +31,7 @@ use std::borrow::Cow;
 
 use trueup_hypotheses::innovations::findings::{CaseSearchError, search_case};
 use trueup_identification::predict::PredictError;
+use trueup_models::plants;
 use trueup_signals::Loaded;
 
 use crate::engine::decide::Decision;
@@ -158,6 +162,9 @@ pub fn diagnose(
     options: &DiagnoseOptions,
     report_progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
+    if plants::is_robot(&loaded.case.model) {
+        return robot::diagnose_robot(loaded, options, report_progress);
+    }
     let subject = DiagnosisSubject::of(&loaded.case)?;
     let (small, thinning) = match options.all_readings {
         true => (Cow::Borrowed(loaded), None),

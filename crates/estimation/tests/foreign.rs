@@ -14,10 +14,8 @@ fn joint(flexible: bool, effects: &[&str]) -> Arc<dyn Plant> {
     plants::build(&PlantStructure {
         model: "TwoMassJoint".into(),
         flexible: vec![flexible],
-        fixed_base: false,
         effects: effects.iter().map(|e| (*e).to_owned()).collect(),
-        led: Vec::new(),
-        payload: None,
+        ..PlantStructure::default()
     })
     .unwrap()
 }

@@ -276,9 +276,7 @@ fn arm(flexible: &[bool], fixed: bool, rng: &mut StdRng) -> (Arc<dyn Plant>, Vec
         model: "PlanarManipulator".into(),
         flexible: flexible.to_vec(),
         fixed_base: fixed,
-        effects: Vec::new(),
-        led: Vec::new(),
-        payload: None,
+        ..PlantStructure::default()
     })
     .unwrap();
     let mut theta: Vec<f64> = plant.table().parameters.iter().map(|q| q.start).collect();

@@ -61,8 +61,8 @@ impl MadeArm<'_> {
             flexible: vec![false, false],
             fixed_base: true,
             effects: self.effects.iter().map(|e| (*e).to_owned()).collect(),
-            led: Vec::new(),
             payload: self.payload,
+            ..PlantStructure::default()
         })
         .unwrap();
         let rng = &mut StdRng::seed_from_u64(self.seed);

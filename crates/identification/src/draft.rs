@@ -25,10 +25,7 @@ pub fn draft_model(name: &str, joints: Option<usize>) -> Result<DraftModel, Mode
     let model = SimulatedPlant::new(PlantStructure {
         model: name.to_owned(),
         flexible,
-        fixed_base: false,
-        effects: Vec::new(),
-        led: Vec::new(),
-        payload: None,
+        ..PlantStructure::default()
     })?;
     Ok(DraftModel {
         name: name.to_owned(),

@@ -167,6 +167,10 @@ pub fn left_out<'a>(model: &'a SimulatedPlant, case: &Case) -> Vec<&'a str> {
 
 /// `case.toml: left out, so of the preset (..): damping, linkMass[2]`; `None` if the case has all of them.
 fn line(model: &SimulatedPlant, case: &Case) -> Option<String> {
+    // What a robot's case leaves out is of its file.
+    if plants::is_robot(&case.model) {
+        return None;
+    }
     let names = left_out(model, case);
     let preset = plants::preset(model.plant().model());
     (!names.is_empty()).then(|| {

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use trueup_models::arm::{BASE, BASE_CHOICE, PAYLOAD, PlanarManipulator};
+use trueup_estimation::case_structure::case_structure;
+use trueup_models::arm::{PAYLOAD, PlanarManipulator};
 use trueup_models::effect::{self, EffectError, EffectSet};
 use trueup_models::joint::TwoMassJoint;
 use trueup_models::plants::{self, PlantStructure, StructureError};
@@ -19,7 +20,7 @@ mod known;
 pub enum ModelError {
     /// No such plant.
     #[error(
-        "identification supports {known}, not `{0}`; name one of them in `model`", known = plants::NAMES.join(" and ")
+        "identification supports {known}, not `{0}`; name one of them in `model`", known = listed(&plants::NAMES)
     )]
     Unknown(String),
     /// Its structure.
@@ -35,6 +36,14 @@ pub enum ModelError {
     },
 }
 
+/// `a, b and c`.
+fn listed(names: &[&str]) -> String {
+    match names {
+        [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
+        names => names.concat(),
+    }
+}
+
 impl From<EffectError> for ModelError {
     fn from(e: EffectError) -> Self {
         Self::Structure(e.to_string())
@@ -46,6 +55,7 @@ impl From<StructureError> for ModelError {
         match e {
             StructureError::Model(name) => Self::Unknown(name),
             StructureError::Structure(text) => Self::Structure(text),
+            StructureError::Parameter { name, what } => Self::Parameter { name, what },
             StructureError::Payload { link, links } => Self::Parameter {
                 name: "payload.link".into(),
                 what: format!("there is no link {link}; the model has {links}"),
@@ -130,23 +140,6 @@ pub struct CoordinateIndices {
     pub follows: Option<(usize, bool)>,
 }
 
-/// What a case declares of its base.
-///
-/// # Errors
-/// No item of [`BASE`].
-pub fn has_fixed_base(case: &Case) -> Result<bool, ModelError> {
-    match case.parameters.get(BASE_CHOICE) {
-        None => Ok(false),
-        Some(ParameterValue::Text(item)) if BASE.items.iter().any(|i| i.0 == item) => {
-            Ok(*item != BASE.items[0].0)
-        }
-        Some(other) => {
-            let what = format!("{other} is none of free, fixed; name one of them");
-            Err(ModelError::Parameter { name: BASE_CHOICE.into(), what })
-        }
-    }
-}
-
 impl SimulatedPlant {
     /// A plant of that structure.
     ///
@@ -159,14 +152,7 @@ impl SimulatedPlant {
     /// Any plant, with no structure of joints to choose.
     pub fn of_plant(plant: Arc<dyn Plant>) -> Self {
         let model = plant.model().to_owned();
-        let structure = PlantStructure {
-            model,
-            flexible: Vec::new(),
-            fixed_base: false,
-            effects: Vec::new(),
-            led: Vec::new(),
-            payload: None,
-        };
+        let structure = PlantStructure { model, ..PlantStructure::default() };
         Self { plant, structure }
     }
 
@@ -175,31 +161,7 @@ impl SimulatedPlant {
     /// # Errors
     /// As [`SimulatedPlant::new`]; a `jointFlexible` that is no truth value; a known effect whose size is not given.
     pub fn of_case(case: &Case, effects: &[&str]) -> Result<Self, ModelError> {
-        let declared = case.elements("jointFlexible");
-        let flexible: Option<Vec<bool>> = declared.iter().map(|v| v.boolean()).collect();
-        let mut flexible = flexible.ok_or_else(|| ModelError::Parameter {
-            name: "jointFlexible".into(),
-            what: "it is true or false; write jointFlexible = true, for an arm one per joint".into(),
-        })?;
-        if flexible.is_empty() {
-            flexible = plants::usual_flexible(&case.model).to_vec();
-        }
-        let mut all: Vec<String> = Vec::new();
-        for id in case.known_effects().into_iter().chain(effects.iter().copied()) {
-            if !all.iter().any(|known| known == id) {
-                all.push(id.to_owned());
-            }
-        }
-        let fixed_base = has_fixed_base(case)?;
-        let model = case.model.clone();
-        let model = Self::new(PlantStructure {
-            model,
-            flexible,
-            fixed_base,
-            effects: all,
-            led: Vec::new(),
-            payload: case.payload.map(|l| l - 1),
-        })?;
+        let model = Self::new(case_structure(case, effects)?)?;
         known::check(&model, case)?;
         Ok(model)
     }
@@ -357,7 +319,7 @@ impl SimulatedPlant {
         }
         // Motors that are not set stay with their joints, springs unstrained.
         for c in self.coordinates() {
-            if let (Some((other, geared)), true) = (c.follows, self.arm().is_some()) {
+            if let (Some((other, geared)), true) = (c.follows, self.joint().is_none()) {
                 let o = self.coordinates()[other];
                 for (own, of) in [(c.angle, o.angle), (c.velocity, o.velocity)] {
                     if !geared && !angles.contains(&own) {

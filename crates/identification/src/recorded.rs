@@ -6,7 +6,7 @@ use trueup_models::arm::parameter;
 use trueup_signals::spline::Spline;
 use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
-use crate::model::{ModelError, SimulatedPlant};
+use crate::model::{CoordinateIndices, ModelError, SimulatedPlant};
 use crate::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
 use crate::sensor_unknowns::OFFSET;
 use crate::subject::IdentificationSubject;
@@ -286,6 +286,23 @@ fn believed(name: &str, target: FitTarget, run: usize, (mean, sd): (f64, f64)) -
     }
 }
 
+/// The channel that shows an output of a coordinate: of a rigid joint that of its motor, too.
+fn shown_by<'a>(
+    model: &dyn IdentificationSubject,
+    coordinates: &[CoordinateIndices],
+    run: &'a IdentificationRun,
+    output: usize,
+) -> Option<&'a OutputChannel> {
+    let of = |output: usize| run.channels.iter().find(|c| c.output == output);
+    let twin = || {
+        let name = model.outputs()[output].name.strip_prefix("joint")?;
+        let twin = model.output(&format!("motor{name}"))?;
+        let apart = coordinates.iter().any(|c| [c.angle_output, c.velocity_output].contains(&twin));
+        of(twin).filter(|_| !apart)
+    };
+    of(output).or_else(twin)
+}
+
 /// How each run begins, and what its sensors read off: initial states of all coordinates that the recording does not
 /// give exactly, and the offsets that are to be estimated. `values` are all parameters of the model.
 ///
@@ -297,10 +314,10 @@ pub fn nuisance(
     runs: &[IdentificationRun],
 ) -> Vec<FitUnknown> {
     let mut all = Vec::new();
+    let coordinates = model.begins();
     for (r, run) in runs.iter().enumerate() {
-        let of = |output: usize| run.channels.iter().find(|c| c.output == output);
+        let of = |output: usize| shown_by(model, &coordinates, run, output);
         let mut found: Vec<[(f64, f64); 2]> = Vec::new();
-        let coordinates = model.begins();
         for c in &coordinates {
             let (angle, velocity) = (of(c.angle_output), of(c.velocity_output));
             let shown = angle.and_then(|c| begin(c, run));

@@ -366,10 +366,8 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
     let structure = PlantStructure {
         model: "TwoMassJoint".into(),
         flexible: vec![true],
-        fixed_base: false,
         effects: vec!["gravity-torque".into()],
-        led: Vec::new(),
-        payload: None,
+        ..PlantStructure::default()
     };
     let model = SimulatedPlant::new(structure).unwrap();
     let mut q = model.defaults();

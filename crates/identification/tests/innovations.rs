@@ -51,14 +51,8 @@ fn made(folder: &Path, more: &str) {
     }
     text += "[uncertain]\nmotorInertia = 0.05\n[channels.motorCurrent]\nnoise = 2e-3\ninterpolation = \"hold\"\n[channels.motorAngle]\nnoise = 1e-3\n[channels.loadAngle]\nnoise = 1e-5\n";
     std::fs::write(folder.join("case.toml"), text + more).unwrap();
-    let structure = PlantStructure {
-        model: "TwoMassJoint".into(),
-        flexible: vec![true],
-        fixed_base: false,
-        effects: Vec::new(),
-        led: Vec::new(),
-        payload: None,
-    };
+    let structure =
+        PlantStructure { model: "TwoMassJoint".into(), flexible: vec![true], ..PlantStructure::default() };
     let model = SimulatedPlant::new(structure).unwrap();
     let mut q = model.defaults();
     JOINT.iter().for_each(|(name, v)| q[model.parameter(name).unwrap()] = *v);

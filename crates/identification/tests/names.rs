@@ -42,8 +42,7 @@ fn agree_on(fixed_base: bool, model: &str, flexible: &[bool], effects: &[&str]) 
         flexible: flexible.to_vec(),
         fixed_base,
         effects: c.effects.clone(),
-        led: Vec::new(),
-        payload: None,
+        ..PlantStructure::default()
     })
     .unwrap();
     let place = |v: &TableVariable| match v.storage {

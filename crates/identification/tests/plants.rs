@@ -9,10 +9,8 @@ pub(crate) fn joint(effects: &[&str]) -> SimulatedPlant {
     SimulatedPlant::new(PlantStructure {
         model: "TwoMassJoint".into(),
         flexible: vec![true],
-        fixed_base: false,
         effects,
-        led: vec![],
-        payload: None,
+        ..PlantStructure::default()
     })
     .unwrap()
 }

@@ -52,6 +52,8 @@ pub trait PlantModel: Hybrid + Debug + Send + Sync + 'static {
 #[derive(Clone, Debug)]
 pub struct Compiled<M> {
     model: M,
+    /// Start values of the first parameters; the others have the model's own.
+    start: Vec<f64>,
     table: OnceLock<VariableTable>,
     coordinates: OnceLock<Vec<Coordinate>>,
     followers: OnceLock<Vec<usize>>,
@@ -60,7 +62,12 @@ pub struct Compiled<M> {
 impl<M: PlantModel> Compiled<M> {
     /// Of this model.
     pub fn new(model: M) -> Self {
-        Self { model, table: OnceLock::new(), coordinates: OnceLock::new(), followers: OnceLock::new() }
+        Self::starting(model, Vec::new())
+    }
+    /// The same whose first parameters start with these values.
+    pub fn starting(model: M, start: Vec<f64>) -> Self {
+        let (table, coordinates, followers) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self { model, start, table, coordinates, followers }
     }
     /// The model.
     pub fn inner(&self) -> &M {
@@ -80,7 +87,11 @@ impl<M: PlantModel> Plant for Compiled<M> {
         M::NAME
     }
     fn table(&self) -> &VariableTable {
-        self.table.get_or_init(|| self.model.table())
+        self.table.get_or_init(|| {
+            let mut table = self.model.table();
+            table.parameters.iter_mut().zip(&self.start).for_each(|(q, start)| q.start = *start);
+            table
+        })
     }
     fn coordinates(&self) -> &[Coordinate] {
         self.coordinates.get_or_init(|| self.model.coordinates())
@@ -95,7 +106,7 @@ impl<M: PlantModel> Plant for Compiled<M> {
         self.followers.get_or_init(|| self.model.followers())
     }
     fn with(&self, effects: &[&str]) -> Result<Box<dyn Plant>, PlantError> {
-        Ok(Box::new(Self::new(self.model.with(effects)?)))
+        Ok(Box::new(Self::starting(self.model.with(effects)?, self.start.clone())))
     }
     fn as_any(&self) -> &dyn Any {
         self

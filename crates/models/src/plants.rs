@@ -6,15 +6,19 @@ use crate::effect::{self, EffectSet};
 use crate::flexible_arm::FlexibleArm;
 use crate::joint::TwoMassJoint;
 use crate::space::SpatialFreeFlyer;
+use crate::space::design::RobotDesign;
+use crate::space::presets;
 use std::sync::Arc;
 use trueup_plant::Plant;
 
 /// How a plant is built.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlantStructure {
     /// One of [`NAMES`].
     pub model: String,
-    /// Which joints have a spring; one entry per joint.
+    /// What a robot is made of; of the others: none.
+    pub robot: Option<Arc<RobotDesign>>,
+    /// Which joints have a spring; one entry per joint. Empty: as a robot's file has it.
     pub flexible: Vec<bool>,
     /// An arm's base stays where it begins.
     pub fixed_base: bool,
@@ -33,6 +37,13 @@ pub enum StructureError {
     Model(String),
     /// Its structure: what is wrong, with the remedy.
     Structure(String),
+    /// Something that a case declares of its structure.
+    Parameter {
+        /// Its name.
+        name: String,
+        /// What is wrong, with the remedy.
+        what: String,
+    },
     /// A payload on a link that is not there, of an arm with so many.
     Payload {
         /// From 1.
@@ -60,10 +71,24 @@ const LIST: &[Listed] = &[
         flexible: &[true, false, false],
         preset: "the CBK PAN test-bed",
     },
+    Listed {
+        name: SpatialFreeFlyer::NAME,
+        build: robot_of,
+        flexible: &[],
+        preset: "the robot's file, or the chaser",
+    },
 ];
 
 /// Names of the plants that recordings can be taken of.
-pub const NAMES: [&str; LIST.len()] = [LIST[0].name, LIST[1].name];
+pub const NAMES: [&str; LIST.len()] = [LIST[0].name, LIST[1].name, LIST[2].name];
+
+/// The one that a robot's file describes.
+pub const ROBOT: &str = SpatialFreeFlyer::NAME;
+
+/// Whether a robot's file describes it.
+pub fn is_robot(model: &str) -> bool {
+    model == ROBOT
+}
 
 fn listed(model: &str) -> Option<&'static Listed> {
     LIST.iter().find(|l| l.name == model)
@@ -112,6 +137,26 @@ fn arm_of(s: &PlantStructure) -> Result<Arc<dyn Plant>, StructureError> {
     }
     let text = "a manipulator with friction cannot follow measured motion; record jointTorque";
     led(arm, &s.led).ok_or_else(|| StructureError::Structure(text.into()))
+}
+
+/// Of a case's robot; without a file the chaser.
+fn robot_of(s: &PlantStructure) -> Result<Arc<dyn Plant>, StructureError> {
+    let wrong = StructureError::Structure;
+    let mut design = s.robot.as_deref().cloned().unwrap_or_else(presets::chaser);
+    if !s.flexible.is_empty() {
+        design.flex(&s.flexible).map_err(wrong)?;
+    }
+    design.held |= s.fixed_base;
+    if s.payload.is_some() {
+        let text = "payload: it is for PlanarManipulator; add what a link of a robot carries to bodyMass and bodyInertia";
+        return Err(wrong(text.into()));
+    }
+    if !s.led.is_empty() {
+        return Err(wrong("motors of a robot cannot follow measured motion; record jointTorque".into()));
+    }
+    let model = SpatialFreeFlyer::with_effects(design.structure(), &s.effects).map_err(wrong)?;
+    let start = design.parameters();
+    Ok(Arc::new(Compiled::starting(model, start)))
 }
 
 /// A robot on a base in space.

@@ -50,8 +50,7 @@ fn joints_and_arms_with_every_effect_have_the_roles_of_their_names() {
                 flexible: (0..links).map(|_| draws.between(0.0, 1.0) < 0.5).collect(),
                 fixed_base: kind == PlantKind::Arm && (needs_ground || draws.between(0.0, 1.0) < 0.5),
                 effects: effect.iter().map(EffectChoice::id).collect(),
-                led: Vec::new(),
-                payload: None,
+                ..PlantStructure::default()
             };
             let of = format!("{draws}, {structure:?}");
             let plant = build(&structure).unwrap_or_else(|e| panic!("{of}: {e:?}"));

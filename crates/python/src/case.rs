@@ -129,14 +129,7 @@ impl PyCase {
         let found = watched(py, progress.as_ref(), move |tell| {
             let (CaseIntake { loaded, findings, .. }, notes) = source.taken_in(Purpose::Diagnose, &[])?;
             let capped = !force && findings.iter().any(Finding::is_grave);
-            let options = DiagnoseOptions {
-                seed,
-                capped,
-                force,
-                watch,
-                all_readings,
-                verdict_only,
-            };
+            let options = DiagnoseOptions { seed, capped, force, watch, all_readings, verdict_only };
             let file = &loaded.case.file;
             let of_case = |e: String| PyFailure::of(e).file(file);
             let found = diagnose(&loaded, &options, &mut |part, what| tell(part, what));

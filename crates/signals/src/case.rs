@@ -40,6 +40,8 @@ pub struct Case {
     pub model: String,
     /// What the variables of an FMU mean: the file name of a `ports.toml`.
     pub ports: Option<String>,
+    /// What a robot is made of: the file name of a robot, or the name of a preset.
+    pub robot: Option<String>,
     /// Recordings that may be used for fitting.
     pub train: Vec<String>,
     /// Recordings only for the figures reported.
@@ -80,6 +82,13 @@ impl Case {
     /// The FMU that it names as its model, in its folder; `None`: it names a model.
     pub fn fmu(&self) -> Option<PathBuf> {
         self.model.to_lowercase().ends_with(".fmu").then(|| self.folder.join(&self.model))
+    }
+
+    /// The file of its robot, in its folder where there is one of that name; else as it is named.
+    pub fn robot_file(&self) -> Option<PathBuf> {
+        let name = self.robot.as_ref()?;
+        let file = self.folder.join(name);
+        Some(if file.exists() || name.contains('.') { file } else { PathBuf::from(name) })
     }
 
     /// Its name: that of its folder; empty of a case from memory.

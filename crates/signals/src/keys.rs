@@ -112,6 +112,13 @@ pub const CASE: Keys = Keys {
             "none",
             Text,
         ),
+        key(
+            "robot",
+            "of SpatialFreeFlyer: what the robot is made of, a file of TOML, URDF or MJCF; see robots.md",
+            "file name",
+            "the model's own",
+            Text,
+        ),
         key("train", "recordings that may be fitted", "file names in the folder", "must be given", Texts),
         key(
             "holdout",

@@ -46,7 +46,7 @@ pub use columns::{ColumnMapping, ColumnRule};
 pub use error::SignalsError;
 pub use figures::ChannelFigures;
 pub use finding::{Finding, FindingKind, Severity};
-pub use names::{RECORDING_ENDS, base_name, element_name, names_recording};
+pub use names::{RECORDING_ENDS, base_name, did_you_mean, element_name, names_recording, unreadable};
 pub use read::{InputColumn, InputTable, recording_file};
 pub use recording::{
     Channel, ChannelSettings, DeclaredFigures, Interpolation, PriorGuess, Recording, SensorData,

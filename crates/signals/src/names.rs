@@ -1,5 +1,7 @@
 //! Names of variables and their elements, and of files of recordings.
 
+use std::io::ErrorKind;
+
 /// `linkMass` of `linkMass[1]`; a name without an index as it is.
 pub fn base_name(name: &str) -> &str {
     match name.strip_suffix(']').and_then(|n| n.split_once('[')) {
@@ -28,6 +30,21 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
         .filter(|(likeness, _)| *likeness > 0.85)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, k)| k)
+}
+
+/// `did you mean X?` of the nearest of these names, or `otherwise`.
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>, otherwise: &str) -> String {
+    nearest(name, known).map_or_else(|| otherwise.to_owned(), |near| format!("did you mean `{near}`?"))
+}
+
+/// Why a file of text cannot be read.
+pub fn unreadable(e: &std::io::Error) -> String {
+    match e.kind() {
+        ErrorKind::NotFound | ErrorKind::NotADirectory => "there is no such file".into(),
+        ErrorKind::IsADirectory => "it is a folder, not a file".into(),
+        ErrorKind::InvalidData => "it is no text in UTF-8".into(),
+        _ => format!("it cannot be read: {e}"),
+    }
 }
 
 /// `did you mean X?`, or what there is if that is little, or this.

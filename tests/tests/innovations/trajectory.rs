@@ -75,9 +75,8 @@ pub(super) fn frame_of(loaded: &Loaded) -> Result<TrajectoryFrame, Box<dyn Error
         model: case.model.clone(),
         flexible,
         fixed_base: text("base") == Some("fixed"),
-        effects: Vec::new(),
-        led: Vec::new(),
         payload: case.payload.map(|l| l - 1),
+        ..PlantStructure::default()
     })
     .map_err(|e| format!("{e:?}"))?;
     let theta: Vec<f64> = (plant.table().parameters.iter())

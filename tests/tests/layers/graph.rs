@@ -63,10 +63,16 @@ const RULES: &[Rule] = &[
         never: ARCHIVES,
     },
     Rule { name: "trueup-signals", ours: &[], never: &["clap", "libloading"] },
+    // Robots from files, for the program and for cases.
+    Rule {
+        name: "trueup-robot",
+        ours: &["trueup-models", "trueup-signals"],
+        never: &["zip", "quick-xml", "libloading", "clap"],
+    },
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
         name: "trueup-estimation",
-        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals"],
+        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-robot", "trueup-signals"],
         never: ARCHIVES,
     },
     Rule { name: "trueup-hypotheses", ours: &["trueup-signals", "trueup-estimation"], never: ARCHIVES },
@@ -132,6 +138,7 @@ const RULES: &[Rule] = &[
             "trueup-cosim",
             "trueup-signals",
             "trueup-ports",
+            "trueup-robot",
             "trueup-scaling",
             "trueup-sweep",
             "trueup-flexibility",

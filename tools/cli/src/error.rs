@@ -13,6 +13,12 @@ pub(crate) enum CliError {
     Elsewhere(u8),
 }
 
+impl From<trueup_robot::RobotReadError> for CliError {
+    fn from(e: trueup_robot::RobotReadError) -> Self {
+        Self::Failed(e.0)
+    }
+}
+
 impl CliError {
     pub(crate) fn message(&self) -> Option<&str> {
         match self {

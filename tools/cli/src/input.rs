@@ -1,7 +1,8 @@
 //! Text files that the command line, or one of its files, names.
 
-use std::io::ErrorKind;
 use std::path::Path;
+
+use trueup_signals::unreadable;
 
 use crate::error::CliError;
 
@@ -11,15 +12,5 @@ pub(crate) fn text(path: &Path, mend: &str) -> Result<String, CliError> {
 }
 
 pub(crate) fn unread(path: &Path, e: &std::io::Error, mend: &str) -> CliError {
-    CliError::at(path, format!("{}; {mend}", why(e)))
-}
-
-/// Why a file cannot be read.
-pub(crate) fn why(e: &std::io::Error) -> String {
-    match e.kind() {
-        ErrorKind::NotFound | ErrorKind::NotADirectory => "there is no such file".into(),
-        ErrorKind::IsADirectory => "it is a folder, not a file".into(),
-        ErrorKind::InvalidData => "it is no text in UTF-8".into(),
-        _ => format!("it cannot be read: {e}"),
-    }
+    CliError::at(path, format!("{}; {mend}", unreadable(e)))
 }

@@ -158,7 +158,9 @@ pub(super) fn conclude(
         let all = loaded.recordings.values().find_map(|r| r.channel(channel));
         all.map_or_else(String::new, |c| c.unit.clone())
     };
-    let gap = gap_report(runs, [&traces, &twists], windowed.as_ref(), options.seed, &unit);
+    let in_windows = windowed.as_ref().map(|w| (w.seconds, w.traces(runs)));
+    let in_windows = in_windows.as_ref().map(|(seconds, traces)| (*seconds, traces.as_slice()));
+    let gap = gap_report([&traces, &twists], in_windows, options.seed, &unit);
     let parts = gap.overall.as_ref().filter(|_| !no_gap && !options.capped && !options.verdict_only);
     let budget = parts.map_or_else(Vec::new, |overall| {
         report_progress(0.93, "taking each part out of the model");

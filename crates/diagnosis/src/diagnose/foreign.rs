@@ -3,7 +3,6 @@
 //! Causes are compared by the innovations of the FMU itself. The gap is that of free runs of the FMU: with nominal parameters, with
 //! refitted ones, and with what was named acting through its inputs or on its outputs.
 
-mod claims;
 mod joint;
 mod names;
 mod runs;
@@ -14,7 +13,6 @@ use trueup_hypotheses::innovations::findings::{CaseFindings, search_foreign};
 use trueup_hypotheses::innovations::foreign::ForeignJoint;
 pub use trueup_hypotheses::innovations::foreign::JointRoles;
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
-use trueup_identification::fit::ChannelComparison;
 use trueup_identification::fmu::FmuSubject;
 use trueup_identification::model::NamedVariables;
 use trueup_identification::recorded::runs_of;
@@ -22,14 +20,15 @@ use trueup_identification::subject::IdentificationSubject;
 use trueup_plant::Plant;
 use trueup_signals::{Loaded, SensorData};
 
+use super::free_runs::traces;
 use super::traces::gap_report;
-use super::{ChannelTrace, DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED};
+use super::{DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED, evidence_claims};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
 use names::ForeignNames;
 pub use names::{ChannelVariable, NamedStart};
-use runs::{ForeignRun, ForeignRuns};
+use runs::ForeignRuns;
 
 /// A case with its FMU, whose ports are known.
 #[derive(Debug)]
@@ -86,12 +85,13 @@ pub fn diagnose_foreign(
     };
     report_progress(0.85, "running freely what was decided");
     let mut notes = if held_out { Vec::new() } else { vec![NO_HOLDOUT.into()] };
-    let mut claimed = claims::ForeignClaims::default();
+    let mut claimed = evidence_claims::EvidenceClaims::default();
     let (mut tuned, mut after) = (before.clone(), before.clone());
     match &searched {
         Err(why) => claimed.not_compared = Some(why.clone()).filter(|_| !options.capped),
         Ok((joint, usual_speed, found)) => {
-            let naming = ForeignNames { channels: &channels, joint, usual_speed: *usual_speed };
+            let naming =
+                ForeignNames { case: &loaded.case, channels: &channels, joint, usual_speed: *usual_speed };
             if found.judged.verdict != EvidenceVerdict::NoGap {
                 let theta = naming.values(&free.subject, &nominal, found, &found.alone);
                 match free.run(&theta, None) {
@@ -100,8 +100,8 @@ pub fn diagnose_foreign(
                 }
             }
             after = tuned.clone();
-            claimed = claims::reported(&naming, &loaded.case, found);
-            if let Some(chosen) = claims::chosen(found) {
+            claimed = evidence_claims::reported(&naming, found);
+            if let Some(chosen) = evidence_claims::chosen(found) {
                 let theta = naming.values(&free.subject, &nominal, found, chosen);
                 match free.with(&naming, &theta, chosen) {
                     Ok(run) => after = run,
@@ -112,13 +112,12 @@ pub fn diagnose_foreign(
             }
         }
     }
-    let traces = traces(&free, &loaded, [&before, &tuned, &after]);
+    let traces = traces(&free.runs, &loaded, [&before, &tuned, &after]);
     let unit = |channel: &str| {
         let at = free.subject.output(channel);
         at.map_or_else(String::new, |at| free.subject.outputs()[at].unit.to_owned())
     };
-    let gap = gap_report(&[], [&traces, &[]], None, options.seed, &unit);
-    let unknown = claimed.verdict == Verdict::Unknown;
+    let gap = gap_report([&traces, &[]], None, options.seed, &unit);
     notes.push(
         "causes were compared through the FMU and its ports; values are those of the comparison, without intervals".into(),
     );
@@ -133,35 +132,11 @@ pub fn diagnose_foreign(
         notes.push("gains, offsets and delays that are estimated are in the comparison, not in the free runs of the gap".into());
     }
     notes.extend(unreached.iter().map(|what| format!("not compared: {what}")));
-    let location =
-        GapLocation { channels: shares(&gap), components: claimed.components, ..Default::default() };
-    let diagnosis = Diagnosis {
-        schema: SCHEMA.into(),
-        model: loaded.case.model.clone(),
-        verdict: claimed.verdict,
-        gap,
-        sensors: SensorFindings::default(),
-        location,
-        effects: claimed.effects,
-        candidates: claimed.candidates,
-        parameters: claimed.parameters,
-        correlation: None,
-        budget: Vec::new(),
-        pack: None,
-        indistinguishable: claimed.indistinguishable,
-        unknown: UnknownShare { present: unknown, probability: claimed.unknown, place: None },
-        next_experiment: None,
-        watch: None,
-        augmented: None,
-        capped: options.capped,
-        not_compared: claimed.not_compared,
-        findings: Vec::new(),
-        inputs: None,
-        notes,
-    };
+    let diagnosis = evidence_claims::diagnosis(&loaded.case, claimed, gap, options.capped, notes);
     let record = searched.as_ref().ok().map(|(joint, usual_speed, found)| {
-        let naming = ForeignNames { channels: &channels, joint, usual_speed: *usual_speed };
-        claims::record(&naming, found, &diagnosis.gap)
+        let naming =
+            ForeignNames { case: &loaded.case, channels: &channels, joint, usual_speed: *usual_speed };
+        evidence_claims::record(&naming, found, &diagnosis.gap)
     });
     report_progress(1.0, "done");
     let floors = free.runs.iter().flat_map(|r| &r.channels).map(|c| c.name.as_str());
@@ -193,33 +168,4 @@ fn search(
     let (joint, usual_speed) = joint::joint(&named, plant, roles, refused)?;
     let found = search_foreign(&named, &joint).map_err(|e| e.to_string())?;
     Ok((joint, usual_speed, found))
-}
-
-/// Share of each channel in the excess over the floor.
-fn shares(gap: &GapReport) -> Vec<ChannelShare> {
-    let excess = |g: &HeldOutGap| (g.before.powi(2) - g.floor.powi(2)).max(0.0);
-    let total: f64 = gap.channels.values().map(excess).sum();
-    let share =
-        |(name, g): (&String, &HeldOutGap)| ChannelShare { name: name.clone(), share: excess(g) / total };
-    let mut all: Vec<ChannelShare> =
-        if total > 0.0 { gap.channels.iter().map(share).collect() } else { Vec::new() };
-    trueup_numerics::order::descending(&mut all, |c| c.share);
-    all
-}
-
-fn traces(free: &ForeignRuns, loaded: &Loaded, shown: [&ForeignRun; 3]) -> Vec<ChannelTrace> {
-    let deviation =
-        |c: &ChannelComparison| floor::output(loaded, &c.channel).map_or(0.0, |floor| floor.deviation);
-    let [before, tuned, after] = shown;
-    let one = |(k, c): (usize, &ChannelComparison)| ChannelTrace {
-        recording: free.runs[c.run].name.clone(),
-        channel: c.channel.clone(),
-        time: c.t.clone(),
-        measured: c.measured.clone(),
-        before: c.predicted.clone(),
-        tuned: tuned[k].predicted.clone(),
-        after: after[k].predicted.clone(),
-        floor: deviation(c),
-    };
-    before.iter().enumerate().map(one).collect()
 }

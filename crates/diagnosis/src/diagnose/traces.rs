@@ -72,19 +72,23 @@ fn rms(traces: &[ChannelTrace], channel: &str, unit: &str) -> Option<ChannelRms>
     })
 }
 
-/// Gaps of whole recordings, with those over windows, and of the twists of transmissions; `unit`: of a channel.
+impl WindowedGap {
+    /// By recording and channel.
+    pub(super) fn traces(&self, runs: &[Compared]) -> Vec<ChannelTrace> {
+        let [before, tuned, after] = &self.shown;
+        traces(runs, [before, tuned, after], &self.floors)
+    }
+}
+
+/// Gaps of whole recordings, with those over windows of so many seconds, and of the twists of transmissions; `unit`: of a channel.
 pub(super) fn gap_report(
-    runs: &[Compared],
     [traces, twists]: [&[ChannelTrace]; 2],
-    windowed: Option<&WindowedGap>,
+    windowed: Option<(f64, &[ChannelTrace])>,
     seed: u64,
     unit: &dyn Fn(&str) -> String,
 ) -> GapReport {
     let found = figures(traces, seed);
-    let windows = windowed.map(|w| {
-        let [before, tuned, after] = &w.shown;
-        (w.seconds, figures(&self::traces(runs, [before, tuned, after], &w.floors), seed))
-    });
+    let windows = windowed.map(|(seconds, traces)| (seconds, figures(traces, seed)));
     let window = |of: &dyn Fn(&floor::Gaps) -> Option<floor::GapShares>| {
         let (seconds, gaps) = windows.as_ref()?;
         let floor::GapShares { before, tuned, after, floor, closed, .. } = of(gaps)?;

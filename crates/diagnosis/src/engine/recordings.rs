@@ -4,10 +4,11 @@ use super::unknown::UnknownPrior;
 use std::collections::BTreeMap;
 
 use rand::Rng;
-use trueup_identification::model::{ModelError, PlantQuantity, has_fixed_base};
+use trueup_identification::model::{ModelError, PlantQuantity, SimulatedPlant};
 use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
 use trueup_identification::sensor_unknowns::{SensorFigure, SensorOf, SensorUnknown, sought};
 use trueup_identification::unknown::Scale;
+use trueup_models::plants::PlantStructure;
 use trueup_models::{arm, effect, joint};
 use trueup_signals::noise;
 use trueup_signals::{Case, Interpolation, Loaded, ParameterValue, PriorGuess, Recording, SensorData};
@@ -22,7 +23,7 @@ use crate::floor::coloured;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum UnfitCase {
     /// Not one of the plants.
-    #[error("there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator")]
+    #[error("there is no diagnosis for the model {0:?}; it is made for the plants of docs/cases.md")]
     Model(String),
     /// The requested structure cannot be built.
     #[error("{0}")]
@@ -98,27 +99,9 @@ impl DiagnosisSubject {
     /// It names none of ours.
     pub fn of(case: &Case) -> Result<Self, UnfitCase> {
         let known = case.known_effects().into_iter().map(str::to_owned).collect();
-        let declared: Vec<bool> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
-        match case.model.as_str() {
-            "TwoMassJoint" => {
-                let flexible = declared.first().copied().unwrap_or(true);
-                Ok(Self {
-                    plant: effect::PlantKind::Joint,
-                    flexible: vec![flexible],
-                    fixed_base: false,
-                    payload: None,
-                    known,
-                })
-            }
-            "PlanarManipulator" => {
-                // As the reader of parameters has it.
-                let flexible = if declared.is_empty() { vec![true, false, false] } else { declared };
-                let fixed_base = has_fixed_base(case)?;
-                let payload = case.payload.map(|link| link - 1);
-                Ok(Self { plant: effect::PlantKind::Arm, flexible, fixed_base, payload, known })
-            }
-            other => Err(UnfitCase::Model(other.to_owned())),
-        }
+        let model = SimulatedPlant::of_case(case, &[])?;
+        let PlantStructure { flexible, fixed_base, payload, .. } = model.structure().clone();
+        Ok(Self { plant: model.effect_plant(), flexible, fixed_base, payload, known })
     }
 }
 

@@ -163,10 +163,8 @@ impl KnownEffects {
             plants::build(&PlantStructure {
                 model: case.model.clone(),
                 flexible: vec![flexible],
-                fixed_base: false,
                 effects: effects.to_vec(),
-                led: Vec::new(),
-                payload: None,
+                ..PlantStructure::default()
             })
         };
         let pair = |flexible| Ok([build(flexible, ids)?, build(flexible, &[])?]);

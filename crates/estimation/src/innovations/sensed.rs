@@ -13,7 +13,8 @@ use trueup_models::plants;
 use trueup_numerics::hybrid::At;
 use trueup_signals::{Channel, Loaded, ParameterValue, PriorGuess, Recording};
 
-use super::trajectory::structures::{number_of, structure_of};
+use super::trajectory::structures::number_of;
+use crate::case_structure::case_structure;
 
 /// Rounds of the inversion: each multiplies what is left by the slope of the error, some hundredths.
 const ROUNDS: usize = 6;
@@ -21,7 +22,7 @@ const ROUNDS: usize = 6;
 /// A case without the errors of readings that `[effects]` declares.
 pub fn without_sensor_effects(loaded: &Loaded) -> Cow<'_, Loaded> {
     let case = &loaded.case;
-    let mut structure = structure_of(case);
+    let Ok(mut structure) = case_structure(case, &[]) else { return Cow::Borrowed(loaded) };
     let Ok(plain) = plants::build(&plants::PlantStructure { effects: Vec::new(), ..structure.clone() })
     else {
         return Cow::Borrowed(loaded);

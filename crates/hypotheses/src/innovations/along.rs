@@ -30,6 +30,8 @@ pub struct PlantAlong<'a> {
     pub duration: f64,
     /// Mechanics of a chain; `None`: it is none.
     pub mechanics: Option<&'a dyn ChainMechanics>,
+    /// Axes of the place of a chain's tip.
+    pub tip_axes: usize,
 }
 
 impl<'a> PlantAlong<'a> {
@@ -44,7 +46,17 @@ impl<'a> PlantAlong<'a> {
         let duration = runs.iter().filter_map(|r| r.times.last().copied()).fold(0.0, f64::max);
         let compared = (0..channels.len()).filter(|c| channels[*c].compared);
         let late_together = compared.map(|c| vec![c]).collect();
-        Self { motion, joints, base: None, channels, late_together, runs, duration, mechanics: None }
+        Self {
+            motion,
+            joints,
+            base: None,
+            channels,
+            late_together,
+            runs,
+            duration,
+            mechanics: None,
+            tip_axes: 2,
+        }
     }
 
     /// The same with a coordinate's position, or its rate, moved throughout.
@@ -178,7 +190,7 @@ impl<'a> PlantAlong<'a> {
         let largest = self.joints.iter().map(|j| j.torque).fold(0.0, f64::max);
         self.base.as_ref().map_or(largest, |b| 0.5 * b.force[0])
     }
-    /// A force over time (s) on the tip along axis 0 or 1, in usual forces of the tip; `None`: the plant is no chain.
+    /// A force over time (s) on the tip along an axis, from 0, in usual forces of the tip; `None`: the plant is no chain.
     pub fn on_tip(&self, axis: usize, f: impl Fn(f64) -> f64) -> Option<FilterColumn> {
         let mechanics = self.mechanics?;
         let unit = self.tip_unit();

@@ -164,6 +164,7 @@ pub fn along_chain<'a>(
     let joints = (0..plant.drives.len()).map(joint).collect();
     let mut along = PlantAlong::new(MotionInStep::Curved, joints, channels, runs);
     along.mechanics = Some(mechanics);
+    along.tip_axes = plant.tip_axes();
     along.late_together = Vec::new();
     for (_, group) in &frame.intake.groups {
         along.late_together.push(group.clone());
@@ -332,7 +333,7 @@ impl ChainMechanics for FrameMechanics<'_> {
         }
         let (frame, r) = (self.frame, &self.frame.runs[recording]);
         let n = frame.coordinates();
-        let output = frame.plant.plant().table().output(&format!("tipPosition[{}]", axis + 1))?;
+        let output = frame.plant.tip_output(axis)?;
         let rest = vec![0.0; frame.plant.drives.len()];
         let mut tip = vec![Vec::with_capacity(r.nodes.len()); n];
         for t in 0..r.nodes.len() {

@@ -233,7 +233,10 @@ impl ChainFits<'_> {
         let late =
             |law: LawRef, shape: &LawShape| law.is_late() && shape.channels.iter().any(|c| frame.is_late(*c));
         let open = |law: LawRef, shape: &LawShape| {
-            wanted(law, shape) && !self.is_known(law.id(), shape.place, &shape.joints) && !late(law, shape)
+            frame.plant.can_have(law.id())
+                && wanted(law, shape)
+                && !self.is_known(law.id(), shape.place, &shape.joints)
+                && !late(law, shape)
         };
         self.along(frame, |along| chain_shapes(along, &orders, open))
     }

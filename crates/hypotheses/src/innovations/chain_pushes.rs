@@ -177,7 +177,7 @@ impl ChainFits<'_> {
         let width = frame.coordinates() + frame.channels();
         let axes = match place {
             "base" => 3,
-            "tip" => 2,
+            "tip" => frame.plant.tip_axes(),
             _ => 1,
         };
         let mut sums = vec![vec![0.0; nodes]; axes];

@@ -21,7 +21,7 @@ pub struct HingeAlong {
 pub trait ChainMechanics {
     /// Forces of a uniform field of 1 m/s2 along axis 0 or 1, means over the steps by coordinate and node, of a recording.
     fn field(&self, recording: usize, axis: usize) -> Option<Vec<Vec<f64>>>;
-    /// Derivative of the tip's place along axis 0 or 1 with respect to each coordinate, by coordinate and node.
+    /// Derivative of the tip's place along an axis, from 0, with respect to each coordinate, by coordinate and node.
     fn tip(&self, recording: usize, axis: usize) -> Option<Rc<Vec<Vec<f64>>>>;
     /// A hinge in link `link` (from 0) at this share of its length.
     fn hinge(&self, recording: usize, link: usize, at: f64) -> Option<Rc<HingeAlong>>;

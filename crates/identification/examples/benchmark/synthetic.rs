@@ -163,14 +163,8 @@ impl Cell {
 
 /// A flexible joint without effects.
 pub(crate) fn joint() -> SimulatedPlant {
-    let structure = PlantStructure {
-        model: "TwoMassJoint".into(),
-        flexible: vec![true],
-        fixed_base: false,
-        effects: vec![],
-        led: vec![],
-        payload: None,
-    };
+    let structure =
+        PlantStructure { model: "TwoMassJoint".into(), flexible: vec![true], ..PlantStructure::default() };
     SimulatedPlant::new(structure).expect("no effects")
 }
 

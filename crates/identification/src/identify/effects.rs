@@ -192,7 +192,7 @@ impl Effects {
 
     /// Names of the plant's own parameters that the effects depend on, and without which they do nothing.
     pub(super) fn stands_on(model: &SimulatedPlant, case: &Case) -> Vec<&'static str> {
-        if model.effect_plant() == PlantKind::Arm {
+        if model.effect_plant() != PlantKind::Joint {
             return Vec::new();
         }
         let all = case.with.iter().filter_map(|id| EffectChoice::parse(id, PlantKind::Joint).ok());

@@ -5,12 +5,18 @@ use trueup_signals::{Case, base_name, element_name};
 
 use super::{ModelError, SimulatedPlant};
 
+/// Level at which dry friction breaks away.
+const BREAKAWAY: &str = "staticFriction";
+
 /// Whether every known effect can be one and has a size, and whether gravity has a base that holds against it.
 pub(super) fn check(model: &SimulatedPlant, case: &Case) -> Result<(), ModelError> {
     let plant = model.effect_plant();
     let falls = case.parameters.iter().find(|(name, value)| {
         let named = model.parameter(name).is_some() && base_name(name) == "gravity";
-        named && !model.structure().fixed_base && value.number().is_some_and(|g| g != 0.0)
+        named
+            && model.arm().is_some()
+            && !model.structure().fixed_base
+            && value.number().is_some_and(|g| g != 0.0)
     });
     if let Some((name, value)) = falls {
         return Err(ModelError::Parameter {
@@ -30,9 +36,9 @@ pub(super) fn check(model: &SimulatedPlant, case: &Case) -> Result<(), ModelErro
                 "that a joint is flexible is its structure; write jointFlexible in [parameters]".into(),
             );
         }
-        let indexed = plant == PlantKind::Arm && choice.scope() == Scope::Joint;
+        let indexed = plant != PlantKind::Joint && choice.scope() == Scope::Joint;
         match known.joint {
-            Some(j) if !indexed && (plant == PlantKind::Arm || j > 1) => {
+            Some(j) if !indexed && (plant != PlantKind::Joint || j > 1) => {
                 return refuse(format!("it occurs once in {}; remove joint = {j}", case.model));
             }
             Some(j) if j > model.structure().flexible.len() => {
@@ -41,14 +47,21 @@ pub(super) fn check(model: &SimulatedPlant, case: &Case) -> Result<(), ModelErro
             }
             _ => {}
         }
+        // What an effect has of the plant's, and the level at which the friction that it brings along breaks away.
+        let mut brought: Vec<&str> = spec.borrows.iter().flat_map(|b| [b.joint_name, b.arm_name]).collect();
+        brought.extend(Some(BREAKAWAY).filter(|_| spec.friction && plant != PlantKind::Joint));
         // Whose parameter is it?
         let own = |name: &str| {
             let base = base_name(name);
             let named = choice.parameters().iter().any(|s| choice.variable(s.name) == base);
-            named || spec.borrows.iter().any(|b| [b.joint_name, b.arm_name].contains(&base))
+            named || brought.contains(&base)
         };
         if let Some(other) = known.given.iter().find(|g| !own(g)) {
-            let all: Vec<String> = choice.parameters().iter().map(|s| choice.variable(s.name)).collect();
+            let mut all: Vec<String> = choice.parameters().iter().map(|s| choice.variable(s.name)).collect();
+            all.extend(
+                brought.iter().filter(|n| model.elements(n).next().is_some()).map(|n| (*n).to_owned()),
+            );
+            all.dedup();
             return refuse(format!(
                 "{other} is no parameter of this effect, which has {}; correct it, or move it to [parameters]",
                 all.join(", ")

@@ -75,10 +75,9 @@ pub(crate) fn record(folder: &Path, truth: &[(&str, f64)], offsets: &[f64], seed
     let structure = PlantStructure {
         model: "PlanarManipulator".into(),
         flexible: vec![true, false, false],
-        fixed_base: false,
         effects: vec![EFFECT.into()],
         led: vec![1, 2],
-        payload: None,
+        ..PlantStructure::default()
     };
     let model = SimulatedPlant::new(structure).unwrap();
     let mut noise = Noise(seed);

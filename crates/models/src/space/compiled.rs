@@ -10,8 +10,8 @@ use crate::effect::{EffectSet, PlantKind as EffectPlant};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 use trueup_plant::{
-    ChosenAs, Coordinate, CoordinateKind, Follows, Lanes, PlantError, PlantScalar, StructureChoice,
-    VariableTable, elements,
+    ChosenAs, Coordinate, CoordinateKind, Follows, Lanes, PlantError, PlantScalar, QuantityRole,
+    StructureChoice, VariableTable, elements,
 };
 
 impl SpatialFreeFlyer {
@@ -36,6 +36,38 @@ impl SpatialFreeFlyer {
     pub(crate) fn choices(&self) -> Vec<StructureChoice> {
         let flexible = elements("jointFlexible", &[self.structure().bodies()]).into_iter();
         flexible.map(|name| StructureChoice { name, is: ChosenAs::Flag }).collect()
+    }
+
+    /// What is never known exactly: masses, inertias, centres of mass, springs, rotors, friction that slides. Of an inertia its diagonal: an
+    /// element off it is twice in the matrix, and changes with both.
+    fn declare_dynamics(&self, t: &mut VariableTable) {
+        let (s, from) = (self.structure(), Parameters::new(self.structure()));
+        let n = s.bodies();
+        let diagonals = (0..n).flat_map(|j| [0, 4, 8].map(|k| from.body_inertia + 9 * j + k));
+        let base = [from.base_mass, from.base_inertia, from.base_inertia + 4, from.base_inertia + 8];
+        let base = base.into_iter().filter(|_| !s.held);
+        let springs = (0..n).filter(|j| self.motor_row(*j).is_some());
+        let springs = springs.flat_map(|j| [from.joint_stiffness + j, from.joint_damping + j]);
+        let own = (from.body_mass..from.body_mass + n)
+            .chain(from.body_center..from.body_center + 3 * n)
+            .chain(from.motor_inertia..from.motor_inertia + n);
+        for k in own.chain(diagonals).chain(base).chain(springs) {
+            t.parameters[k].role = QuantityRole::Dynamics;
+        }
+        for k in (0..n).flat_map(|j| [0, 4, 8].map(|k| from.body_inertia + 9 * j + k)) {
+            t.parameters[k].min = 0.0;
+        }
+        let Some((dry, _)) = self.friction else { return };
+        // Friction comes with an effect, and is not there where its levels are 0.
+        for k in 0..n {
+            [dry.coulomb, dry.breakaway, dry.viscous]
+                .into_iter()
+                .for_each(|begin| t.parameters[begin + k].neutral = Some(0.0));
+            // Levels of what slides are refitted as masses are; what breaks away is not seen where it moves.
+            for begin in [dry.coulomb, dry.viscous] {
+                t.parameters[begin + k].role = QuantityRole::Dynamics;
+            }
+        }
     }
 
     /// Parameters of its springs and rotors, which are estimated unless chosen otherwise.
@@ -64,6 +96,7 @@ impl PlantModel for SpatialFreeFlyer {
             usual: self.usual(),
         };
         compiled::positive(&mut t);
+        self.declare_dynamics(&mut t);
         compiled::rates_of(&self.coordinates(), &mut t);
         let to = Outputs::new(s);
         t.joint_angles((0..s.bodies()).flat_map(|j| [to.joint_angle + j, to.motor_angle + j]));

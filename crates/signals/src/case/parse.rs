@@ -80,6 +80,7 @@ impl Case {
             ),
         }
         self.ports = root.get("ports").and_then(|node| reader.text(node, "ports"));
+        self.robot = root.get("robot").and_then(|node| reader.text(node, "robot"));
         self.files(reader, root);
         if let Some(table) = root.get("parameters").and_then(|n| reader.table(n, "parameters")) {
             self.parameters = parameters(reader, table, known);
@@ -186,7 +187,9 @@ impl Case {
         for (key, _) in table.iter() {
             let name = key.get_ref().as_ref();
             let is = |p: &String| p == name || base_name(p) == name;
-            if !self.parameters.keys().any(is) {
+            // A robot's file has the values that the case does not.
+            let of_robot = self.robot.is_some() && (known.is_empty() || known.iter().any(|v| is(&v.name)));
+            if !of_robot && !self.parameters.keys().any(is) {
                 let mend = suggestion(name, self.parameters.keys().map(String::as_str), "give its value");
                 let what = format!("`{name}` is uncertain, but [parameters] has no value of it");
                 reader.wrong(FindingKind::UnknownParameter, key.span(), what, mend);

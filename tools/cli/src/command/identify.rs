@@ -16,9 +16,9 @@ use super::diagnose::READING;
 use crate::args::Identify;
 use crate::case::{load, load_for};
 use crate::error::CliError;
-use crate::near::suggestion;
 use crate::output::{can_be_written, say, write};
 use crate::stages::Stages;
+use trueup_signals::did_you_mean;
 
 pub(crate) fn run(args: &Identify) -> Result<(), CliError> {
     let found = fitted(args)?;
@@ -70,7 +70,7 @@ pub(crate) fn fitted(args: &Identify) -> Result<Identified, CliError> {
         IdentifyError::NoDesign { name, known } => {
             let otherwise =
                 "name where a run begins, as initialSpringOffset, or a parameter that is not fitted";
-            let mend = suggestion(name, known.iter().map(String::as_str), otherwise);
+            let mend = did_you_mean(name, known.iter().map(String::as_str), otherwise);
             CliError::Usage(format!("{e}; {mend}"))
         }
         _ => CliError::at(&loaded.case.file, e),

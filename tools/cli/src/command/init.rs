@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 use trueup_identification::draft::draft_model;
 use trueup_models::plants;
 use trueup_signals::draft::{DraftLogs, DraftModel};
-use trueup_signals::{RECORDING_ENDS, names_recording};
+use trueup_signals::{RECORDING_ENDS, did_you_mean, names_recording};
 
 use crate::args::Init;
 use crate::error::CliError;
-use crate::near;
 use crate::output::{say, write};
 use crate::voice;
 
@@ -114,7 +113,7 @@ fn model(args: &Init, logs: &DraftLogs, terminal: bool) -> Result<DraftModel, Cl
     }
     if !plants::NAMES.contains(&name.as_str()) {
         let other = format!("name one of {}", plants::NAMES.join(", "));
-        let mend = near::suggestion(&name, plants::NAMES, &other);
+        let mend = did_you_mean(&name, plants::NAMES, &other);
         return Err(CliError::Usage(format!("there is no model `{name}` for a case; {mend}")));
     }
     let several = (joints > 1).then_some(joints);

@@ -15,9 +15,9 @@ use crate::args::Pack;
 use crate::assets;
 use crate::catalog::{self, CatalogModel};
 use crate::error::CliError;
-use crate::near::suggestion;
 use crate::output::{folder, say};
 use crate::templates;
+use trueup_signals::did_you_mean;
 
 /// Where names are to be found.
 const LIST: &str = "`trueup fmu list` shows them";
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Pack) -> Result<(), CliError> {
     for e in &args.effect {
         let id = e.split(':').next().unwrap_or_default();
         if !catalog::effects().any(|known| known.id == id) {
-            let mend = suggestion(id, catalog::effects().map(|e| e.id), LIST);
+            let mend = did_you_mean(id, catalog::effects().map(|e| e.id), LIST);
             return Err(CliError::Usage(format!("there is no effect `{e}`; {mend}")));
         }
     }
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &Pack) -> Result<(), CliError> {
         && !catalog::models().any(|m| has_preset(m, p))
     {
         let names = catalog::models().flat_map(|m| catalog::preset_names(m.name)).map(|p| p.0);
-        return Err(CliError::Usage(format!("there is no preset `{p}`; {}", suggestion(p, names, LIST))));
+        return Err(CliError::Usage(format!("there is no preset `{p}`; {}", did_you_mean(p, names, LIST))));
     }
     let platforms = templates::platforms(&args.platform)?;
     let models = models(args)?;
@@ -142,7 +142,7 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
         let model = catalog::models().find(|m| m.name == name).ok_or_else(|| {
             let names: Vec<_> = catalog::models().map(|m| m.name).collect();
             let all = format!("there are {}", names.join(", "));
-            CliError::Usage(format!("there is no model `{name}`; {}", suggestion(name, names, &all)))
+            CliError::Usage(format!("there is no model `{name}`; {}", did_you_mean(name, names, &all)))
         })?;
         misfit(model).map_or(Ok(model), |why| {
             Err(CliError::Usage(format!("{why}: `trueup fmu list` shows what fits")))
@@ -152,7 +152,7 @@ fn models(args: &Pack) -> Result<Vec<CatalogModel>, CliError> {
 }
 
 /// The requested robot, with the requested joints flexible.
-fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotFile>, CliError> {
+fn robot(model: CatalogModel, args: &Pack) -> Result<Option<trueup_robot::RobotFile>, CliError> {
     if !catalog::of_robots(model.name) {
         return Ok(None);
     }
@@ -160,7 +160,7 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
     let of_robots = [catalog::FLYER, catalog::CONTROLLER].contains(&model.name);
     let named = args.preset.as_ref().filter(|_| of_robots).map(PathBuf::from);
     let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
-    let mut robot = crate::robot::read(&file, args.repair_inertia)?;
+    let mut robot = trueup_robot::read(&file, args.repair_inertia)?;
     // An arm of FlexibleArm is on the ground anyway.
     let ground = model.name == catalog::ARM;
     let floats = robot.floats.iter().filter(|_| !args.held && !ground);
@@ -175,7 +175,7 @@ fn robot(model: CatalogModel, args: &Pack) -> Result<Option<crate::robot::RobotF
 
 /// What its joints lose, as start values: a joint at rest starts to move at its break-away torque. Of an arm on the ground dry friction
 /// acts on the motors of flexible joints; that of rigid ones is named.
-fn frictions(robot: &crate::robot::RobotFile, ground: bool) -> Vec<(String, f64)> {
+fn frictions(robot: &trueup_robot::RobotFile, ground: bool) -> Vec<(String, f64)> {
     let links = || robot.friction.iter().zip(&robot.design.links).enumerate();
     let rigid = links().filter(|(_, (f, l))| ground && f.coulomb != 0.0 && !l.motor.flexible);
     let named: Vec<_> = rigid.map(|(_, (_, l))| l.name.as_str()).collect();
@@ -218,7 +218,7 @@ fn structure(model: CatalogModel, args: &Pack) -> Result<Vec<(String, Vec<u32>)>
         let (name, value) =
             asked.split_once('=').ok_or_else(|| wrong("write it as name=value".to_owned()))?;
         let choice = known.iter().find(|k| k.name == name.trim()).ok_or_else(|| {
-            let mend = suggestion(name.trim(), known.iter().map(|k| k.name), LIST);
+            let mend = did_you_mean(name.trim(), known.iter().map(|k| k.name), LIST);
             wrong(format!("there is no `{}` to choose here; {mend}", name.trim()))
         })?;
         let number = choice.parse(value.trim()).map_err(wrong)?;

@@ -12,16 +12,15 @@ use trueup_models::space::attitude::rotation;
 use trueup_models::space::design::{DesignTip, RobotDesign};
 use trueup_models::space::measures::measures as measures_of;
 use trueup_models::space::spatial::SpatialFrame;
+use trueup_signals::did_you_mean;
 
 use crate::args::RobotArgument;
 use crate::error::CliError;
-use crate::near::suggestion;
 use crate::output::say;
-use crate::robot;
 
 pub(crate) fn run(args: &RobotArgument) -> Result<(), CliError> {
     // Links are looked at straight, their mass with that of their bodies.
-    let read = robot::read(&args.file, args.repair_inertia)?;
+    let read = trueup_robot::read(&args.file, args.repair_inertia)?;
     read.notes.iter().for_each(|note| crate::voice::note(note));
     if args.toml {
         return say(&read.toml().map_err(|why| CliError::at(&args.file, why))?);
@@ -64,7 +63,7 @@ fn chosen<'a>(args: &RobotArgument, design: &'a RobotDesign) -> Result<&'a Desig
             )
         }),
         Some(name) => design.tips.iter().find(|t| t.name == *name).ok_or_else(|| {
-            let near = suggestion(name, names(), "name another one");
+            let near = did_you_mean(name, names(), "name another one");
             let all = names().collect::<Vec<_>>().join(", ");
             CliError::Usage(format!("--tip {name}: there is no such hand; {near} (there are: {all})"))
         }),

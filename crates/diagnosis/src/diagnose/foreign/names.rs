@@ -5,6 +5,9 @@ use trueup_hypotheses::innovations::foreign::{BREAKAWAY, ForcedPlant, ForeignJoi
 use trueup_identification::fmu::FmuSubject;
 use trueup_identification::model::{CoordinateIndices, NamedVariables};
 use trueup_models::effect::{EffectChoice, PlantKind};
+use trueup_signals::Case;
+
+use crate::diagnose::evidence_claims::{EvidenceNames, FoundParameter};
 
 /// A channel of the engine, and the FMU's variable that it is.
 pub type ChannelVariable = (&'static str, String);
@@ -34,10 +37,45 @@ impl NamedStart {
 /// Names of the engine and those of the FMU.
 #[derive(Debug)]
 pub(super) struct ForeignNames<'a> {
+    pub case: &'a Case,
     pub channels: &'a [ChannelVariable],
     pub joint: &'a ForeignJoint,
     /// Usual speed of its motor, rad/s.
     pub usual_speed: f64,
+}
+
+impl EvidenceNames for ForeignNames<'_> {
+    fn place(&self, place: &str) -> String {
+        let named = |channel: &str| self.variable(channel).unwrap_or(channel).to_owned();
+        place.strip_prefix("sensor:").map_or_else(|| place.to_owned(), |c| format!("sensor:{}", named(c)))
+    }
+    fn joint(&self, _cause: &FoundCause) -> Option<usize> {
+        Some(1)
+    }
+    fn choice(&self, id: &str, place: &str) -> Option<EffectChoice> {
+        let place = if place.starts_with("sensor:") { None } else { Some(place) };
+        let is = |c: &EffectChoice| c.spec().id == id && place.is_none_or(|p| c.component() == p);
+        EffectChoice::all(PlantKind::Joint).find(is)
+    }
+    fn is_of_plant(&self, cause: &FoundCause, value: &str) -> bool {
+        self.of_plant(cause, value).is_some()
+    }
+    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<FoundParameter> {
+        let own = self.joint.parameters();
+        let one = |(name, value): (String, f64)| {
+            let known = own.iter().find(|p| p.name == name);
+            let doubt = known.and_then(|p| Some(self.case.doubt(p.name)? * p.value.abs()));
+            FoundParameter {
+                unit: known.map_or("", |p| p.unit).to_owned(),
+                nominal: known.map(|p| p.value),
+                deviation: doubt,
+                share: known.map_or(0.0, |p| p.deviation),
+                name,
+                value,
+            }
+        };
+        self.found(found, effect).into_iter().map(one).collect()
+    }
 }
 
 impl ForeignNames<'_> {
@@ -45,21 +83,10 @@ impl ForeignNames<'_> {
     pub(super) fn variable(&self, channel: &str) -> Option<&str> {
         self.channels.iter().find(|c| c.0 == channel).map(|c| c.1.as_str())
     }
-    /// A place, readings by the FMU's names.
-    pub(super) fn place(&self, place: &str) -> String {
-        let named = |channel: &str| self.variable(channel).unwrap_or(channel).to_owned();
-        place.strip_prefix("sensor:").map_or_else(|| place.to_owned(), |c| format!("sensor:{}", named(c)))
-    }
     /// A parameter, or what is estimated of a channel: `motorCurrent.gain`.
     pub(super) fn parameter(&self, name: &str) -> String {
         let of_channel = name.rsplit_once('.').and_then(|(c, what)| Some((self.variable(c)?, what)));
         of_channel.map_or_else(|| name.to_owned(), |(c, what)| format!("{c}.{what}"))
-    }
-    /// The effect of this project at a place of the engine.
-    pub(super) fn choice(&self, id: &str, place: &str) -> Option<EffectChoice> {
-        let place = if place.starts_with("sensor:") { None } else { Some(place) };
-        let is = |c: &EffectChoice| c.spec().id == id && place.is_none_or(|p| c.component() == p);
-        EffectChoice::all(PlantKind::Joint).find(is)
     }
     /// Figures of the joint, and the level of its dry friction (N.m), with what was found.
     pub(super) fn figures(&self, effect: &FoundEffect) -> (JointFigures, f64) {

@@ -4,13 +4,9 @@ use std::sync::Arc;
 
 use trueup_hypotheses::innovations::findings::{FoundCause, FoundEffect};
 use trueup_hypotheses::innovations::foreign::{JointFigures, KnownEffects, KnownPoint};
-use trueup_identification::fit::{ChannelComparison, FitOptions, compare, search};
 use trueup_identification::fmu::{FmuSubject, InsertedForces, InsertedLaw};
-use trueup_identification::lsq::Loss;
 use trueup_identification::model::NamedVariables;
-use trueup_identification::output_error::OutputError;
 use trueup_identification::predict::PredictError;
-use trueup_identification::recorded::nuisance;
 use trueup_identification::run::IdentificationRun;
 use trueup_models::compiled::PlantModel;
 use trueup_models::joint::TwoMassJoint;
@@ -18,17 +14,11 @@ use trueup_plant::Plant;
 use trueup_signals::{Case, KnownEffect, ParameterValue};
 
 use super::names::ForeignNames;
+use crate::diagnose::evidence_claims::EvidenceNames;
+use crate::diagnose::free_runs::{FreeReadings, FreeRuns};
 
 /// Speed below which friction of an effect fades, in usual ones: the FMU itself holds what rests.
 const FADES: f64 = 1e-3;
-
-/// Iterations of the first states of a recording, by its begin and then by all of it: a simulation through an FMU takes long.
-const ITERATIONS: [usize; 2] = [8, 1];
-/// What is its begin, s.
-const BEGIN: f64 = 1.0;
-
-/// Channels of all recordings against their simulation.
-pub(super) type ForeignRun = Vec<ChannelComparison>;
 
 /// An FMU with the recordings that it is compared with.
 pub(super) struct ForeignRuns {
@@ -37,58 +27,18 @@ pub(super) struct ForeignRuns {
     plant: Arc<dyn Plant>,
 }
 
-/// The begin of a recording.
-fn begun(run: &IdentificationRun) -> IdentificationRun {
-    let mut begun = run.clone();
-    for c in &mut begun.channels {
-        let few = c.t.partition_point(|t| *t <= run.start + BEGIN).max(10).min(c.t.len());
-        c.t.truncate(few);
-        c.y.truncate(few);
-        c.spread.truncate(few);
-    }
-    begun
-}
-
 impl ForeignRuns {
     pub(super) fn new(subject: FmuSubject, plant: Arc<dyn Plant>, runs: Vec<IdentificationRun>) -> Self {
         Self { subject, runs, plant }
     }
 
     /// With these parameters; `late`: a channel that shows everything so much later, s.
-    pub(super) fn run(&self, values: &[f64], late: Option<(&str, f64)>) -> Result<ForeignRun, PredictError> {
-        let mut runs = self.runs.clone();
-        if let Some((channel, by)) = late {
-            let channels = runs.iter_mut().flat_map(|r| &mut r.channels);
-            channels.filter(|c| c.name == channel).for_each(|c| c.delay += by);
-        }
-        let mut all = Vec::new();
-        for (r, run) in runs.iter().enumerate() {
-            let first = self.search(&begun(run), values, None, ITERATIONS[0])?;
-            let found = self.search(run, values, Some(first), ITERATIONS[1])?;
-            let shown = compare(&self.problem(run, values), &found)?;
-            all.extend(shown.into_iter().map(|c| ChannelComparison { run: r, ..c }));
-        }
-        Ok(all)
-    }
-
-    fn problem<'a>(&'a self, run: &'a IdentificationRun, values: &[f64]) -> OutputError<'a> {
-        let alone = std::slice::from_ref(run);
-        OutputError::new(&self.subject, values, alone, nuisance(&self.subject, values, alone))
-    }
-
-    /// First states of a recording, from these.
-    fn search(
+    pub(super) fn run(
         &self,
-        run: &IdentificationRun,
         values: &[f64],
-        from: Option<Vec<f64>>,
-        iterations: usize,
-    ) -> Result<Vec<f64>, PredictError> {
-        let problem = self.problem(run, values);
-        // A simulation far off must not bend its beginning.
-        let starts = from.into_iter().collect();
-        let options = FitOptions { starts, loss: Loss::SoftL1(3.0), iterations, ..FitOptions::default() };
-        Ok(search(&problem, &options)?.0.x)
+        late: Option<(&str, f64)>,
+    ) -> Result<FreeReadings, PredictError> {
+        FreeRuns { subject: &self.subject, runs: &self.runs }.run(values, late)
     }
 
     /// With an effect.
@@ -100,7 +50,7 @@ impl ForeignRuns {
         names: &ForeignNames<'_>,
         values: &[f64],
         effect: &FoundEffect,
-    ) -> Result<ForeignRun, String> {
+    ) -> Result<FreeReadings, String> {
         let (sensed, acting): (Vec<&FoundCause>, Vec<&FoundCause>) =
             effect.causes.iter().partition(|c| c.place.starts_with("sensor:"));
         let mut late = None;

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use trueup_models::effect::EffectChoice;
+use trueup_models::plants;
 use trueup_numerics::hybrid::At;
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{CoordinateKind, InverseMass, LANES, Lanes, Plant, PlantError};
@@ -122,6 +124,20 @@ impl TrajectoryPlant {
     /// The model.
     pub fn plant(&self) -> &dyn Plant {
         &*self.plant
+    }
+    /// Whether it can have this effect, wherever that acts.
+    pub fn can_have(&self, id: &str) -> bool {
+        EffectChoice::all(plants::effect_plant(&*self.plant)).any(|c| c.spec().id == id)
+    }
+    /// Axes of its tip's place: 2 in a plane, 3 in space.
+    pub fn tip_axes(&self) -> usize {
+        if self.tip_output(2).is_some() { 3 } else { 2 }
+    }
+    /// The output that shows its tip's place along an axis, from 0; of a robot with several tips that of the first.
+    pub fn tip_output(&self, axis: usize) -> Option<usize> {
+        let table = self.plant.table();
+        let name = |index: String| table.output(&format!("tipPosition[{index}]"));
+        name((axis + 1).to_string()).or_else(|| name(format!("1,{}", axis + 1)))
     }
     /// Number of coordinates.
     pub fn coordinates(&self) -> usize {

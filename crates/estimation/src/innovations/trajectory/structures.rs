@@ -7,6 +7,7 @@ use trueup_plant::PlantQuantity;
 use trueup_signals::{Case, ParameterValue};
 
 use super::plant::{TrajectoryError, TrajectoryPlant};
+use crate::case_structure::case_structure;
 
 /// A case whose plant cannot be had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -65,20 +66,19 @@ impl PlantStructures {
     /// # Errors
     /// See [`CasePlantError`].
     pub fn of(case: &Case) -> Result<Self, CasePlantError> {
-        let structure = structure_of(case);
         let what = |e| match e {
             StructureError::Model(model) => {
                 format!("{model} is no plant; model has to be one of {:?}", plants::NAMES)
             }
             StructureError::Structure(what) => what,
+            StructureError::Parameter { name, what } => format!("{name}: {what}"),
             StructureError::Payload { link, links } => {
                 format!("the payload is on link {link} of {links}; name a link that is there")
             }
         };
-        let built = plants::build(&structure).map_err(|e| CasePlantError::Structure {
-            file: case.file.display().to_string(),
-            what: what(e),
-        })?;
+        let wrong = |e| CasePlantError::Structure { file: case.file.display().to_string(), what: what(e) };
+        let structure = case_structure(case, &[]).map_err(wrong)?;
+        let built = plants::build(&structure).map_err(wrong)?;
         let given = |q: &PlantQuantity| case.parameters.get(&q.name).and_then(|v| number_of(q, v));
         let value = |q: &PlantQuantity| given(q).unwrap_or_else(|| q.neutral.unwrap_or(q.start));
         let table = built.table();
@@ -111,24 +111,6 @@ impl PlantStructures {
     pub fn with_hinge(&self, theta: &[f64], link: usize, at: f64) -> Option<(TrajectoryPlant, Vec<f64>)> {
         let (plant, theta) = plants::hinged(self.plant.plant(), theta, link, at)?;
         Some((TrajectoryPlant::new(plant, &theta).ok()?, theta))
-    }
-}
-
-/// The structure that a case declares, with its known effects.
-pub(crate) fn structure_of(case: &Case) -> PlantStructure {
-    let flexible: Vec<bool> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
-    let flexible = if flexible.is_empty() { plants::usual_flexible(&case.model).to_vec() } else { flexible };
-    let text = |name: &str| match case.parameters.get(name) {
-        Some(ParameterValue::Text(item)) => Some(item.as_str()),
-        _ => None,
-    };
-    PlantStructure {
-        model: case.model.clone(),
-        flexible,
-        fixed_base: text("base") == Some("fixed"),
-        effects: case.known_effects().into_iter().map(str::to_owned).collect(),
-        led: Vec::new(),
-        payload: case.payload.and_then(|link| link.checked_sub(1)),
     }
 }
 

@@ -26,19 +26,29 @@ pub fn pushes_at(place: &'static str, pulses: Vec<[f64; 2]>) -> LawShape {
     LawShape { pulses, ..LawShape::new(place, "pulses", &[]) }
 }
 
-/// Names of the numbers of each impulse that an effect has: forces, torque, begin, duration, edge.
-const NAMES: [[&str; 6]; 3] = [
-    ["forceX", "forceY", "torque", "start", "duration", "edge"],
-    ["secondForceX", "secondForceY", "secondTorque", "secondStart", "secondDuration", "secondEdge"],
-    ["thirdForceX", "thirdForceY", "thirdTorque", "thirdStart", "thirdDuration", "thirdEdge"],
+/// Names of the numbers of each impulse that an effect has: forces, torque, begin, duration, edge; force along the third axis.
+const NAMES: [[&str; 7]; 3] = [
+    ["forceX", "forceY", "torque", "start", "duration", "edge", "forceZ"],
+    [
+        "secondForceX",
+        "secondForceY",
+        "secondTorque",
+        "secondStart",
+        "secondDuration",
+        "secondEdge",
+        "secondForceZ",
+    ],
+    ["thirdForceX", "thirdForceY", "thirdTorque", "thirdStart", "thirdDuration", "thirdEdge", "thirdForceZ"],
 ];
+/// Names of forces by axis.
+const AXES: [usize; 3] = [0, 1, 6];
 
 /// Which numbers of an impulse its amplitudes at a place are, with their units.
 fn sizes(along: &PlantAlong<'_>, place: &str, joint: usize) -> Vec<(usize, f64)> {
     let j = &along.joints[joint];
     match place {
         "base" => along.base.iter().flat_map(|b| b.force.into_iter().enumerate()).collect(),
-        "tip" => [0, 1].map(|axis| (axis, along.tip_unit())).to_vec(),
+        "tip" => AXES[..along.tip_axes].iter().map(|name| (*name, along.tip_unit())).collect(),
         "actuator" => vec![(2, j.torque)],
         _ => vec![(2, j.torque * j.turns)],
     }
@@ -59,7 +69,9 @@ fn columns(along: &PlantAlong<'_>, shape: &LawShape, of: [f64; 2]) -> Option<Vec
             let axis = |i: usize| along.over_time(base.coordinates[i], |t| base.force[i] * pulse(t, of));
             (0..3).map(axis).collect()
         }
-        "tip" => (0..2).map(|axis| along.on_tip(axis, |t| pulse(t, of))).collect::<Option<_>>()?,
+        "tip" => {
+            (0..along.tip_axes).map(|axis| along.on_tip(axis, |t| pulse(t, of))).collect::<Option<_>>()?
+        }
         "actuator" => vec![along.over_time(j.motor, |t| j.torque * pulse(t, of))],
         _ => vec![along.over_time(j.link, |t| j.torque * pulse(t, of))],
     })

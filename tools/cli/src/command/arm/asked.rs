@@ -9,7 +9,7 @@ use trueup_models::space::tree::JointType;
 
 use crate::args::ArmMap;
 use crate::error::CliError;
-use crate::{robot, voice};
+use crate::voice;
 
 /// The requested arm.
 pub(super) struct ArmRequest<'a> {
@@ -27,7 +27,7 @@ impl<'a> ArmRequest<'a> {
         let mut design = if own {
             delian()
         } else {
-            let read = robot::read_among(&args.robot, false, &[DELIAN])?;
+            let read = trueup_robot::read_among(&args.robot, false, &[DELIAN])?;
             read.notes.iter().for_each(|note| voice::note(note));
             let design = RobotDesign { held: true, ..read.design };
             design.unstiffened().iter().for_each(|note| voice::note(note));

@@ -1,7 +1,7 @@
 //! `--set NAME=VALUE`
 
-use crate::near::suggestion;
 use trueup_fmi::table::{BoundaryType, Causality, ModelTable, TableVariable, Variability};
+use trueup_signals::did_you_mean;
 
 /// Sets the start value of an element; the last one counts.
 pub(crate) fn assign(start: &mut Vec<(String, f64)>, name: &str, value: f64) {
@@ -17,7 +17,7 @@ pub(crate) fn parse(table: &ModelTable, set: &str) -> Result<Vec<(String, f64)>,
     let (name, values) = (name.trim(), values.split(',').map(str::trim));
     let (variable, elements) = find(table, name).ok_or_else(|| {
         let names = table.variables.iter().map(|v| v.name.as_str());
-        let mend = suggestion(name, names, "pack the model and look with `trueup fmu info`");
+        let mend = did_you_mean(name, names, "pack the model and look with `trueup fmu info`");
         format!("--set {set}: there is no variable `{name}`; {mend}")
     })?;
     let settable = matches!(variable.causality, Causality::Parameter | Causality::Input)

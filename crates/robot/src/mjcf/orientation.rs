@@ -5,8 +5,8 @@ use trueup_models::space::attitude::{about, rotation};
 use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::vector::{Matrix3, Vector3, cross, dot, identity, product, scale, sub};
 
-use crate::robot::attributes::{fixed, line};
-use crate::robot::tree::FileFault;
+use crate::attributes::{fixed, line};
+use crate::tree::FileFault;
 
 /// What <compiler> declares of angles.
 pub(super) struct AngleUnits {

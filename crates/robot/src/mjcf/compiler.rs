@@ -2,8 +2,8 @@
 
 use roxmltree::Node;
 
-use crate::robot::attributes::{fixed, line};
-use crate::robot::tree::FileFault;
+use crate::attributes::{fixed, line};
+use crate::tree::FileFault;
 
 /// Which shapes would give a body without <inertial> its mass.
 pub(super) struct ShapeInertia {

@@ -10,8 +10,8 @@ use super::compiler::{COMPILED, ShapeInertia};
 use super::defaults::DefaultClasses;
 use super::orientation::{AngleUnits, orientations};
 use super::unread::UnreadParts;
-use crate::robot::attributes::{fixed, line, needed, numbers};
-use crate::robot::tree::{FileFault, FileJoint, FileJointKind, FileLink, JointFriction, WORLD};
+use crate::attributes::{fixed, line, needed, numbers};
+use crate::tree::{FileFault, FileJoint, FileJointKind, FileLink, JointFriction, WORLD};
 
 /// A file on its way to links and joints.
 pub(super) struct MjcfReader<'a> {

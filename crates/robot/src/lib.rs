@@ -21,10 +21,10 @@ use trueup_models::space::design::{DesignLink, DesignMotor, DesignTip, RobotDesi
 use trueup_models::space::presets::PRESETS;
 use trueup_models::space::tree::JointType;
 
-use crate::error::CliError;
-use crate::near::suggestion;
-pub(crate) use tree::JointFriction;
+pub use crate::wrong::RobotReadError;
+pub use tree::JointFriction;
 use tree::TreeRobot;
+use trueup_signals::{did_you_mean, unreadable};
 use wrong::RobotFileError;
 
 #[derive(Deserialize, JsonSchema)]
@@ -166,7 +166,7 @@ fn along_z() -> [f64; 3] {
 }
 
 /// JSON Schema of a robot's file, by what its readers take: a robot written out, or one of another file with what that cannot have.
-pub(crate) fn schema() -> serde_json::Value {
+pub fn schema() -> serde_json::Value {
     #[derive(JsonSchema)]
     #[schemars(untagged, title = "robot")]
     #[allow(dead_code)]
@@ -178,27 +178,28 @@ pub(crate) fn schema() -> serde_json::Value {
 }
 
 /// A robot with what was read of it beyond its design.
-pub(crate) struct RobotFile {
-    pub(crate) design: RobotDesign,
+pub struct RobotFile {
+    /// What it is made of.
+    pub design: RobotDesign,
     /// What joints lose, of each moving body; empty where the file has no words for it.
-    pub(crate) friction: Vec<JointFriction>,
+    pub friction: Vec<JointFriction>,
     /// Start values of the FMU beyond those of the design.
-    pub(crate) start: Vec<(String, f64)>,
+    pub start: Vec<(String, f64)>,
     /// What of the file is not used, or was chosen.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
     /// Why the base is free where that was not requested.
-    pub(crate) floats: Option<String>,
+    pub floats: Option<String>,
     /// That joints lose what a model without friction does not.
-    pub(crate) without_friction: Option<String>,
+    pub without_friction: Option<String>,
 }
 
 /// A robot by the name of a preset, or read from a file and checked; with `repair` inertias that no body has are changed first.
-pub(crate) fn read(path: &Path, repair: bool) -> Result<RobotFile, CliError> {
+pub fn read(path: &Path, repair: bool) -> Result<RobotFile, RobotReadError> {
     read_among(path, repair, &[])
 }
 
 /// The same where there are presets of other names, too, which the caller has.
-pub(crate) fn read_among(path: &Path, repair: bool, others: &[&str]) -> Result<RobotFile, CliError> {
+pub fn read_among(path: &Path, repair: bool, others: &[&str]) -> Result<RobotFile, RobotReadError> {
     if let Some(preset) = PRESETS.iter().find(|p| path.to_str() == Some(p.name)) {
         return Ok(RobotFile::of((preset.design)()));
     }
@@ -206,7 +207,10 @@ pub(crate) fn read_among(path: &Path, repair: bool, others: &[&str]) -> Result<R
     let text = std::fs::read_to_string(path).map_err(|e| {
         let named = path.to_string_lossy();
         let all = format!("give a file of TOML, URDF or MJCF, or one of {}", presets.join(", "));
-        crate::input::unread(path, &e, &suggestion(&named, presets.iter().copied(), &all))
+        RobotReadError::at(
+            path,
+            format!("{}; {}", unreadable(&e), did_you_mean(&named, presets.iter().copied(), &all)),
+        )
     })?;
     let mut robot = parsed(path, &text)?;
     if repair {
@@ -215,9 +219,9 @@ pub(crate) fn read_among(path: &Path, repair: bool, others: &[&str]) -> Result<R
     let design = &robot.design;
     design.check_bodies().map_err(|faults| {
         let all: Vec<_> = faults.iter().map(ToString::to_string).collect();
-        CliError::at(path, all.join("\n  "))
+        RobotReadError::at(path, all.join("\n  "))
     })?;
-    design.check().map_err(|why| CliError::at(path, why))?;
+    design.check().map_err(|why| RobotReadError::at(path, why))?;
     let doubts: Vec<_> = design.doubts().iter().map(ToString::to_string).collect();
     robot.notes.extend(
         doubts.into_iter().map(|doubt| format!("{doubt} It is used as it is; --repair-inertia changes it")),
@@ -232,7 +236,7 @@ pub(crate) fn read_among(path: &Path, repair: bool, others: &[&str]) -> Result<R
 }
 
 /// By what the text is: URDF, MJCF, a robot of its own, or an overlay.
-fn parsed(path: &Path, text: &str) -> Result<RobotFile, CliError> {
+fn parsed(path: &Path, text: &str) -> Result<RobotFile, RobotReadError> {
     let is = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
     if is("urdf") || is("xml") || is("mjcf") || text.trim_start().starts_with('<') {
         return described(path, text).map(of_tree);
@@ -240,18 +244,18 @@ fn parsed(path: &Path, text: &str) -> Result<RobotFile, CliError> {
     let line = |byte: usize| text.as_bytes().iter().take(byte).filter(|b| **b == b'\n').count() + 1;
     let unread = |e: &toml::de::Error| {
         let line = e.span().map_or(1, |s| line(s.start));
-        CliError::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
+        RobotReadError(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
     };
     let misfit = |wrong: RobotFileError| match wrong.at {
-        Some(byte) => CliError::Failed(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
-        None => CliError::at(path, wrong.why),
+        Some(byte) => RobotReadError(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
+        None => RobotReadError::at(path, wrong.why),
     };
     if overlay::is_overlay(text) {
         let overlay: overlay::Overlay = toml::from_str(text).map_err(|e| unread(&e))?;
         let (name, at) = overlay.source().map_err(misfit)?;
         let file = path.with_file_name(name);
         let inner = std::fs::read_to_string(&file).map_err(|e| {
-            let why = format!("{}: {}; name a file next to this one", file.display(), crate::input::why(&e));
+            let why = format!("{}: {}; name a file next to this one", file.display(), unreadable(&e));
             misfit(RobotFileError::at(at, why))
         })?;
         return overlay.over(described(&file, &inner)?).map_err(misfit);
@@ -262,7 +266,7 @@ fn parsed(path: &Path, text: &str) -> Result<RobotFile, CliError> {
 }
 
 /// A robot as another tool describes it.
-fn described(path: &Path, text: &str) -> Result<TreeRobot, CliError> {
+fn described(path: &Path, text: &str) -> Result<TreeRobot, RobotReadError> {
     if mjcf::is_mjcf(text) { mjcf::read(path, text) } else { urdf::read(path, text) }
 }
 
@@ -285,7 +289,7 @@ impl RobotFile {
     }
 
     /// The file that reads back as this robot.
-    pub(crate) fn toml(&self) -> Result<String, String> {
+    pub fn toml(&self) -> Result<String, String> {
         written::toml(&self.design, &self.friction)
     }
 }
@@ -309,7 +313,7 @@ impl File {
             }
             names.iter().position(|n| n == name).map(|k| k + 1).ok_or_else(|| {
                 let all = names.iter().map(String::as_str).chain(["base"]);
-                let near = suggestion(name, all, "name a body of this file, or `base`");
+                let near = did_you_mean(name, all, "name a body of this file, or `base`");
                 format!("`{who}`: there is no body `{name}`; {near}")
             })
         };

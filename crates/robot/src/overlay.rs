@@ -13,7 +13,7 @@ use trueup_models::space::vector::{Vector3, add, sub, times};
 use super::tree::{NOTHING, TreeRobot, central};
 use super::wrong::RobotFileError;
 use super::{DriveEntry, FrictionEntry, Nozzle, RobotFile, panel};
-use crate::near::suggestion;
+use trueup_signals::did_you_mean;
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -156,7 +156,7 @@ impl Overlay {
             let own = robot.joints.iter().position(|j| j == name.get_ref());
             let own = own.or_else(|| robot.design.links.iter().position(|l| l.name == *name.get_ref()));
             let Some(own) = own else {
-                let near = suggestion(
+                let near = did_you_mean(
                     name.get_ref(),
                     robot.joints.iter().map(String::as_str),
                     "name a joint that moves",
@@ -188,7 +188,7 @@ impl Overlay {
             let (at, tip) = (tip.span().start, tip.get_ref());
             let Some((_, body, frame)) = robot.places.iter().find(|(link, ..)| *link == tip.link) else {
                 let near =
-                    suggestion(&tip.link, robot.places.iter().map(|p| p.0.as_str()), "name a link of it");
+                    did_you_mean(&tip.link, robot.places.iter().map(|p| p.0.as_str()), "name a link of it");
                 let why = format!("[[tip]]: the robot's file has no link `{}`; {near}", tip.link);
                 return Err(RobotFileError::at(at, why));
             };

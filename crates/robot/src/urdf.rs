@@ -11,8 +11,8 @@ use super::attributes::{fixed, line, needed};
 use super::tree::{
     FileFault, FileJoint, FileJointKind, FileLink, JointFriction, TreeRobot, assemble, counted, once, root,
 };
-use crate::error::CliError;
-use crate::near::suggestion;
+use crate::wrong::RobotReadError;
+use trueup_signals::did_you_mean;
 
 /// A joint with what of it is not read.
 struct UrdfJoint {
@@ -24,8 +24,8 @@ struct UrdfJoint {
 }
 
 /// Reads a robot; it is not checked yet.
-pub(super) fn read(path: &Path, text: &str) -> Result<TreeRobot, CliError> {
-    parsed(path, text).map_err(CliError::Failed)
+pub(super) fn read(path: &Path, text: &str) -> Result<TreeRobot, RobotReadError> {
+    parsed(path, text).map_err(RobotReadError)
 }
 
 fn parsed(path: &Path, text: &str) -> Result<TreeRobot, String> {
@@ -127,7 +127,7 @@ fn joint(node: Node<'_, '_>, links: &[FileLink]) -> Result<UrdfJoint, FileFault>
         if links.iter().any(|b| b.name == wanted) {
             return Ok(wanted.to_owned());
         }
-        let near = suggestion(wanted, links.iter().map(|b| b.name.as_str()), "name a link of this file");
+        let near = did_you_mean(wanted, links.iter().map(|b| b.name.as_str()), "name a link of this file");
         Err((line(part), format!("joint `{name}`: there is no link `{wanted}`; {near}")))
     };
     let axis = child(node, "axis").map_or(Ok([1.0, 0.0, 0.0]), |a| numbers(a, "xyz", [1.0, 0.0, 0.0]))?;

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use roxmltree::Node;
 
-use crate::near::suggestion;
-use crate::robot::attributes::line;
-use crate::robot::tree::FileFault;
+use crate::attributes::line;
+use crate::tree::FileFault;
+use trueup_signals::did_you_mean;
 
 /// Values by element and attribute.
 type ElementDefaults = HashMap<(String, String), String>;
@@ -87,7 +87,7 @@ impl DefaultClasses {
     pub(super) fn known(&self, node: Node<'_, '_>, name: &str) -> Result<&ElementDefaults, FileFault> {
         self.classes.get(name).ok_or_else(|| {
             let names = self.classes.keys().map(String::as_str);
-            let hint = suggestion(name, names, "add it to <default>");
+            let hint = did_you_mean(name, names, "add it to <default>");
             (line(node), format!("there is no class `{name}` of <default>; {hint}"))
         })
     }

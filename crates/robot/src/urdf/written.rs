@@ -2,8 +2,8 @@
 
 use roxmltree::Node;
 
-use crate::robot::attributes::line;
-use crate::robot::tree::{FileFault, FileJoint, counted};
+use crate::attributes::line;
+use crate::tree::{FileFault, FileJoint, counted};
 
 /// Elements that their parent has once.
 const ONCE: [&str; 11] = [

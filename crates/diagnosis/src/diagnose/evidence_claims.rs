@@ -1,23 +1,49 @@
-//! What is reported of a joint of others: verdict, effects, parameters, under the names of its FMU.
+//! What is reported of what the innovations found where no last fit follows: verdict, effects, parameters, under the names of the plant.
 
 use std::collections::BTreeMap;
 
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect};
-use trueup_hypotheses::innovations::foreign::ForcedPlant;
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
+use trueup_models::effect::EffectChoice;
 use trueup_signals::Case;
 
-use super::names::ForeignNames;
-use crate::diagnose::innovations::{JudgedCase, with_compared};
-use crate::diagnose::record::{DecisionRecord, RecordedCause, RecordedEstimate, RecordedSet, SCHEMA};
+use super::innovations::{JudgedCase, with_compared};
+use super::record::{DecisionRecord, RecordedCause, RecordedEstimate, RecordedSet, SCHEMA as RECORD};
 use crate::engine::free::FreeRun;
 use crate::outcome::*;
 
 /// Why a value has no interval.
 const NO_INTERVAL: &str = "by the innovations, without an interval";
 
+/// A parameter of the plant as it was found.
+pub(super) struct FoundParameter {
+    pub name: String,
+    pub unit: String,
+    pub value: f64,
+    /// Its nominal value, where it is one of the plant.
+    pub nominal: Option<f64>,
+    /// Prior standard deviation of that, in its unit.
+    pub deviation: Option<f64>,
+    /// The relative one that the comparison took.
+    pub share: f64,
+}
+
+/// Names of the engine as those of the plant that is reported on.
+pub(super) trait EvidenceNames {
+    /// A place, readings by the plant's names.
+    fn place(&self, place: &str) -> String;
+    /// The joint of a cause, from 1; `None`: it acts at none.
+    fn joint(&self, cause: &FoundCause) -> Option<usize>;
+    /// The effect at a place of the engine.
+    fn choice(&self, id: &str, place: &str) -> Option<EffectChoice>;
+    /// Whether a value of a cause belongs to a parameter of the plant.
+    fn is_of_plant(&self, cause: &FoundCause, value: &str) -> bool;
+    /// Parameters of the plant with an effect, and what was estimated of its sensors.
+    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<FoundParameter>;
+}
+
 /// What is reported of a verdict.
-pub(super) struct ForeignClaims {
+pub(super) struct EvidenceClaims {
     pub verdict: Verdict,
     pub unknown: f64,
     pub effects: Vec<Claimed>,
@@ -28,7 +54,7 @@ pub(super) struct ForeignClaims {
     pub not_compared: Option<String>,
 }
 
-impl Default for ForeignClaims {
+impl Default for EvidenceClaims {
     fn default() -> Self {
         Self {
             verdict: Verdict::Unknown,
@@ -55,7 +81,7 @@ pub(super) fn chosen(found: &CaseFindings) -> Option<&FoundEffect> {
 }
 
 /// What is reported of the findings.
-pub(super) fn reported(names: &ForeignNames<'_>, case: &Case, found: &CaseFindings) -> ForeignClaims {
+pub(super) fn reported(names: &dyn EvidenceNames, found: &CaseFindings) -> EvidenceClaims {
     let judged = &found.judged;
     let verdict = Verdict::from(judged.verdict);
     let named = chosen(found);
@@ -64,10 +90,10 @@ pub(super) fn reported(names: &ForeignNames<'_>, case: &Case, found: &CaseFindin
     let claimed = |c: &FoundCause| Claimed {
         id: c.id.to_owned(),
         component: names.place(&c.place),
-        joint: Some(1),
+        joint: names.joint(c),
         probability: share * judged.probability,
         parameters: {
-            let own = c.values.iter().filter(|v| names.of_plant(c, v.name).is_none());
+            let own = c.values.iter().filter(|v| !names.is_of_plant(c, v.name));
             own.map(|v| amount(names, c, v.name, v.value)).collect()
         },
         closed_alone: None,
@@ -81,7 +107,7 @@ pub(super) fn reported(names: &ForeignNames<'_>, case: &Case, found: &CaseFindin
     let candidate = |h: &FoundEffect, c: &FoundCause, probability: f64| CandidateCause {
         id: c.id.to_owned(),
         component: names.place(&c.place),
-        joint: Some(1),
+        joint: names.joint(c),
         probability,
         evidence: h.evidence - found.alone.evidence,
         holdout_gap: None,
@@ -98,18 +124,18 @@ pub(super) fn reported(names: &ForeignNames<'_>, case: &Case, found: &CaseFindin
     let components = effects.iter().map(|e| ComponentShare {
         id: e.component.clone(),
         share: (1.0 - left).clamp(0.0, 1.0) / effects.len().max(1) as f64,
-        joint: None,
+        joint: e.joint.filter(|_| !e.component.starts_with("sensor")),
     });
     let set: Vec<String> = effects.iter().map(|e| e.id.clone()).collect();
     let unknown = 1.0 - judged.probability;
-    ForeignClaims {
+    EvidenceClaims {
         verdict,
         unknown: if verdict == Verdict::Unknown { unknown.max(0.5) } else { unknown },
         components: components.collect(),
         candidates: with_compared(own, compared.collect()),
         parameters: match verdict {
             Verdict::NoGap => Default::default(),
-            _ => parameters(names, case, found, named.unwrap_or(&found.alone)),
+            _ => parameters(names, found, named.unwrap_or(&found.alone)),
         },
         indistinguishable: if ambiguous && set.len() > 1 { vec![set] } else { Vec::new() },
         effects,
@@ -117,7 +143,7 @@ pub(super) fn reported(names: &ForeignNames<'_>, case: &Case, found: &CaseFindin
     }
 }
 
-fn amount(names: &ForeignNames<'_>, c: &FoundCause, name: &str, value: f64) -> (String, ClaimedAmount) {
+fn amount(names: &dyn EvidenceNames, c: &FoundCause, name: &str, value: f64) -> (String, ClaimedAmount) {
     let choice = names.choice(c.id, &c.place);
     let unit = choice.and_then(|choice| {
         let own = choice.parameters().iter().find(|p| p.name == name)?;
@@ -131,42 +157,34 @@ fn without_interval(value: f64, unit: &str) -> ClaimedAmount {
 }
 
 fn parameters(
-    names: &ForeignNames<'_>,
-    case: &Case,
+    names: &dyn EvidenceNames,
     found: &CaseFindings,
     effect: &FoundEffect,
 ) -> BTreeMap<String, ClaimedAmount> {
-    let own = names.joint.parameters();
-    let one = |(name, value): (String, f64)| {
-        let known = own.iter().find(|p| p.name == name);
-        let amount = without_interval(value, known.map_or("", |p| p.unit));
-        let amount = ClaimedAmount {
-            nominal: known.map(|p| p.value),
-            nominal_deviation: known.and_then(|p| Some(case.doubt(p.name)? * p.value.abs())),
-            ..amount
-        };
-        (name, amount)
+    let one = |p: FoundParameter| {
+        let amount = without_interval(p.value, &p.unit);
+        (p.name, ClaimedAmount { nominal: p.nominal, nominal_deviation: p.deviation, ..amount })
     };
-    names.found(found, effect).into_iter().map(one).collect()
+    names.parameters(found, effect).into_iter().map(one).collect()
 }
 
 /// What the verdict was decided from.
-pub(super) fn record(names: &ForeignNames<'_>, found: &CaseFindings, gap: &GapReport) -> DecisionRecord {
+pub(super) fn record(names: &dyn EvidenceNames, found: &CaseFindings, gap: &GapReport) -> DecisionRecord {
     let set = |h: &FoundEffect| {
-        let cause =
-            |c: &FoundCause| RecordedCause { id: c.id.into(), component: names.place(&c.place), joint: None };
-        let own = names.joint.parameters().iter().zip(&h.theta);
-        let estimate = |(p, value): (&trueup_hypotheses::innovations::foreign::BelievedParameter, &f64)| {
-            RecordedEstimate {
-                name: p.name.into(),
-                value: *value,
-                unit: p.unit.into(),
-                deviation: p.deviation,
-            }
+        let cause = |c: &FoundCause| RecordedCause {
+            id: c.id.into(),
+            component: names.place(&c.place),
+            joint: names.joint(c),
+        };
+        let estimate = |p: FoundParameter| RecordedEstimate {
+            name: p.name,
+            value: p.value,
+            unit: p.unit,
+            deviation: p.share,
         };
         RecordedSet {
             causes: h.causes.iter().map(cause).collect(),
-            posterior: own.map(estimate).collect(),
+            posterior: names.parameters(found, h).into_iter().map(estimate).collect(),
             excess: None,
         }
     };
@@ -179,7 +197,7 @@ pub(super) fn record(names: &ForeignNames<'_>, found: &CaseFindings, gap: &GapRe
     });
     let plain = set(&found.alone);
     DecisionRecord {
-        schema: SCHEMA.into(),
+        schema: RECORD.into(),
         innovations: Some(JudgedCase::from(found)),
         raw_excess: None,
         free,
@@ -187,4 +205,53 @@ pub(super) fn record(names: &ForeignNames<'_>, found: &CaseFindings, gap: &GapRe
         plain,
         sets: found.effects.iter().map(set).collect(),
     }
+}
+
+/// A diagnosis of what is claimed and of the gap.
+pub(super) fn diagnosis(
+    case: &Case,
+    claimed: EvidenceClaims,
+    gap: GapReport,
+    capped: bool,
+    notes: Vec<String>,
+) -> Diagnosis {
+    let location =
+        GapLocation { channels: shares(&gap), components: claimed.components, ..Default::default() };
+    let present = claimed.verdict == Verdict::Unknown;
+    Diagnosis {
+        schema: SCHEMA.into(),
+        model: case.model.clone(),
+        verdict: claimed.verdict,
+        gap,
+        sensors: SensorFindings::default(),
+        location,
+        effects: claimed.effects,
+        candidates: claimed.candidates,
+        parameters: claimed.parameters,
+        correlation: None,
+        budget: Vec::new(),
+        pack: None,
+        indistinguishable: claimed.indistinguishable,
+        unknown: UnknownShare { present, probability: claimed.unknown, place: None },
+        next_experiment: None,
+        watch: None,
+        augmented: None,
+        capped,
+        not_compared: claimed.not_compared,
+        findings: Vec::new(),
+        inputs: None,
+        notes,
+    }
+}
+
+/// Share of each channel in the excess over the floor.
+fn shares(gap: &GapReport) -> Vec<ChannelShare> {
+    let excess = |g: &HeldOutGap| (g.before.powi(2) - g.floor.powi(2)).max(0.0);
+    let total: f64 = gap.channels.values().map(excess).sum();
+    let share =
+        |(name, g): (&String, &HeldOutGap)| ChannelShare { name: name.clone(), share: excess(g) / total };
+    let mut all: Vec<ChannelShare> =
+        if total > 0.0 { gap.channels.iter().map(share).collect() } else { Vec::new() };
+    trueup_numerics::order::descending(&mut all, |c| c.share);
+    all
 }

@@ -2,8 +2,8 @@
 
 use roxmltree::Node;
 
-use crate::robot::attributes::numbers;
-use crate::robot::tree::counted;
+use crate::attributes::numbers;
+use crate::tree::counted;
 
 /// Names of joints and bodies, by what of theirs is not used.
 #[derive(Default)]

@@ -14,7 +14,9 @@ use roxmltree::Document;
 
 use super::attributes::{line, needed};
 use super::tree::{FileFault, TreeRobot, assemble, once, root};
-use crate::error::CliError;
+use trueup_signals::unreadable;
+
+use crate::wrong::RobotReadError;
 use bodies::MjcfReader;
 
 /// Most files that one file may include, one within another.
@@ -26,20 +28,20 @@ pub(super) fn is_mjcf(text: &str) -> bool {
 }
 
 /// Reads a robot; it is not checked yet.
-pub(super) fn read(path: &Path, text: &str) -> Result<TreeRobot, CliError> {
+pub(super) fn read(path: &Path, text: &str) -> Result<TreeRobot, RobotReadError> {
     let text = included(path, text, 0)?;
-    let at = |(line, why): FileFault| CliError::Failed(format!("{}:{line}: {why}", path.display()));
+    let at = |(line, why): FileFault| RobotReadError(format!("{}:{line}: {why}", path.display()));
     let document = Document::parse(&text).map_err(|e| at((e.pos().row, e.to_string())))?;
     let fallback = path.file_stem().unwrap_or_default().to_string_lossy();
     design(&document, &fallback).map_err(at)
 }
 
 /// With the files that it includes in their places. Lines are then those of the whole.
-fn included(path: &Path, text: &str, depth: usize) -> Result<String, CliError> {
+fn included(path: &Path, text: &str, depth: usize) -> Result<String, RobotReadError> {
     if !text.contains("<include") {
         return Ok(text.to_owned());
     }
-    let at = |line: u32, why: String| CliError::Failed(format!("{}:{line}: {why}", path.display()));
+    let at = |line: u32, why: String| RobotReadError(format!("{}:{line}: {why}", path.display()));
     let document = Document::parse(text).map_err(|e| at(e.pos().row, e.to_string()))?;
     let mut whole = String::new();
     let mut copied = 0;
@@ -53,13 +55,12 @@ fn included(path: &Path, text: &str, depth: usize) -> Result<String, CliError> {
             ));
         }
         let inner = std::fs::read_to_string(&file).map_err(|e| {
-            let why =
-                format!("{}: {}; put it there, or take the line out", file.display(), crate::input::why(&e));
+            let why = format!("{}: {}; put it there, or take the line out", file.display(), unreadable(&e));
             at(line(node), format!("<include file=\"{name}\">: {why}"))
         })?;
         let inner = included(&file, &inner, depth + 1)?;
         let parsed = Document::parse(&inner)
-            .map_err(|e| CliError::Failed(format!("{}:{}: {e}", file.display(), e.pos().row)))?;
+            .map_err(|e| RobotReadError(format!("{}:{}: {e}", file.display(), e.pos().row)))?;
         whole.push_str(&text[copied..node.range().start]);
         for child in parsed.root_element().children() {
             whole.push_str(&inner[child.range()]);

@@ -3,9 +3,9 @@
 use roxmltree::Node;
 
 use super::compiler::COMPILED;
-use crate::near::suggestion;
-use crate::robot::attributes::line;
-use crate::robot::tree::FileFault;
+use crate::attributes::line;
+use crate::tree::FileFault;
+use trueup_signals::did_you_mean;
 
 /// Sections of a model.
 const SECTIONS: &str = "compiler option size visual statistic default extension custom asset worldbody deformable contact equality tendon actuator sensor keyframe";
@@ -81,7 +81,7 @@ fn known(node: Node<'_, '_>, all: &str) -> Result<(), FileFault> {
     if all.split(' ').any(|one| one == name) {
         return Ok(());
     }
-    let hint = suggestion(name, all.split(' '), "see MuJoCo's XML reference");
+    let hint = did_you_mean(name, all.split(' '), "see MuJoCo's XML reference");
     Err((line(node), format!("<{}> has no element <{name}>; {hint}", place.unwrap_or_default())))
 }
 
@@ -93,7 +93,7 @@ fn attributes(node: Node<'_, '_>) -> Result<(), FileFault> {
     for attribute in node.attributes() {
         let name = attribute.name();
         if all().all(|one| one != name) {
-            let hint = suggestion(name, all(), "see MuJoCo's XML reference");
+            let hint = did_you_mean(name, all(), "see MuJoCo's XML reference");
             return Err((line(node), format!("<{element}> has no attribute `{name}`; {hint}")));
         }
     }

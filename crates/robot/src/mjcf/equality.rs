@@ -6,8 +6,8 @@ use trueup_models::space::spatial::SpatialFrame;
 use trueup_models::space::vector::{dot, identity, scale};
 
 use super::defaults::DefaultClasses;
-use crate::robot::attributes::{line, needed, numbers};
-use crate::robot::tree::{FileFault, FileJoint, FileJointKind};
+use crate::attributes::{line, needed, numbers};
+use crate::tree::{FileFault, FileJoint, FileJointKind};
 
 /// Fixes the joints that follow; their names.
 pub(super) fn couple(

@@ -20,11 +20,11 @@ pub(super) enum FileJointKind {
 
 /// What makers publish of a joint's losses, on the joint's side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct JointFriction {
+pub struct JointFriction {
     /// N.m.s/rad; of a prismatic joint N.s/m.
-    pub(crate) viscous: f64,
+    pub viscous: f64,
     /// N.m; of a prismatic joint N.
-    pub(crate) coulomb: f64,
+    pub coulomb: f64,
 }
 
 impl JointFriction {
