@@ -95,7 +95,7 @@ pub fn identify(loaded: &Loaded, settings: &IdentifySettings) -> Result<Identifi
         ));
     }
     let mut found = finish(&model, &nominal, &train, &holdout, found, settings)?;
-    found.pack = Some(PackedModel::of(&model, &found.values));
+    found.pack = Some(PackedModel::of(&model, &found.values).of_case(&loaded.case));
     if !with.is_empty() {
         (settings.progress)("the same without the effects, to compare with");
         let mut plain = loaded.clone();

@@ -6,6 +6,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use trueup_models::arm::{BASE, BASE_CHOICE, FIXED_BASE, PAYLOAD};
 use trueup_plant::PlantQuantity;
+use trueup_signals::Case;
 
 use crate::model::SimulatedPlant;
 
@@ -19,6 +20,12 @@ pub struct PackedModel {
     /// Name of the case whose diagnosis added effects: the FMU is `<Model>.augmented` then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub case: Option<String>,
+    /// What the robot is made of: a file, or a preset.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
+    /// The robot's base does not move, whatever its file has.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub held: bool,
     /// Effects, a place behind a colon.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<String>,
@@ -60,12 +67,20 @@ impl PackedModel {
         let values = merged.as_deref().unwrap_or(p);
         Self {
             model: structure.model.clone(),
+            robot: None,
+            held: structure.robot.is_some() && structure.fixed_base,
             case: None,
             effects: structure.effects.clone(),
             flexible: structure.flexible.clone(),
-            structure: Self::base(structure.fixed_base),
+            structure: Self::base(structure.robot.is_none() && structure.fixed_base),
             start: Self::named(model.parameters(), values).collect(),
         }
+    }
+
+    /// The same of a case: with its robot.
+    #[must_use]
+    pub fn of_case(self, case: &Case) -> Self {
+        Self { robot: case.robot_file().map(|file| file.display().to_string()), ..self }
     }
 
     /// Parameters with their values. A payload has none: its link contains it.
@@ -100,6 +115,7 @@ impl PackedModel {
     pub fn arguments(&self) -> Vec<String> {
         let mut all = vec!["fmu".to_owned(), "pack".to_owned(), self.model.clone()];
         let mut option = |name: &str, value: String| all.extend([name.to_owned(), value]);
+        self.robot.iter().for_each(|robot| option("--robot", robot.clone()));
         self.effects.iter().for_each(|e| option("--effect", e.clone()));
         if !self.flexible.is_empty() {
             let each: Vec<String> = self.flexible.iter().map(bool::to_string).collect();
@@ -107,6 +123,7 @@ impl PackedModel {
         }
         self.structures().for_each(|choice| option("--structure", choice));
         self.sets().for_each(|set| option("--set", set));
+        all.extend(Some("--held".to_owned()).filter(|_| self.held));
         all
     }
 }

@@ -114,9 +114,9 @@ pub const CASE: Keys = Keys {
         ),
         key(
             "robot",
-            "of SpatialFreeFlyer: what the robot is made of, a file of TOML, URDF or MJCF; see robots.md",
-            "file name",
-            "the model's own",
+            "of SpatialFreeFlyer: what the robot is made of, a file of TOML, URDF or MJCF, or a preset",
+            "file name, or name",
+            "must be given for it",
             Text,
         ),
         key("train", "recordings that may be fitted", "file names in the folder", "must be given", Texts),

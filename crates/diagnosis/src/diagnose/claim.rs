@@ -254,6 +254,8 @@ impl AugmentedModel {
         let finite = self.values.iter().filter(|v| v.1.is_finite());
         PackedModel {
             model: model.to_owned(),
+            robot: None,
+            held: false,
             case,
             effects: self.effects.clone(),
             flexible: self.flexible.clone(),

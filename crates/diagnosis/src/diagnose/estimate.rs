@@ -150,10 +150,14 @@ pub(super) fn log_ratios(one: &[Window], other: &[Window]) -> Vec<(usize, f64)> 
 pub(super) fn predicts_as_well(one: Option<&[Window]>, other: Option<&[Window]>) -> bool {
     let Some(one) = one else { return false };
     let Some(other) = other else { return true };
-    let worse: Vec<f64> = log_ratios(one, other).iter().map(|r| r.1).collect();
-    let n = worse.len() as f64;
-    let mean = worse.iter().sum::<f64>() / n;
-    let variance = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    as_well(&log_ratios(one, other).iter().map(|r| r.1).collect::<Vec<_>>())
+}
+
+/// The same of these logarithms, window by window: what the first misses over what the second does, squares.
+pub(super) fn as_well(ratios: &[f64]) -> bool {
+    let n = ratios.len() as f64;
+    let mean = ratios.iter().sum::<f64>() / n;
+    let variance = ratios.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     mean <= (SURE * (variance / n).sqrt()).max(ALIKE.ln())
 }
 

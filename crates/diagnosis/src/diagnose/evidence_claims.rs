@@ -36,6 +36,10 @@ pub(super) trait EvidenceNames {
     fn joint(&self, cause: &FoundCause) -> Option<usize>;
     /// The effect at a place of the engine.
     fn choice(&self, id: &str, place: &str) -> Option<EffectChoice>;
+    /// Name of a parameter of a cause, without the index of its joint.
+    fn parameter_of(&self, _cause: &FoundCause, value: &str) -> String {
+        value.to_owned()
+    }
     /// Whether a value of a cause belongs to a parameter of the plant.
     fn is_of_plant(&self, cause: &FoundCause, value: &str) -> bool;
     /// Parameters of the plant with an effect, and what was estimated of its sensors.
@@ -65,6 +69,20 @@ impl Default for EvidenceClaims {
             components: Vec::new(),
             indistinguishable: Vec::new(),
             not_compared: None,
+        }
+    }
+}
+
+impl EvidenceClaims {
+    /// The same where nothing is claimed after all.
+    pub(super) fn refused(self) -> Self {
+        let candidates = self.candidates.into_iter();
+        Self {
+            verdict: Verdict::Unknown,
+            unknown: self.unknown.max(0.5),
+            candidates: candidates.map(|c| CandidateCause { probability: 0.0, ..c }).collect(),
+            parameters: self.parameters,
+            ..Self::default()
         }
     }
 }
@@ -149,7 +167,7 @@ fn amount(names: &dyn EvidenceNames, c: &FoundCause, name: &str, value: f64) -> 
         let own = choice.parameters().iter().find(|p| p.name == name)?;
         Some(choice.unit(own.unit))
     });
-    (name.to_owned(), without_interval(value, unit.unwrap_or("")))
+    (names.parameter_of(c, name), without_interval(value, unit.unwrap_or("")))
 }
 
 fn without_interval(value: f64, unit: &str) -> ClaimedAmount {

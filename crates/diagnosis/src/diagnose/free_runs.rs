@@ -88,8 +88,12 @@ impl FreeRuns<'_> {
         }
         let mut all = Vec::new();
         for (r, run) in runs.iter().enumerate() {
-            let first = self.search(&begun(run), values, None, ITERATIONS[0])?;
-            let found = self.search(run, values, Some(first), ITERATIONS[1])?;
+            let begin = begun(run);
+            let first = self.search(&begin, values, None, ITERATIONS[0])?;
+            let found = match begin.len() < run.len() {
+                true => self.search(run, values, Some(first), ITERATIONS[1])?,
+                false => first,
+            };
             let shown = compare(&self.problem(run, values), &found)?;
             all.extend(shown.into_iter().map(|c| ChannelComparison { run: r, ..c }));
         }

@@ -6,16 +6,18 @@
 use trueup_hypotheses::innovations::findings::{CaseFindings, FoundCause, FoundEffect, search_case};
 use trueup_hypotheses::innovations::verdict::EvidenceVerdict;
 use trueup_identification::model::SimulatedPlant;
+use trueup_identification::packed::PackedModel;
 use trueup_identification::recorded::runs;
 use trueup_identification::run::IdentificationRun;
 use trueup_models::effect::{EffectChoice, Scope};
 use trueup_models::plants::PlantStructure;
 use trueup_signals::{Case, Loaded, base_name, element_name};
 
+use super::estimate::as_well;
 use super::evidence_claims::{self, EvidenceNames, FoundParameter};
 use super::free_runs::{FreeReadings, FreeRuns, traces, windows};
 use super::traces::gap_report;
-use super::{DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED};
+use super::{AugmentedModel, DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED};
 use crate::engine::recordings::UnfitCase;
 use crate::floor;
 use crate::outcome::NO_HOLDOUT;
@@ -64,17 +66,23 @@ impl RobotNames<'_> {
             Some(own) => own.1 = value,
             None => all.push((name, value)),
         };
+        let mut exceeded = Vec::new();
         for (cause, v) in effect.causes.iter().flat_map(|c| c.values.iter().map(move |v| (c, v))) {
             let unit = |name: &str| {
                 let name = self.variable(cause, name);
                 all.iter().find(|a| a.0 == name).map(|a| a.1)
             };
-            let value = v.with_unit(unit);
+            let mut value = v.with_unit(unit);
+            if v.name == DRY[1] {
+                // What breaks away exceeds what slides by it.
+                value += unit(DRY[0]).unwrap_or(0.0);
+                exceeded.push(cause.joint + 1);
+            }
             if v.recording.is_none() {
                 put(self.variable(cause, v.name), value, &mut all);
             }
         }
-        for joint in 1..=self.plant.structure().flexible.len() {
+        for joint in (1..=self.plant.structure().flexible.len()).filter(|j| !exceeded.contains(j)) {
             let [slides, breaks] = DRY.map(|name| element_name(name, &[joint]));
             let of = |name: &str| self.plant.parameter(name).map(|k| self.nominal[k]);
             let level = all.iter().find(|a| a.0 == slides).map(|a| a.1);
@@ -143,6 +151,9 @@ impl EvidenceNames for RobotNames<'_> {
         let of = |c: &EffectChoice| c.spec().id == id && c.component() == place;
         EffectChoice::all(self.plant.effect_plant()).find(of)
     }
+    fn parameter_of(&self, cause: &FoundCause, value: &str) -> String {
+        self.choice(cause.id, &cause.place).map_or_else(|| value.to_owned(), |c| c.variable(value))
+    }
     fn is_of_plant(&self, cause: &FoundCause, value: &str) -> bool {
         !self.choice(cause.id, &cause.place).is_some_and(|c| has(&c, value))
     }
@@ -184,6 +195,20 @@ impl RobotRuns<'_> {
         let of = |runs| FreeRuns { subject: plant, runs }.run(values, None).map_err(|e| e.to_string());
         Ok(RobotRun { whole: of(self.whole)?, windows: of(self.windows)? })
     }
+}
+
+/// What the first misses over what the second does, window by window: logarithms of the squares, by the noise of each channel.
+fn ratios(first: &FreeReadings, second: &FreeReadings) -> Vec<f64> {
+    let missed = |all: &FreeReadings| {
+        let mut sums = std::collections::BTreeMap::new();
+        for c in all {
+            let squares = c.whitened.iter().map(|w| w * w).sum::<f64>();
+            *sums.entry(c.run).or_insert(0.0) += squares / c.t.len().max(1) as f64;
+        }
+        sums
+    };
+    let (first, second) = (missed(first), missed(second));
+    first.iter().filter_map(|(run, a)| Some((a / second.get(run)?).ln())).collect()
 }
 
 /// Diagnoses a robot; `report_progress` hears how far it is (0 to 1) and what is being done.
@@ -246,11 +271,36 @@ pub(super) fn diagnose_robot(
     let windowed = traces(&cut, loaded, [&before.windows, &tuned.windows, &after.windows]);
     let unit = |channel: &str| plant.output(channel).map_or("", |k| plant.outputs()[k].unit).to_owned();
     let gap = gap_report([&whole, &[]], Some((WINDOW, windowed.as_slice())), options.seed, &unit);
+    let refused = !claimed.effects.is_empty() && !as_well(&ratios(&after.windows, &tuned.windows));
+    if refused {
+        notes.push(format!(
+            "over windows of {WINDOW} s what explains the recordings for fitting predicts those held out worse than the refitted model: nothing is claimed"
+        ));
+        claimed = claimed.refused();
+    }
     notes.push("values are those of the comparison of causes, without intervals".into());
     if options.watch {
         notes.push("--watch is for joints and planar arms: where a robot departs is not looked for".into());
     }
-    let diagnosis = evidence_claims::diagnosis(case, claimed, gap, options.capped, notes);
+    let mut diagnosis = evidence_claims::diagnosis(case, claimed, gap, options.capped, notes);
+    let mut augmented = None;
+    if let (Ok(found), false) = (&searched, options.capped) {
+        let chosen = evidence_claims::chosen(found).filter(|_| !refused);
+        if let Ok((with, values)) = names.with(found, chosen.unwrap_or(&found.alone)) {
+            let of_case = chosen.map(|_| case.name());
+            let packed = PackedModel { case: of_case, ..PackedModel::of(&with, &values).of_case(case) };
+            diagnosis.pack = Some(packed);
+            let claim = |c: &FoundCause| (c.id.to_owned(), c.place.clone(), names.joint(c));
+            augmented = chosen.map(|h| AugmentedModel {
+                effects: with.structure().effects.clone(),
+                flexible: with.structure().flexible.clone(),
+                fixed_base: with.structure().fixed_base,
+                values: with.parameters().iter().map(|q| q.name.clone()).zip(values).collect(),
+                claims: h.causes.iter().map(claim).collect(),
+                payload: None,
+            });
+        }
+    }
     let record = searched.as_ref().ok().map(|found| evidence_claims::record(&names, found, &diagnosis.gap));
     report_progress(1.0, "done");
     let channels: std::collections::BTreeSet<&str> =
@@ -264,7 +314,7 @@ pub(super) fn diagnose_robot(
         traces: whole,
         twists: Vec::new(),
         flexible: plant.structure().flexible.clone(),
-        augmented: None,
+        augmented,
         began: Vec::new(),
         record,
     })

@@ -115,6 +115,7 @@ pub fn along_chain<'a>(
     let (plant, n) = (&frame.plant, frame.coordinates());
     let table = plant.plant().table();
     let parameter = |name: &str| table.parameter(name).map_or(0.0, |k| frame.theta[k]);
+    let coordinates = plant.plant().coordinates();
     let joint = |input: usize| {
         let (motor, link) = (plant.drives[input], plant.joints[input]);
         let [stiffness, damping] = spring(frame, input);
@@ -131,8 +132,8 @@ pub fn along_chain<'a>(
             least_damping: damping.max(LEAST_DAMPING * stiffness * twist / twist_rate),
             turns: 1.0,
             rotor_turns: parameter(&format!("gearRatio[{}]", input + 1)),
-            dry: 0.0,
-            viscous: 0.0,
+            dry: coordinates[motor].dry_friction.map_or(0.0, |[slides, _]| frame.theta[slides]),
+            viscous: parameter(&format!("viscousFriction[{}]", input + 1)),
             resolution: 0.0,
             motor_read: true,
             drive: sizes.torque[input],

@@ -114,7 +114,7 @@ impl ChainEffect {
     }
     /// Which dry friction of a motor it is.
     pub fn dry_friction(&self) -> Option<DryFriction> {
-        self.form.as_ref().and_then(|f| f.law.dry_friction())
+        self.form.as_ref().and_then(EffectForm::dry_friction)
     }
     /// Joints at which it acts.
     pub fn joints(&self) -> Vec<usize> {

@@ -4,8 +4,8 @@ use trueup_estimation::innovations::column::AppliedLaw;
 
 use super::along::PlantAlong;
 use super::candidate::ScreenedShape;
-use super::law::LawTerms;
-use super::laws::LawRef;
+use super::law::{DryFriction, LawTerms};
+use super::laws::{LawRef, SLIP};
 use super::levels::CHAIN_SEARCH;
 use super::shape::LawShape;
 use super::slope::LawSlopes;
@@ -40,6 +40,11 @@ impl EffectForm {
     /// The shape of its first part.
     pub fn shape(&self) -> &LawShape {
         &self.parts[0].shape
+    }
+    /// Which dry friction it is in place of that of the nominal model; in addition to that it is none.
+    pub fn dry_friction(&self) -> Option<DryFriction> {
+        let instead = self.parts.iter().all(|p| p.shape.get(SLIP).is_none());
+        self.law.dry_friction().filter(|_| instead)
     }
     /// Whether it is impulses, which have no shape to refine.
     pub fn is_pushes(&self) -> bool {

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::rc::Rc;
 
+use trueup_estimation::innovations::trajectory::fit::TrajectoryFit;
 use trueup_estimation::innovations::trajectory::frame::TrajectoryFrame;
 use trueup_estimation::innovations::trajectory::nodes::START;
 use trueup_estimation::innovations::trajectory::plant::TrajectoryError;
@@ -159,9 +160,12 @@ impl ChainFits<'_> {
             {
                 u.deviation = SPRING.2;
             }
-            z.start()?;
-            let q = z.intensities.clone();
-            let fit = self.fit(&mut z, &[], &q, ROUNDS[0])?;
+            let fitted = z.start().and_then(|()| {
+                let q = z.intensities.clone();
+                self.fit(&mut z, &[], &q, ROUNDS[0])
+            });
+            // A trajectory that diverges with a spring is none with it.
+            let Some(fit) = followed(fitted)? else { continue };
             if best.as_ref().is_none_or(|b| fit.evidence > b.of_fit) {
                 let shape = LawShape::new("transmission", "spring", &[("f", hz)]).at(&[joint]);
                 best =
@@ -170,12 +174,21 @@ impl ChainFits<'_> {
         }
         let Some(b) = best else { return Ok(None) };
         let mut z = b.frame.clone();
-        let fit = self.fit(&mut z, &[], &b.fit.intensities, ROUNDS[1])?;
-        let better = fit.evidence >= b.of_fit;
-        Ok(Some(if better {
-            ChainEffect::apart(b.id, b.shape, None, fit, z, CHAIN_SEARCH.spring)
-        } else {
-            b
+        let again = followed(self.fit(&mut z, &[], &b.fit.intensities, ROUNDS[1]))?;
+        Ok(Some(match again {
+            Some(fit) if fit.evidence >= b.of_fit => {
+                ChainEffect::apart(b.id, b.shape, None, fit, z, CHAIN_SEARCH.spring)
+            }
+            _ => b,
         }))
+    }
+}
+
+/// A fit whose trajectory could be followed; `None`: it diverged.
+fn followed(fit: Result<TrajectoryFit, TrajectoryError>) -> Result<Option<TrajectoryFit>, TrajectoryError> {
+    match fit {
+        Ok(fit) => Ok(Some(fit).filter(|f| f.evidence.is_finite())),
+        Err(TrajectoryError::Singular(_)) => Ok(None),
+        Err(e) => Err(e),
     }
 }

@@ -119,9 +119,8 @@ impl ChainFits<'_> {
         own: &[EffectForm],
         out: &mut ChainSeconds,
     ) -> Result<(), TrajectoryError> {
-        let plain = |p: &ChainPair| p.second.law.dry_friction() == Some(DryFriction::Plain);
-        let Some(first) =
-            out.pairs.first().filter(|p| p.second.law.dry_friction() == Some(DryFriction::Falling))
+        let plain = |p: &ChainPair| p.second.dry_friction() == Some(DryFriction::Plain);
+        let Some(first) = out.pairs.first().filter(|p| p.second.dry_friction() == Some(DryFriction::Falling))
         else {
             return Ok(());
         };

@@ -49,7 +49,7 @@ impl TrajectoryFrame {
         let begun: Vec<f64> = self.intake.channels.iter().map(|c| c.variance).collect();
         self.intensities.clone_from(&fit.intensities);
         self.refit()?;
-        self.refine_noise(&begun)?;
+        self.refine_noise(&begun);
         let (rounds, ended) = self.refit()?;
         let (_, priors, passed) = self.passed_null(false)?;
         let q = self.intensities.clone();
@@ -178,7 +178,7 @@ impl TrajectoryFrame {
     }
 
     /// Variance of the readings of each channel, white forces and intensities, each by the evidence.
-    fn refine_noise(&mut self, begun: &[f64]) -> Result<(), TrajectoryError> {
+    fn refine_noise(&mut self, begun: &[f64]) {
         let base = self.packed_null();
         let bounds = self.bounds();
         let mut best = self.evidence_in_hand(&base);
@@ -190,10 +190,10 @@ impl TrajectoryFrame {
             for figure in &figures {
                 for by in [factor, 1.0 / factor] {
                     loop {
-                        let kept = self.moved_noise(*figure, by, begun, &bounds)?;
+                        let kept = self.moved_noise(*figure, by, begun, &bounds);
                         let found = self.evidence_in_hand(&base);
                         if found <= best + LITTLE {
-                            self.moved_noise(*figure, 1.0 / kept, begun, &bounds)?;
+                            self.moved_noise(*figure, 1.0 / kept, begun, &bounds);
                             break;
                         }
                         best = found;
@@ -201,39 +201,32 @@ impl TrajectoryFrame {
                 }
             }
         }
-        Ok(())
     }
     fn evidence_in_hand(&self, (packed, priors): &(PackedColumns, AmplitudePriors)) -> f64 {
         self.evidence_with(packed, priors, &self.all_gains(&self.intensities, false)).1.log
     }
 
     /// Moves a figure by a factor within its bounds; by which.
-    fn moved_noise(
-        &mut self,
-        figure: TrajectoryNoise,
-        by: f64,
-        begun: &[f64],
-        bounds: &[[f64; 2]],
-    ) -> Result<f64, TrajectoryError> {
+    fn moved_noise(&mut self, figure: TrajectoryNoise, by: f64, begun: &[f64], bounds: &[[f64; 2]]) -> f64 {
         let moved = |x: &mut f64, low: f64, high: f64| {
             let kept = *x;
             *x = (kept * by).clamp(low, high);
             *x / kept
         };
-        Ok(match figure {
+        match figure {
             TrajectoryNoise::Reading(c) => {
                 let variance = &mut Rc::make_mut(&mut self.intake).channels[c].variance;
                 moved(variance, READINGS[0] * begun[c], READINGS[1] * begun[c])
             }
             TrajectoryNoise::White(k) => {
                 let by = moved(&mut self.white[k], f64::MIN_POSITIVE, f64::MAX);
-                self.linearise(&[])?;
+                self.renew_noise();
                 by
             }
             TrajectoryNoise::Latent(k) => {
                 let [low, high] = bounds[k];
                 moved(&mut self.intensities[k], LEAST * low, high)
             }
-        })
+        }
     }
 }

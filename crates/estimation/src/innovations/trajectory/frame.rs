@@ -166,6 +166,13 @@ impl TrajectoryFrame {
         Ok(())
     }
 
+    /// Noise of the steps after other variances of white forces.
+    pub(super) fn renew_noise(&mut self) {
+        for run in &mut self.runs {
+            run.renew_noise(&self.plant, &self.theta, [&self.white, &self.creep]);
+        }
+    }
+
     /// Gains of a recording at these intensities; `keep`: with what a smoother needs.
     pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> FilterGains<'_> {
         FilterGains::new(self.filter_input(recording, q), keep)

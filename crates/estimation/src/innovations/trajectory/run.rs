@@ -217,17 +217,29 @@ impl TrajectoryRun {
             with_latents(&a, &b, defect, channels, dt)
         };
         let steps: Vec<PlantStep> = (0..length - 1).map(step).collect();
+        self.linear = Rc::new(TrajectoryLinear { steps, rows, noise: Vec::new(), inverses });
+        self.renew_noise(plant, theta, [white, creep]);
+        Ok(())
+    }
+
+    /// Covariances of what white forces add in each step, the steps as they are.
+    pub(super) fn renew_noise(
+        &mut self,
+        plant: &TrajectoryPlant,
+        theta: &[f64],
+        [white, creep]: [&[f64]; 2],
+    ) {
+        let (theta, n) = (self.parameters_of(theta), self.coordinates());
         let noise = |(t, s): (usize, &PlantStep)| {
-            let holds = self.held(plant, theta, t, creep, &inverses[t].by_force);
+            let holds = self.held(plant, &theta, t, creep, &self.linear.inverses[t].by_force);
             let all = holds.map_or_else(
                 || Cow::Borrowed(white),
                 |held| Cow::Owned(white.iter().zip(held).map(|(w, h)| w + h * h).collect::<Vec<_>>()),
             );
             pushed_noise(&s.b[..2 * n * n], &all)
         };
-        let noise = steps.iter().enumerate().map(noise).collect();
-        self.linear = Rc::new(TrajectoryLinear { steps, rows, noise, inverses });
-        Ok(())
+        let noise = self.linear.steps.iter().enumerate().map(noise).collect();
+        Rc::make_mut(&mut self.linear).noise = noise;
     }
 
     /// Force up to which known dry friction holds each coordinate that may rest in the step after a node: friction is any force up to that

@@ -87,7 +87,11 @@ impl EffectLaw for FrictionDriftColumns {
         vec![Refinement::relative("time", 0.3)]
     }
     fn values(&self, fit: &LawFit<'_>) -> Vec<LawValue> {
-        let (j, a, time) = (fit.place(), fit.amplitude(0), fit.number("time"));
+        let (j, time) = (fit.place(), fit.number("time"));
+        // Of the friction of the nominal model.
+        let share =
+            if fit.shape.get("x").is_some() { UNIT * j.torque / j.dry.max(f64::MIN_POSITIVE) } else { 1.0 };
+        let a = share * fit.amplitude(0);
         let ends = if fit.shape.form == GOES_ON { ends(fit.along) } else { Vec::new() };
         let duration = ends.last().copied().unwrap_or(fit.along.duration);
         // 1 + a exp(-t/T) = (1 + a) (1 - a / (1 + a) (1 - exp(-t/T))); along a line it begins at 1 - a/2.

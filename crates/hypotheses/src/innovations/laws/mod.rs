@@ -32,7 +32,7 @@ mod torque_ripple;
 mod transmission_hysteresis;
 
 pub use external_force::pushes_at;
-pub use stribeck_friction::stribeck;
+pub use stribeck_friction::{SLIP, stribeck};
 
 use super::law::EffectLaw;
 

@@ -4,6 +4,7 @@ use trueup_estimation::innovations::column::FilterColumn;
 
 use crate::innovations::along::PlantAlong;
 use crate::innovations::law::{DryFriction, EffectLaw, LawFit, LawTerm, LawTerms, LawValue, Refinement};
+use crate::innovations::place::JointPlace;
 use crate::innovations::run_along::JointMotion;
 use crate::innovations::shape::LawShape;
 use crate::innovations::slope::LawSlopes;
@@ -35,6 +36,10 @@ impl MotorFrictionColumns {
         lengths: &[1e-4, 3e-4, 8e-4, 2e-3, 6e-3],
     };
 
+    /// Unit of a level, N.m.
+    pub(super) fn level(&self, joint: &JointPlace) -> f64 {
+        self.units[0] * joint.torque
+    }
     /// Sliding at a level of 1 times what `f` is at each moment.
     pub(super) fn dry(
         &self,
@@ -43,7 +48,7 @@ impl MotorFrictionColumns {
         length: Option<f64>,
         f: impl Fn(&JointMotion, usize) -> f64,
     ) -> FilterColumn {
-        let level = self.units[0] * along.joints[joint].torque;
+        let level = self.level(&along.joints[joint]);
         along.on_motor(joint, |m| {
             let z = m.sliding(length);
             m.each(|i| -level * z[i] * f(m, i))

@@ -43,6 +43,9 @@ impl StribeckFrictionColumns {
     };
 }
 
+/// Length over which it slips, rad, in addition to the friction of the nominal model.
+pub const SLIP: &str = "slip";
+
 /// A shape of it in addition to the friction of the nominal model.
 pub fn stribeck(speed: f64, k: f64) -> LawShape {
     LawShape::new("motor-friction", "stribeck", &[("speed", speed), ("k", k)])
@@ -74,9 +77,11 @@ impl EffectLaw for StribeckFrictionColumns {
             let usual = joint.motor_speed;
             let speeds = self.speeds.iter().flat_map(|v| self.exponents.iter().map(move |k| (v * usual, *k)));
             for shape in speeds.map(|(v, k)| stribeck(v, k).at(&[joint_index])) {
+                // Where the nominal model has friction this is in addition to it.
+                let name = if joint.dry > 0.0 { SLIP } else { "x" };
                 let with = |x: &f64| {
                     let mut shape = shape.clone();
-                    shape.values.push(("x", *x));
+                    shape.values.push((name, *x));
                     shape
                 };
                 match self.lengths {
@@ -98,7 +103,8 @@ impl EffectLaw for StribeckFrictionColumns {
             positive.push(terms.len());
             let falls = falls(along, shape, *joint);
             // (COL-6)
-            let column = self.plain.dry(along, *joint, length, |m, i| falls(m.motor_speed[i]));
+            let slips = length.or_else(|| shape.get(SLIP));
+            let column = self.plain.dry(along, *joint, slips, |m, i| falls(m.motor_speed[i]));
             terms.push((column, self.mean, 0.7));
         }
         Some(LawTerms::new(terms, &positive))
@@ -115,7 +121,8 @@ impl EffectLaw for StribeckFrictionColumns {
         Some(all)
     }
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {
-        let length = shape.get("x").map(|_| Refinement::relative("x", self.step));
+        let length = ["x", SLIP].into_iter().find(|name| shape.get(name).is_some());
+        let length = length.map(|name| Refinement::relative(name, self.step));
         length.into_iter().chain([Refinement::relative("speed", self.step)]).collect()
     }
     fn cause(&self, shape: &LawShape) -> &'static str {
@@ -127,7 +134,7 @@ impl EffectLaw for StribeckFrictionColumns {
             return self.plain.values(fit);
         }
         vec![
-            LawValue::new("staticFriction", fit.amplitude(0) * fit.place().torque),
+            LawValue::new("staticFriction", fit.amplitude(0) * self.plain.level(fit.place())),
             LawValue::new("stribeckVelocity", fit.number("speed")),
         ]
     }

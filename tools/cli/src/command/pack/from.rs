@@ -55,6 +55,8 @@ impl ReadyModel {
             set: packed.sets().chain(set.iter().cloned()).collect(),
             flexible: packed.flexible.clone(),
             structure: packed.structures().collect(),
+            robot: packed.robot.as_ref().map(Into::into),
+            held: packed.held,
             ..Pack::default()
         };
         let model = *models(&args)?
