@@ -19,6 +19,14 @@ pub enum TrialError {
         /// The key.
         path: PathBuf,
     },
+    /// A plant that has no cases of a split.
+    #[error("plant {plant} has no cases of split {split}; choose another split")]
+    Absent {
+        /// The plant.
+        plant: &'static str,
+        /// The split.
+        split: &'static str,
+    },
     /// No draw gave a case in which the effect shows.
     #[error("case {index} of split {split}, seed {seed}: no draw shows its effect; try another seed")]
     Useless {

@@ -14,6 +14,9 @@ use crate::case::{
 };
 use crate::error::TrialError;
 
+/// The robot of a case, in its folder.
+const ROBOT: &str = "robot.toml";
+
 /// Hash as hexadecimal digits.
 pub(crate) fn hash(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().fold(String::new(), |mut s, b| {
@@ -88,9 +91,13 @@ fn manifest(case: &TrialCase) -> String {
         let quoted: Vec<String> = list.iter().map(|r| format!("\"{}\"", r.name)).collect();
         quoted.join(", ")
     };
-    let mut text = format!(
-        "model = \"{}\"\ntrain = [{}]\nholdout = [{}]\n",
-        case.model,
+    let mut text = format!("model = \"{}\"\n", case.model);
+    if case.robot.is_some() {
+        let _ = writeln!(text, "robot = \"{ROBOT}\"");
+    }
+    let _ = write!(
+        text,
+        "train = [{}]\nholdout = [{}]\n",
         names(&case.train),
         names(&case.holdout)
     );
@@ -150,6 +157,9 @@ pub(crate) fn write(directory: &Path, mut case: TrialCase) -> Result<String, Tri
     let part = fresh(&cases, &name)?;
     for r in case.train.iter().chain(&case.holdout).chain(&case.rest) {
         whole(&part.join(&r.name), &csv(r))?;
+    }
+    if let Some(robot) = &case.robot {
+        whole(&part.join(ROBOT), robot)?;
     }
     whole(&part.join("case.toml"), &manifest(&case))?;
     let path = keys.join(format!("{name}.toml"));

@@ -10,6 +10,7 @@ mod case;
 mod draw;
 mod error;
 mod files;
+mod held_arm;
 mod joint;
 mod judge;
 mod lab;
@@ -133,6 +134,7 @@ impl Folders<'_> {
         let case = match plant {
             TrialPlant::Joint => joint::generate(split, seed, index)?,
             TrialPlant::Manipulator => arm::generate(split, seed, index)?,
+            TrialPlant::HeldArm => held_arm::generate(split, seed, index)?,
         };
         files::write(self.directory, case)?;
         cache.map_or(Ok(()), |cache| cache.keep(self.directory, &name))?;

@@ -1,0 +1,292 @@
+//! The arm against other forms of the same physics: Lagrange's equations from energies of points, closed forms, balances.
+
+use super::chain::{JOINTS, SerialChain};
+use super::drive::draw;
+use super::law::{HeldLaw, HeldLawEffect};
+use super::plant::{HeldArm, HeldArmState, HeldArmValues, HeldMode, RATE};
+use super::run::HeldArmRun;
+use super::space::{Arrow, LEVEL, Turning, about, after, apply, cross, dot, of_quaternion, plus, times};
+use crate::draw::SeededDraw;
+
+/// An arm without friction, of a seed; every second one with springs.
+fn frictionless(seed: u64) -> HeldArmValues {
+    let mut d = SeededDraw::new("held-arm/check", seed, 0, 0);
+    let v = draw(&mut d, Some(seed % 2 == 1)).values;
+    HeldArmValues { coulomb: [0.0; 6], breakaway: [0.0; 6], viscous: [0.0; 6], damping: [0.0; 6], ..v }
+}
+
+fn state(seed: u64, v: &HeldArmValues) -> HeldArmState {
+    let mut d = SeededDraw::new("held-arm/state", seed, 0, 0);
+    let mut x = [0.0; 2 * RATE + 4];
+    for j in 0..JOINTS {
+        x[j] = d.uniform(-3.0, 3.0);
+        x[RATE + j] = d.uniform(-2.0, 2.0);
+        if v.flexible[j] {
+            x[JOINTS + j] = x[j] + d.uniform(-0.02, 0.02);
+            x[RATE + JOINTS + j] = d.uniform(-2.0, 2.0);
+        }
+    }
+    x
+}
+
+/// Where the bodies are, by products of rotations: centres, attitudes, axes of the joints.
+fn places(chain: &SerialChain, q: &[f64]) -> ([Arrow; JOINTS], [Turning; JOINTS], [Arrow; JOINTS]) {
+    let (mut at, mut turned) = ([0.0; 3], LEVEL);
+    let (mut centers, mut all, mut axes) = ([[0.0; 3]; JOINTS], [LEVEL; JOINTS], [[0.0; 3]; JOINTS]);
+    for (j, b) in chain.bodies.iter().enumerate() {
+        at = plus(at, apply(&turned, b.position));
+        turned = after(&after(&turned, &of_quaternion(b.orientation)), &about(b.axis, q[j]));
+        (centers[j], all[j], axes[j]) = (plus(at, apply(&turned, b.center)), turned, apply(&turned, b.axis));
+    }
+    (centers, all, axes)
+}
+
+/// Differences over eight points: error of the eighth power of the step, which is short for spins of 10 rad/s.
+fn slope<const N: usize>(f: impl Fn(f64) -> [f64; N]) -> [f64; N] {
+    let h = 4e-3;
+    let weights = [0.8, -0.2, 4.0 / 105.0, -1.0 / 280.0];
+    let mut sum = [0.0; N];
+    for (k, w) in weights.iter().enumerate() {
+        let s = h * (k + 1) as f64;
+        let (a, b) = (f(s), f(-s));
+        (0..N).for_each(|i| sum[i] += w * (a[i] - b[i]) / h);
+    }
+    sum
+}
+
+/// Kinetic energy at the coordinates `q` (joints, then motors) moving along `v`: speeds of centres and spins by differences.
+fn kinetic(values: &HeldArmValues, q: &[f64; RATE], v: &[f64; RATE]) -> f64 {
+    let chain = &values.chain;
+    let along = |s: f64| -> [f64; RATE] { std::array::from_fn(|i| q[i] + s * v[i]) };
+    let moved: [f64; 12 * JOINTS] = slope(|s| {
+        let (centers, turned, _) = places(chain, &along(s)[..JOINTS]);
+        let mut all = [0.0; 12 * JOINTS];
+        for j in 0..JOINTS {
+            all[12 * j..12 * j + 3].copy_from_slice(&centers[j]);
+            (0..3).for_each(|i| all[12 * j + 3 + 3 * i..12 * j + 6 + 3 * i].copy_from_slice(&turned[j][i]));
+        }
+        all
+    });
+    let (_, turned, axes) = places(chain, &q[..JOINTS]);
+    let (mut energy, mut carrier) = (0.0, [0.0; 3]);
+    for (j, b) in chain.bodies.iter().enumerate() {
+        let speed: Arrow = std::array::from_fn(|i| moved[12 * j + i]);
+        let rate: Turning = std::array::from_fn(|i| std::array::from_fn(|k| moved[12 * j + 3 + 3 * i + k]));
+        // d(R) R' is the cross-product matrix of the spin.
+        let w = |i: usize, k: usize| dot(rate[i], turned[j][k]);
+        let spin = [w(2, 1), w(0, 2), w(1, 0)];
+        let own: Arrow = std::array::from_fn(|k| (0..3).map(|i| turned[j][i][k] * spin[i]).sum());
+        energy += 0.5 * (b.mass * dot(speed, speed) + dot(own, apply(&b.inertia, own)));
+        let rotor = v[values.motor(j)] + dot(axes[j], carrier) / chain.gear_ratio[j];
+        energy += 0.5 * chain.rotor[j] * rotor * rotor;
+        carrier = spin;
+    }
+    energy
+}
+
+fn potential(values: &HeldArmValues, q: &[f64; RATE]) -> f64 {
+    let (centers, ..) = places(&values.chain, &q[..JOINTS]);
+    let mut energy = 0.0;
+    for j in 0..JOINTS {
+        energy -= values.chain.bodies[j].mass * dot(values.chain.gravity, centers[j]);
+        if values.flexible[j] {
+            energy += 0.5 * values.stiffness[j] * (q[JOINTS + j] - q[j]).powi(2);
+        }
+    }
+    energy
+}
+
+fn split(x: &HeldArmState) -> ([f64; RATE], [f64; RATE]) {
+    (std::array::from_fn(|i| x[i]), std::array::from_fn(|i| x[RATE + i]))
+}
+
+#[test]
+fn accelerations_fulfil_lagranges_equations() {
+    let mut worst: f64 = 0.0;
+    for seed in 0..6 {
+        let v = frictionless(seed);
+        let x = state(seed, &v);
+        let mut d = SeededDraw::new("held-arm/torque", seed, 0, 0);
+        let u: [f64; JOINTS] = std::array::from_fn(|_| d.uniform(-50.0, 50.0));
+        let slides = [HeldMode::Slides(1.0); JOINTS];
+        let a = HeldArm::new(v, Vec::new(), 1.0).instant(0.0, &x, &slides, |j, _| u[j]).rates;
+        let (q, rate) = split(&x);
+        let coordinates: Vec<usize> = (0..RATE).filter(|i| *i < JOINTS || v.flexible[i - JOINTS]).collect();
+        let with = |base: &[f64; RATE], i: usize, s: f64| {
+            let mut own = *base;
+            own[i] += s;
+            own
+        };
+        // T is a quadratic form of the rates: its momentum p_i = T(v + e_i / 2) - T(v - e_i / 2), exactly.
+        let momentum = |q: &[f64; RATE], v_: &[f64; RATE], i: usize| {
+            kinetic(&v, q, &with(v_, i, 0.5)) - kinetic(&v, q, &with(v_, i, -0.5))
+        };
+        let mut scale: f64 = 1.0;
+        let mut errors = Vec::new();
+        for i in coordinates {
+            let change = slope(|s| {
+                let later = std::array::from_fn(|k| q[k] + s * rate[k]);
+                [momentum(&later, &std::array::from_fn(|k| rate[k] + s * a[RATE + k]), i)]
+            })[0];
+            let pull = slope(|s| [kinetic(&v, &with(&q, i, s), &rate) - potential(&v, &with(&q, i, s))])[0];
+            let driven = (0..JOINTS).find(|j| v.motor(*j) == i).map_or(0.0, |j| u[j]);
+            scale = scale.max(change.abs()).max(pull.abs());
+            errors.push(change - pull - driven);
+        }
+        worst = errors.iter().fold(worst, |w, e| w.max(e.abs() / scale));
+    }
+    println!("Lagrange's equations hold to {worst:.1e} of the largest force");
+    assert!(worst < 1e-9, "{worst}");
+}
+
+#[test]
+fn left_alone_it_keeps_its_energy() {
+    for seed in 0..4 {
+        let v = frictionless(seed);
+        let mut x = state(seed, &v);
+        for j in 0..JOINTS {
+            (x[RATE + j], x[RATE + JOINTS + j]) = (0.3 * x[RATE + j], 0.3 * x[RATE + JOINTS + j]);
+        }
+        let mut run = HeldArmRun::new(HeldArm::new(v, Vec::new(), 1.0), 0.0, x, 2.5e-4);
+        let energy = |x: &HeldArmState| {
+            let (q, rate) = split(x);
+            kinetic(&v, &q, &rate) + potential(&v, &q)
+        };
+        let before = energy(&x);
+        run.hold(1.0, [0.0; JOINTS]);
+        let (q, rate) = split(&run.state);
+        let moving = kinetic(&v, &q, &rate);
+        let off = (energy(&run.state) - before).abs();
+        println!("seed {seed}: {off:.1e} J of {moving:.1} J");
+        assert!(off < 1e-8 * moving.max(1.0) && moving > 1.0, "{off} of {moving}");
+    }
+}
+
+#[test]
+fn a_pendulum_has_its_closed_forms() {
+    // All joints but the second are stuck: a compound pendulum about a horizontal axis.
+    let mut v = frictionless(2);
+    v.chain.bodies[1].orientation = [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0];
+    v.chain.bodies[1].turned = of_quaternion(v.chain.bodies[1].orientation);
+    v.breakaway = [1e9; JOINTS];
+    let mut x = state(2, &v);
+    (0..JOINTS).for_each(|j| x[RATE + j] = 0.0);
+    x[RATE + 1] = 0.7;
+    let modes = std::array::from_fn(|j| if j == 1 { HeldMode::Slides(1.0) } else { HeldMode::Stuck });
+    let arm = HeldArm::new(v, Vec::new(), 1.0);
+    let now = arm.instant(0.0, &x, &modes, |_, _| 3.0);
+    let (centers, turned, axes) = places(&v.chain, &x[..JOINTS]);
+    let at = v.chain.bodies[0].position;
+    let pivot = plus(at, apply(&turned[0], v.chain.bodies[1].position));
+    let (mut inertia, mut torque) = (v.chain.rotor[1], 3.0);
+    for j in 1..JOINTS {
+        let b = &v.chain.bodies[j];
+        let arm = plus(centers[j], times(-1.0, pivot));
+        let own: Arrow = std::array::from_fn(|k| (0..3).map(|i| turned[j][i][k] * axes[1][i]).sum());
+        let lever = cross(axes[1], arm);
+        inertia += dot(own, apply(&b.inertia, own)) + b.mass * dot(lever, lever);
+        torque += b.mass * dot(lever, v.chain.gravity);
+    }
+    // Rotors on the bodies that turn: about their own axes by the gear ratio's share.
+    for j in 2..JOINTS {
+        let share = dot(axes[1], axes[j]) / v.chain.gear_ratio[j];
+        inertia += v.chain.rotor[j] * share * share;
+    }
+    let expected = torque / inertia;
+    let off = (now.rates[RATE + 1] - expected).abs() / expected.abs();
+    println!("compound pendulum {off:.1e}");
+    assert!(off < 1e-12, "{} {expected}", now.rates[RATE + 1]);
+    // What holds the first joint: the rate of the angular momentum about its axis, less what is commanded.
+    let rate = slope(|s| {
+        let q: [f64; RATE] =
+            std::array::from_fn(|i| x[i] + if i == 1 { 0.7 * s + 0.5 * expected * s * s } else { 0.0 });
+        let mut own = [0.0; RATE];
+        own[1] = 0.7 + expected * s;
+        let with = |by: f64| {
+            let mut moved = own;
+            moved[0] += by;
+            kinetic(&v, &q, &moved)
+        };
+        [with(0.5) - with(-0.5)]
+    })[0];
+    let off = (now.holds[0].0 - (3.0 - rate)).abs();
+    println!("torque that holds the first joint {off:.1e} N.m of {rate:.3}");
+    assert!(off < 1e-9 * rate.abs().max(1.0), "{} {rate}", now.holds[0].0);
+}
+
+#[test]
+fn friction_holds_breaks_away_and_takes_its_work() {
+    let mut v = frictionless(0);
+    v.chain.gravity = [0.0; 3];
+    (v.coulomb, v.breakaway, v.viscous) = ([2.0; JOINTS], [3.0; JOINTS], [0.0; JOINTS]);
+    let x = [0.0; 2 * RATE + 4];
+    let mut run = HeldArmRun::new(HeldArm::new(v, Vec::new(), 1.0), 0.0, x, 1e-3);
+    run.hold(0.5, [2.9, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(run.state, x, "below the level at which it breaks away nothing moves");
+    // The first joint alone: all others hold, so it is a wheel under 3.5 - 2 N.m, then under 2 N.m of friction.
+    let inertia = {
+        let m = v.chain.mass_matrix(&v.chain.motion(&[0.0; JOINTS], &[0.0; JOINTS]));
+        let (_, _, axes) = places(&v.chain, &[0.0; JOINTS]);
+        let share = |j: usize| dot(axes[0], axes[j]) / v.chain.gear_ratio[j];
+        m[0][0] + v.chain.rotor[0] + (1..JOINTS).map(|j| v.chain.rotor[j] * share(j) * share(j)).sum::<f64>()
+    };
+    v.breakaway = [3.0, 1e9, 1e9, 1e9, 1e9, 1e9];
+    let mut run = HeldArmRun::new(HeldArm::new(v, Vec::new(), 1.0), 0.0, x, 1e-3);
+    run.hold(0.4, [3.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let speed = 1.5 / inertia * 0.4;
+    assert!((run.state[RATE] - speed).abs() < 1e-12 * speed.max(1.0), "{} {speed}", run.state[RATE]);
+    run.hold(2.0, [0.0; JOINTS]);
+    let way = 0.5 * speed * 0.4 + speed * speed * inertia / 4.0;
+    assert!((run.state[0] - way).abs() < 1e-9, "{} {way}", run.state[0]);
+    assert_eq!(run.state[RATE], 0.0, "it has come to rest");
+}
+
+#[test]
+fn a_force_at_the_tip_does_its_work() {
+    let v = HeldArmValues { flexible: [false; JOINTS], ..frictionless(3) };
+    let x = state(3, &v);
+    let way = [0.3, -0.5, 0.8];
+    let pulse = crate::joint::Pulse { start: -0.5, length: 1.0, height: 10.0, triangle: false };
+    let push = HeldLawEffect::new(HeldLaw::PushTip { pulses: vec![pulse], way }, 1.0, 0);
+    let slides = [HeldMode::Slides(1.0); JOINTS];
+    let with = HeldArm::new(v, vec![push], 1.0).instant(0.0, &x, &slides, |_, _| 0.0).rates;
+    let without = HeldArm::new(v, Vec::new(), 1.0).instant(0.0, &x, &slides, |_, _| 0.0).rates;
+    let (q, rate) = split(&x);
+    // Power: the difference of the accelerations changes the energy by force times the tip's velocity.
+    let tip = slope(|s| {
+        let moved: Vec<f64> = (0..JOINTS).map(|i| q[i] + s * rate[i]).collect();
+        let (centers, turned, _) = places(&v.chain, &moved);
+        let b = &v.chain.bodies[JOINTS - 1];
+        let own: Arrow = std::array::from_fn(|k| v.tip[k] - b.center[k]);
+        plus(centers[JOINTS - 1], apply(&turned[JOINTS - 1], own))
+    });
+    let gained: f64 = {
+        let difference: [f64; RATE] = std::array::from_fn(|i| with[RATE + i] - without[RATE + i]);
+        // v' M dv by the quadratic form.
+        let sum = |sign: f64| std::array::from_fn(|i| rate[i] + sign * 0.5 * difference[i]);
+        kinetic(&v, &q, &sum(1.0)) - kinetic(&v, &q, &sum(-1.0))
+    };
+    let power = 10.0 * dot(way, tip);
+    println!("power of a force at the tip: {gained:.6} W, off by {:.1e}", (gained - power).abs());
+    assert!((gained - power).abs() < 1e-9 * power.abs().max(1.0), "{gained} {power}");
+}
+
+#[test]
+#[ignore = "times cases: by hand"]
+fn cases_of_all_splits() {
+    use crate::case::TrialSplit;
+    for (split, index) in [
+        (TrialSplit::None, 0), (TrialSplit::None, 1), (TrialSplit::Single, 0), (TrialSplit::Single, 1), (TrialSplit::Single, 2), (TrialSplit::Single, 3), (TrialSplit::Single, 11),
+    ] {
+        let begun = std::time::Instant::now();
+        let case = super::generate(split, 17, index);
+        let took = begun.elapsed().as_secs_f64();
+        match case {
+            Ok(c) => println!(
+                "{split:?} {index} {took:.1} s: {:?} {:?} {:?} {} {} rows {} {:?}",
+                c.key.effects, c.key.components, c.key.joints, c.key.ratio, c.key.drive, c.train[0].time.len(), c.key.law
+            ),
+            Err(e) => println!("{split:?} {index} {took:.1} s: {e}"),
+        }
+    }
+}
