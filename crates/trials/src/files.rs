@@ -95,12 +95,7 @@ fn manifest(case: &TrialCase) -> String {
     if case.robot.is_some() {
         let _ = writeln!(text, "robot = \"{ROBOT}\"");
     }
-    let _ = write!(
-        text,
-        "train = [{}]\nholdout = [{}]\n",
-        names(&case.train),
-        names(&case.holdout)
-    );
+    let _ = write!(text, "train = [{}]\nholdout = [{}]\n", names(&case.train), names(&case.holdout));
     if !case.rest.is_empty() {
         let _ = writeln!(text, "rest = [{}]", names(&case.rest));
     }

@@ -4,9 +4,7 @@
 //! inward; the mass matrix by composite bodies. A rotor turns about the axis of its joint on the body that carries the
 //! joint: energy I (sigma k . omega + rate)^2 / 2 with sigma = 1 / gear ratio.
 
-use super::space::{
-    Arrow, LEVEL, Turning, about, after, apply, cross, dot, minus, plus, seen, times,
-};
+use super::space::{Arrow, LEVEL, Turning, about, after, apply, cross, dot, minus, plus, seen, times};
 
 pub(crate) const JOINTS: usize = 6;
 
@@ -114,7 +112,11 @@ impl SerialChain {
     }
 
     /// Torques on the joints that keep them from accelerating, with a force at a place and a torque on the last body.
-    pub(super) fn bias(&self, m: &ChainMotion, (force, place, torque): (Arrow, Arrow, Arrow)) -> [f64; JOINTS] {
+    pub(super) fn bias(
+        &self,
+        m: &ChainMotion,
+        (force, place, torque): (Arrow, Arrow, Arrow),
+    ) -> [f64; JOINTS] {
         let mut all = [0.0; JOINTS];
         let mut pull = times(-1.0, force);
         let mut turn = times(-1.0, plus(torque, cross(place, force)));

@@ -131,7 +131,14 @@ pub(crate) fn choose(
         "actuator-lag" => made("actuator", at, "dead-time", HeldLaw::DeadTime, 5e-4, 0.08),
         "torque-ripple" => {
             let order = v.chain.gear_ratio[j] * d.pick(&[1.0, 2.0]);
-            made("actuator", at, "two-orders", HeldLaw::Ripple { torque: s.torque[j], order, a, b }, 1e-3, 1.0)
+            made(
+                "actuator",
+                at,
+                "two-orders",
+                HeldLaw::Ripple { torque: s.torque[j], order, a, b },
+                1e-3,
+                1.0,
+            )
         }
         "stribeck-friction" => {
             let width = d.log(0.02, 0.15) * s.speed[j];
@@ -205,7 +212,9 @@ pub(crate) fn choose(
             let law = HeldLaw::PushTip { pulses: draw_pulses(d, s.span), way };
             made("tip", None, "pulses", law, 0.1, 60.0)
         }
-        "sensor-delay" => made(&sensor_component, read, "buffer", HeldLaw::Late { channel: sensor }, 5e-4, 0.08),
+        "sensor-delay" => {
+            made(&sensor_component, read, "buffer", HeldLaw::Late { channel: sensor }, 5e-4, 0.08)
+        }
         "sensor-eccentricity" => {
             let law = HeldLaw::Eccentric { channel: sensor, phase: a };
             made(&sensor_component, read, "disc", law, 1e-4, 0.1)

@@ -71,7 +71,8 @@ pub(super) fn draw(d: &mut SeededDraw, springs: Option<bool>) -> DrawnArm {
     let mut bodies: Vec<ChainBody> = (0..JOINTS).map(|j| body(d, arm, j, stretch)).collect();
     // A tool on the flange, as a point.
     let tip = arm.flange.map(|x| short(x * stretch));
-    let tool = [short(d.uniform(-0.03, 0.03)), short(d.uniform(-0.03, 0.03)), short(tip[2] + d.uniform(0.04, 0.12))];
+    let tool =
+        [short(d.uniform(-0.03, 0.03)), short(d.uniform(-0.03, 0.03)), short(tip[2] + d.uniform(0.04, 0.12))];
     let carried = short(d.log(0.2, 2.0));
     load(&mut bodies[JOINTS - 1], carried, tool);
     let of = |j: usize, pair: [f64; 2]| pair[usize::from(j >= 3)];

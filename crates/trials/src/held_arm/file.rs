@@ -8,9 +8,7 @@ use super::space::LEVEL;
 
 /// Text of `robot.toml`.
 pub(super) fn robot(v: &HeldArmValues, name: &str) -> String {
-    let mut text = format!(
-        "name = \"{name}\"\n\n[base]\nheld = true\nmass = 1.0\ninertia = {LEVEL:?}\n"
-    );
+    let mut text = format!("name = \"{name}\"\n\n[base]\nheld = true\nmass = 1.0\ninertia = {LEVEL:?}\n");
     for (j, b) in v.chain.bodies.iter().enumerate() {
         let _ = write!(
             text,

@@ -82,7 +82,8 @@ fn one(of: HeldOrigin, turn: usize, d: &mut SeededDraw) -> Option<TrialCase> {
         // Its link's angle would be a second reading of one motion.
         s.channels.retain(|k| *k != JOINTS + c.joint);
     }
-    let floor = floors(&s, &plain, noise);
+    // Where nothing is off none of it is used.
+    let floor = if split == TrialSplit::None { Vec::new() } else { floors(&s, &plain, noise) };
     let (weakest, strongest) = if split == TrialSplit::Single { (1.5, 30.0) } else { (4.0, 15.0) };
     let (mut effects, mut left) = (Vec::new(), 1.0);
     // The runs for fitting with the effects so far; with more than one effect they are not known.

@@ -166,7 +166,8 @@ fn left_alone_it_keeps_its_energy() {
 fn a_pendulum_has_its_closed_forms() {
     // All joints but the second are stuck: a compound pendulum about a horizontal axis.
     let mut v = frictionless(2);
-    v.chain.bodies[1].orientation = [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0];
+    v.chain.bodies[1].orientation =
+        [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0];
     v.chain.bodies[1].turned = of_quaternion(v.chain.bodies[1].orientation);
     v.breakaway = [1e9; JOINTS];
     let mut x = state(2, &v);
@@ -271,12 +272,36 @@ fn a_force_at_the_tip_does_its_work() {
     assert!((gained - power).abs() < 1e-9 * power.abs().max(1.0), "{gained} {power}");
 }
 
-#[test]
-#[ignore = "times cases: by hand"]
+fn speed() {
+    for flexible in [false, true] {
+        let v = HeldArmValues {
+            flexible: [flexible, flexible, flexible, false, false, false],
+            ..frictionless(1)
+        };
+        let x = state(1, &v);
+        let arm = HeldArm::new(v, Vec::new(), 1.0);
+        let modes = [HeldMode::Slides(1.0); JOINTS];
+        let begun = std::time::Instant::now();
+        let mut sum = 0.0;
+        for k in 0..200_000 {
+            let mut y = x;
+            y[0] += k as f64 * 1e-6;
+            sum += arm.instant(0.0, &y, &modes, |_, _| 1.0).rates[RATE];
+        }
+        println!("{:.3} us {sum}", begun.elapsed().as_secs_f64() * 5.0);
+    }
+}
+
 fn cases_of_all_splits() {
     use crate::case::TrialSplit;
     for (split, index) in [
-        (TrialSplit::None, 0), (TrialSplit::None, 1), (TrialSplit::Single, 0), (TrialSplit::Single, 1), (TrialSplit::Single, 2), (TrialSplit::Single, 3), (TrialSplit::Single, 11),
+        (TrialSplit::None, 0),
+        (TrialSplit::None, 1),
+        (TrialSplit::Single, 0),
+        (TrialSplit::Single, 1),
+        (TrialSplit::Single, 2),
+        (TrialSplit::Single, 3),
+        (TrialSplit::Single, 11),
     ] {
         let begun = std::time::Instant::now();
         let case = super::generate(split, 17, index);
@@ -284,7 +309,13 @@ fn cases_of_all_splits() {
         match case {
             Ok(c) => println!(
                 "{split:?} {index} {took:.1} s: {:?} {:?} {:?} {} {} rows {} {:?}",
-                c.key.effects, c.key.components, c.key.joints, c.key.ratio, c.key.drive, c.train[0].time.len(), c.key.law
+                c.key.effects,
+                c.key.components,
+                c.key.joints,
+                c.key.ratio,
+                c.key.drive,
+                c.train[0].time.len(),
+                c.key.law
             ),
             Err(e) => println!("{split:?} {index} {took:.1} s: {e}"),
         }

@@ -105,7 +105,10 @@ pub(super) fn fine(values: &HeldArmValues, effects: &[HeldLawEffect]) -> f64 {
     let short = effects.iter().any(|e| {
         matches!(
             e.law,
-            HeldLaw::Presliding { .. } | HeldLaw::Ripple { .. } | HeldLaw::GearError { .. } | HeldLaw::LoadSlip { .. }
+            HeldLaw::Presliding { .. }
+                | HeldLaw::Ripple { .. }
+                | HeldLaw::GearError { .. }
+                | HeldLaw::LoadSlip { .. }
         )
     });
     if short || values.flexible.contains(&true) { FINEST } else { FINE }

@@ -122,8 +122,7 @@ impl<'a> HeldReplays<'a> {
         let mut state = [0.0; 2 * RATE + 4];
         self.free_state().iter().zip(initial).for_each(|(i, x)| state[*i] = *x);
         let w = &self.windows[window];
-        let (done, step) =
-            (&self.runs[w.run], if v.flexible.contains(&true) { SPRUNG } else { COARSE });
+        let (done, step) = (&self.runs[w.run], if v.flexible.contains(&true) { SPRUNG } else { COARSE });
         let mut r = HeldArmRun::new(HeldArm::new(v, Vec::new(), 1.0), done.time[w.from], state, step);
         for k in w.from..w.to - 1 {
             let mut u = done.torque[k];
