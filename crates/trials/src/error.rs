@@ -27,6 +27,12 @@ pub enum TrialError {
         /// The split.
         split: &'static str,
     },
+    /// A plant whose noise-free runs are not kept.
+    #[error("plant {plant} gives no noise-free recordings; leave --truth out, or choose the plant held-arm")]
+    Silent {
+        /// The plant.
+        plant: &'static str,
+    },
     /// No draw gave a case in which the effect shows.
     #[error("case {index} of split {split}, seed {seed}: no draw shows its effect; try another seed")]
     Useless {

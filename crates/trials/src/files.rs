@@ -141,6 +141,15 @@ pub(crate) fn settle(part: &Path, last: &Path) -> Result<(), TrialError> {
     fs::rename(part, last).map_err(|e| TrialError::at(last, e))
 }
 
+/// Writes recordings into a folder, which is made if it is not there.
+pub(crate) fn write_recordings<'a>(
+    into: &Path,
+    all: impl IntoIterator<Item = &'a TrialRecording>,
+) -> Result<(), TrialError> {
+    folder(into)?;
+    all.into_iter().try_for_each(|r| whole(&into.join(&r.name), &csv(r)))
+}
+
 /// Writes a case and its key.
 pub(crate) fn write(directory: &Path, mut case: TrialCase) -> Result<String, TrialError> {
     let key = &case.key;
@@ -150,9 +159,7 @@ pub(crate) fn write(directory: &Path, mut case: TrialCase) -> Result<String, Tri
     folder(&cases)?;
     folder(&keys)?;
     let part = fresh(&cases, &name)?;
-    for r in case.train.iter().chain(&case.holdout).chain(&case.rest) {
-        whole(&part.join(&r.name), &csv(r))?;
-    }
+    write_recordings(&part, case.train.iter().chain(&case.holdout).chain(&case.rest))?;
     if let Some(robot) = &case.robot {
         whole(&part.join(ROBOT), robot)?;
     }

@@ -23,7 +23,6 @@ enum JointCourse {
 pub(super) struct ArmCourse {
     center: [f64; JOINTS],
     joints: Vec<JointCourse>,
-    pub(super) name: &'static str,
 }
 
 impl ArmCourse {
@@ -43,8 +42,7 @@ impl ArmCourse {
             let course = if points { points_of(d, top, span) } else { sines_of(d, top) };
             joints.push(if alone.is_none_or(|a| a == j) { course } else { JointCourse::Rests });
         }
-        let name = if points { "point to point" } else { "sines" };
-        Self { center, joints, name }
+        Self { center, joints }
     }
 
     /// Angle and rate of joint `j` at `t`.

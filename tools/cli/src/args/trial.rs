@@ -39,6 +39,9 @@ pub(crate) struct TrialGenerate {
     /// Folder that keeps cases for the next time, by generator, plant, split, seed and number
     #[arg(long, value_name = "DIR", env = "TRUEUP_TRIAL_CACHE")]
     pub(crate) cache: Option<PathBuf>,
+    /// Also write noise-free inputs, angles and rates of a held arm, a folder per case
+    #[arg(long, value_name = "DIR", conflicts_with = "corpus")]
+    pub(crate) truth: Option<PathBuf>,
     /// Only every n-th case, from the i-th on
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = super::shard)]
     pub(crate) shard: (usize, usize),
