@@ -4,7 +4,7 @@ use super::chain::JOINTS;
 use super::choice::{IDS, OUTSIDE, choose, needs_spring};
 use super::nominal::{free_values, nominal};
 use super::scene::{HeldSceneOrder, TRAIN, finite, scales, scene};
-use super::size::{floors, ratio, size};
+use super::size::{gauge, ratio, size};
 use super::write::{HeldHappening, HeldOrigin, write};
 use crate::case::{TrialCase, TrialPlant, TrialSplit};
 use crate::draw::SeededDraw;
@@ -83,18 +83,17 @@ fn one(of: HeldOrigin, turn: usize, d: &mut SeededDraw) -> Option<TrialCase> {
         s.channels.retain(|k| *k != JOINTS + c.joint);
     }
     // Where nothing is off none of it is used.
-    let floor = if split == TrialSplit::None { Vec::new() } else { floors(&s, &plain, noise) };
+    let gauge = (split != TrialSplit::None).then(|| gauge(&s, &base, &plain, noise));
     let (weakest, strongest) = if split == TrialSplit::Single { (1.5, 30.0) } else { (4.0, 15.0) };
     let (mut effects, mut left) = (Vec::new(), 1.0);
     // The runs for fitting with the effects so far; with more than one effect they are not known.
     let mut known = plain;
     for c in &choices {
         let target = d.log(weakest, strongest);
-        let sized = size(&s, base, c, &floor, target)?;
-        if sized.ratio < 0.85 * weakest || sized.ratio > 1.6 * strongest {
+        let sized = size(&s, base, c, gauge.as_ref()?, target)?;
+        if sized.ratio < 0.7 * weakest || sized.ratio > 1.8 * strongest {
             return None;
         }
-        left = sized.ratio;
         known = if effects.is_empty() { sized.runs } else { Vec::new() };
         effects.push(sized.effect);
     }
@@ -104,9 +103,10 @@ fn one(of: HeldOrigin, turn: usize, d: &mut SeededDraw) -> Option<TrialCase> {
     if !finite(&runs) {
         return None;
     }
-    if effects.len() > 1 {
+    let floor = gauge.map_or_else(Vec::new, |g| g.floor);
+    if !effects.is_empty() {
         left = ratio(&s, &values, base, &effects, &runs, &floor, &free_values(&base));
-        if left.is_nan() || left < 0.8 * weakest {
+        if !(0.85 * weakest..1.8 * strongest).contains(&left) {
             return None;
         }
     }

@@ -11,6 +11,8 @@ mod law;
 mod nominal;
 mod plant;
 mod reference;
+mod refit;
+mod replay;
 mod robots;
 mod run;
 mod scene;
