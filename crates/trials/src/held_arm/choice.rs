@@ -167,7 +167,7 @@ pub(crate) fn choose(
         }
         "presliding-friction" => {
             let law = HeldLaw::Presliding { reach: 0.1 };
-            made("motor-friction", at, "maxwell-slip", law, 0.01, 1.0)
+            made("motor-friction", at, "maxwell-slip", law, 3e-3, 0.5)
         }
         "backlash" => {
             let e = s.deflection[j];
@@ -201,7 +201,7 @@ pub(crate) fn choose(
             let law = HeldLaw::LoadSlip { torque: s.torque[j], reach: 2e-3, speed: s.speed[j] };
             made("load", at, "maxwell-slip", law, 1e-3, 0.3)
         }
-        "external-force" if turn % 3 == 0 => {
+        "external-force" if turn.is_multiple_of(3) => {
             let mut pulses = draw_pulses(d, s.span);
             pulses.iter_mut().for_each(|p| p.height *= s.torque[j]);
             made("actuator", at, "pulses", HeldLaw::PushMotor { pulses }, 5e-3, 1.0)

@@ -162,6 +162,32 @@ fn left_alone_it_keeps_its_energy() {
     }
 }
 
+/// The first joint's axis is vertical: without torque about it, the momentum about it stays, whatever falls.
+#[test]
+fn what_falls_keeps_its_momentum_about_the_vertical() {
+    for seed in [1, 2] {
+        let v = frictionless(seed);
+        let v = HeldArmValues { flexible: [false, v.flexible[1], v.flexible[2], false, false, false], ..v };
+        let mut x = state(seed, &v);
+        (0..JOINTS).for_each(|j| x[RATE + j] *= 0.3);
+        let momentum = |x: &HeldArmState| {
+            let (q, rate) = split(x);
+            let with = |by: f64| {
+                let mut own = rate;
+                own[0] += by;
+                kinetic(&v, &q, &own)
+            };
+            with(0.5) - with(-0.5)
+        };
+        let before = momentum(&x);
+        let mut run = HeldArmRun::new(HeldArm::new(v, Vec::new(), 1.0), 0.0, x, 2.5e-4);
+        run.hold(0.8, [0.0, 8.0, -5.0, 2.0, 0.5, -0.3]);
+        let off = (momentum(&run.state) - before).abs();
+        println!("seed {seed}: momentum {before:.3} N.m.s, off by {off:.1e}");
+        assert!(off < 1e-9 * before.abs().max(1.0), "{off} of {before}");
+    }
+}
+
 #[test]
 fn a_pendulum_has_its_closed_forms() {
     // All joints but the second are stuck: a compound pendulum about a horizontal axis.
@@ -270,4 +296,85 @@ fn a_force_at_the_tip_does_its_work() {
     let power = 10.0 * dot(way, tip);
     println!("power of a force at the tip: {gained:.6} W, off by {:.1e}", (gained - power).abs());
     assert!((gained - power).abs() < 1e-9 * power.abs().max(1.0), "{gained} {power}");
+}
+
+/// Every law with amplitude 0 leaves the accelerations, the torques that friction holds and the readings as they are.
+#[test]
+fn a_law_of_no_size_is_no_effect() {
+    use super::choice::{HeldScales, IDS, OUTSIDE, choose};
+    use super::scene::{index_of, reading};
+    let v = {
+        let mut d = SeededDraw::new("held-arm/check", 5, 0, 0);
+        HeldArmValues {
+            flexible: [true; JOINTS],
+            stiffness: [900.0; JOINTS],
+            damping: [0.5; JOINTS],
+            ..draw(&mut d, Some(true)).values
+        }
+    };
+    let ones = [1.0; JOINTS];
+    let s = HeldScales {
+        torque: [9.0; JOINTS],
+        speed: ones,
+        deflection: ones,
+        rate: ones,
+        posture: [0.2; JOINTS],
+        span: 8.0,
+    };
+    let channels: Vec<usize> = (0..2 * JOINTS).collect();
+    let x = state(5, &v);
+    let modes = std::array::from_fn(|j| if j < 4 { HeldMode::Slides(1.0) } else { HeldMode::Stuck });
+    let plain = HeldArm::new(v, Vec::new(), 8.0).instant(3.0, &x, &modes, |j, _| j as f64);
+    let mut seen = 0;
+    for (turn, id) in IDS.iter().chain(&OUTSIDE).enumerate() {
+        let mut d = SeededDraw::new("held-arm/laws", 5, turn, 0);
+        let c = choose(id, turn, &mut d, &v, &s, &channels, None).unwrap();
+        // Bristles of presliding take over all dry friction, contact damps as it penetrates; others have no size 0.
+        if matches!(
+            c.law,
+            HeldLaw::Presliding { .. }
+                | HeldLaw::Play { .. }
+                | HeldLaw::Compliant { .. }
+                | HeldLaw::Stutter { .. }
+                | HeldLaw::TwoLags
+        ) {
+            continue;
+        }
+        let of = |size: f64| {
+            let effect = HeldLawEffect::new(c.law.clone(), size, c.joint);
+            let arm = HeldArm::new(v, vec![effect.clone()], 8.0);
+            let now = arm.instant(3.0, &x, &modes, |j, _| j as f64);
+            let track = [(7.0, x), (8.0, state(6, &v))];
+            let read: Vec<f64> = channels
+                .iter()
+                .map(|k| reading(&v, std::slice::from_ref(&effect), &track, 7.5, *k, 8.0))
+                .collect();
+            (now.rates[..2 * RATE].to_vec(), now.holds, read)
+        };
+        let read: Vec<f64> =
+            channels.iter().map(|k| 0.5 * (x[index_of(&v, *k)] + state(6, &v)[index_of(&v, *k)])).collect();
+        let (rates, holds, readings) = of(0.0);
+        let near = |a: &f64, b: &f64| (a - b).abs() < 1e-12 * b.abs().max(1.0);
+        assert!(rates.iter().zip(&plain.rates).all(|(a, b)| near(a, b)), "{id}");
+        assert!(holds.iter().zip(&plain.holds).all(|(a, b)| near(&a.0, &b.0) && near(&a.1, &b.1)), "{id}");
+        assert!(readings.iter().zip(&read).all(|(a, b)| (a - b).abs() < 1e-14), "{id}");
+        let (rates, holds, readings) = of(c.most);
+        let acts = rates[..] != plain.rates[..2 * RATE] || holds != plain.holds || readings != read;
+        // What comes late, in spells, or in pulses need not act at this instant.
+        let later = matches!(
+            c.law,
+            HeldLaw::DeadTime
+                | HeldLaw::PushMotor { .. }
+                | HeldLaw::PushTip { .. }
+                | HeldLaw::Brushes { .. }
+                | HeldLaw::Clip { .. }
+                | HeldLaw::Heat { .. }
+                | HeldLaw::Presliding { .. }
+                | HeldLaw::Hysteresis { .. }
+                | HeldLaw::LoadSlip { .. }
+        );
+        assert!(acts || later, "{id} does not act");
+        seen += 1;
+    }
+    assert!(seen > 22, "{seen}");
 }

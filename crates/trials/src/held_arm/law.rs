@@ -10,7 +10,7 @@ use crate::slip::Slip;
 /// The laws.
 #[derive(Clone, Debug)]
 pub(crate) enum HeldLaw {
-    /// Above L = peak (1 - size): slope 0.12, or L tanh(T / L).
+    /// Above L = peak (1 - size): slope 0.12, or w tanh((T - L) / w) in addition with w = 0.3 size peak.
     Clip { peak: f64, slope: bool },
     /// Dead time of `size` s.
     DeadTime,
@@ -141,7 +141,8 @@ impl HeldLawEffect {
                 if *slope {
                     0.88 * torque.clamp(-limit, limit) + 0.12 * torque
                 } else {
-                    limit * (torque / limit).tanh()
+                    let (within, soft) = (torque.clamp(-limit, limit), (0.3 * self.size * peak).max(1e-9));
+                    within + soft * ((torque - within) / soft).tanh()
                 }
             }
             HeldLaw::Brushes { spells } if spells.iter().any(|(a, b)| t > *a && t < *b) => {

@@ -13,6 +13,9 @@ struct WindowSlopes {
     fit: DMatrix<f64>,
 }
 
+/// Readings of a window by a step of each value, and by a step of each first state.
+type SlopesOfWindow = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+
 /// The slopes of all windows.
 pub(super) struct LinearRefit {
     windows: Vec<WindowSlopes>,
@@ -25,9 +28,8 @@ fn columns(list: &[Vec<f64>], rows: usize) -> DMatrix<f64> {
 }
 
 impl LinearRefit {
-    /// Of each window: readings by a step of each value, and by a step of each first state.
-    pub(super) fn new(windows: Vec<(Vec<Vec<f64>>, Vec<Vec<f64>>)>, values: &[f64], steps: &[f64]) -> Self {
-        let one = |(by_value, by_state): (Vec<Vec<f64>>, Vec<Vec<f64>>)| {
+    pub(super) fn new(windows: Vec<SlopesOfWindow>, values: &[f64], steps: &[f64]) -> Self {
+        let one = |(by_value, by_state): SlopesOfWindow| {
             let rows = by_state.first().map_or(0, Vec::len);
             let (values, states) = (columns(&by_value, rows), columns(&by_state, rows));
             let mut normal = states.tr_mul(&states);
@@ -58,5 +60,45 @@ impl LinearRefit {
             without(w, DMatrix::from_column_slice(y.len(), 1, y.as_slice())).as_slice().to_vec()
         };
         self.windows.iter().zip(off).map(rest).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::SeededDraw;
+
+    /// Against the same least squares with all unknowns at once.
+    #[test]
+    fn it_leaves_what_one_fit_of_all_leaves() {
+        let mut d = SeededDraw::new("linear refit", 1, 0, 0);
+        let (rows, p, k, count) = (12, 3, 2, 4);
+        let mut list =
+            |n: usize| -> Vec<Vec<f64>> { (0..n).map(|_| (0..rows).map(|_| d.normal()).collect()).collect() };
+        let windows: Vec<_> = (0..count).map(|_| (list(p), list(k))).collect();
+        let off = list(count);
+        let (values, steps) = ([2.0, -1.0, 0.5], [0.1, 0.2, 0.05]);
+        let left = LinearRefit::new(windows.clone(), &values, &steps).left(&off);
+        let all = p + count * k;
+        let mut whole = DMatrix::zeros(count * rows + all, all);
+        let mut right = DVector::zeros(count * rows + all);
+        for w in 0..count {
+            for r in 0..rows {
+                right[w * rows + r] = off[w][r];
+                (0..p).for_each(|i| whole[(w * rows + r, i)] = windows[w].0[i][r]);
+                (0..k).for_each(|i| whole[(w * rows + r, p + w * k + i)] = windows[w].1[i][r]);
+            }
+        }
+        for i in 0..all {
+            let doubt = if i < p { (DOUBT * values[i] / steps[i]).abs() } else { FIRST };
+            whole[(count * rows + i, i)] = 1.0 / doubt;
+        }
+        let found = whole.clone().svd(true, true).solve(&right, 1e-15).unwrap();
+        let rest = right - whole * found;
+        for w in 0..count {
+            for r in 0..rows {
+                assert!((left[w][r] - rest[w * rows + r]).abs() < 1e-12);
+            }
+        }
     }
 }
