@@ -10,7 +10,7 @@ from low_level import Opened
 SEED = 900
 # Of --split none, by number: rigid joints; springs in some, in a posture that leaves itself in 0.4 s, so that any
 # difference grows by exp(t / 0.4 s): the first seconds alone. Relative to the largest way of a joint.
-CASES = [pytest.param(0, np.inf, 1e-8, id="rigid"), pytest.param(1, 4.0, 1e-6, id="springs", marks=pytest.mark.full)]
+CASES = [pytest.param(0, np.inf, 1e-8, id="rigid", marks=pytest.mark.full), pytest.param(1, 4.0, 1e-6, id="springs", marks=pytest.mark.full)]
 
 
 def done(process):
