@@ -123,7 +123,7 @@ pub(crate) fn choose(
     match id {
         "current-saturation" => {
             let law = HeldLaw::Clip { peak: s.torque[j], slope: kind == 0 };
-            made("actuator", at, "clip", law, 0.02, 0.7)
+            made("actuator", at, "clip", law, 5e-3, 0.7)
         }
         "actuator-lag" if kind == 0 && alone.is_none() => {
             made("actuator", at, "two-lags", HeldLaw::TwoLags, 1e-3, 0.08)
@@ -144,10 +144,10 @@ pub(crate) fn choose(
             let width = d.log(0.02, 0.15) * s.speed[j];
             made("motor-friction", at, "lorentz", HeldLaw::Lorentz { width }, 0.05, 3.0)
         }
-        "asymmetric-friction" => made("motor-friction", at, "factor", HeldLaw::Asymmetry, 0.01, 0.8),
+        "asymmetric-friction" => made("motor-friction", at, "factor", HeldLaw::Asymmetry, 3e-3, 0.8),
         "load-dependent-friction" => {
             let law = HeldLaw::Carried { soft: 0.1 * s.torque[j] };
-            made("motor-friction", at, "hypot", law, 0.005, 0.4)
+            made("motor-friction", at, "hypot", law, 1e-3, 0.4)
         }
         "nonlinear-viscous-friction" if kind == 0 => {
             let law = HeldLaw::Shear { torque: coulomb, width: d.uniform(0.03, 0.1) * s.speed[j] };
@@ -159,11 +159,11 @@ pub(crate) fn choose(
         }
         "friction-drift" if kind == 0 => {
             let power = coulomb * 0.3 * s.speed[j] * s.span;
-            made("motor-friction", at, "heat", HeldLaw::Heat { power }, 0.05, 3.0)
+            made("motor-friction", at, "heat", HeldLaw::Heat { power }, 0.01, 3.0)
         }
         "friction-drift" => {
             let law = HeldLaw::Ramp { sign: if kind == 1 { -1.0 } else { 1.0 } };
-            made("motor-friction", at, "ramp", law, 0.03, 0.8)
+            made("motor-friction", at, "ramp", law, 5e-3, 0.8)
         }
         "presliding-friction" => {
             let law = HeldLaw::Presliding { reach: 0.1 };
@@ -187,7 +187,7 @@ pub(crate) fn choose(
         }
         "nonlinear-damping" => {
             let law = HeldLaw::RateDamping { damping: v.damping[j], rate: s.rate[j] };
-            made("transmission", at, "quadratic", law, 0.2, 60.0)
+            made("transmission", at, "quadratic", law, 0.2, 200.0)
         }
         "kinematic-error" => {
             let law = HeldLaw::GearError { order: v.chain.gear_ratio[j] * d.pick(&[1.0, 2.0]), a, b };
@@ -217,12 +217,12 @@ pub(crate) fn choose(
         }
         "sensor-eccentricity" => {
             let law = HeldLaw::Eccentric { channel: sensor, phase: a };
-            made(&sensor_component, read, "disc", law, 1e-4, 0.1)
+            made(&sensor_component, read, "disc", law, 1e-4, 0.06)
         }
         "sensor-drift" => {
             let bend = if d.chance(0.4) { d.uniform(0.2, 0.6) } else { 0.0 };
             let name = if bend > 0.0 { "bend" } else { "line" };
-            made(&sensor_component, read, name, HeldLaw::Creep { channel: sensor, bend }, 1e-4, 0.3)
+            made(&sensor_component, read, name, HeldLaw::Creep { channel: sensor, bend }, 1e-4, 0.06)
         }
         "sliding-payload" => {
             let way = [d.uniform(-1.0, 1.0), d.uniform(-1.0, 1.0), d.uniform(-0.3, 0.3)];
