@@ -2,6 +2,7 @@
 
 use super::chain::JOINTS;
 use super::choice::{IDS, OUTSIDE, choose, needs_spring};
+use super::law::HeldLawEffect;
 use super::nominal::{free_values, nominal};
 use super::scene::{HeldSceneOrder, TRAIN, finite, scales, scene};
 use super::size::{gauge, ratio, size};
@@ -75,6 +76,9 @@ fn one(of: HeldOrigin, turn: usize, d: &mut SeededDraw) -> Option<TrialCase> {
         && (a.component == b.component || a.id == b.id)
     {
         return None;
+    }
+    if choices.iter().any(|c| HeldLawEffect::in_spells(&c.law)) {
+        s.windows = usize::MAX;
     }
     let mut base = values;
     for c in choices.iter().filter(|c| c.id == "joint-flexibility") {

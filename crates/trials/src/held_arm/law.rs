@@ -98,6 +98,16 @@ impl HeldLawEffect {
     pub(crate) fn new(law: HeldLaw, size: f64, joint: usize) -> Self {
         Self { size, law, joint, at: 0 }
     }
+    /// It acts at some times of a run alone.
+    pub(crate) fn in_spells(law: &HeldLaw) -> bool {
+        matches!(
+            law,
+            HeldLaw::PushMotor { .. }
+                | HeldLaw::PushTip { .. }
+                | HeldLaw::Brushes { .. }
+                | HeldLaw::Stutter { .. }
+        )
+    }
     pub(crate) fn states(&self) -> usize {
         match self.law {
             HeldLaw::TwoLags => 2,

@@ -18,8 +18,6 @@ const SPRUNG: f64 = 2e-3;
 /// Length of a window, s, and how often it is read, Hz.
 const WINDOW: f64 = 1.0;
 const OFTEN: f64 = 50.0;
-/// How many windows are replayed.
-const WINDOWS: usize = 8;
 
 /// Where a refit begins.
 struct RefitBegin {
@@ -65,7 +63,7 @@ impl<'a> HeldReplays<'a> {
         for (run, r) in runs.iter().enumerate().take(TRAIN) {
             for from in (0..r.time.len().saturating_sub(length)).step_by(length) {
                 passed += 1;
-                if taken * all >= passed * WINDOWS {
+                if taken * all >= passed * scene.windows.min(all) {
                     continue;
                 }
                 taken += 1;

@@ -13,6 +13,8 @@ use crate::sense::{self, Meter};
 /// Step of the truth, s: of a rigid arm, and where springs, bristles or teeth act.
 const FINE: f64 = 1e-3;
 const FINEST: f64 = 5e-4;
+/// Windows of all runs that a refit replays where nothing happens at one time alone.
+const WINDOWS: usize = 8;
 /// Recordings for fitting.
 pub(super) const TRAIN: usize = 2;
 
@@ -53,6 +55,8 @@ pub(super) struct HeldScene {
     pub(super) drop: f64,
     pub(super) seeds: u64,
     pub(super) span: f64,
+    /// How many windows of its runs a refit replays, at the most.
+    pub(super) windows: usize,
 }
 
 /// Coordinate or rate in the state that channel `c` reads.
@@ -204,6 +208,7 @@ pub(super) fn scene(d: &mut SeededDraw, seed: u64, index: usize, order: HeldScen
         drop: if d.chance(0.2) { d.uniform(0.002, 0.01) } else { 0.0 },
         seeds: seed ^ ((index as u64) << 20),
         span,
+        windows: WINDOWS,
     }
 }
 
