@@ -1,10 +1,10 @@
 //! Which law represents an effect of an arm on a base that does not move, and the bounds of its size.
 
 use super::chain::JOINTS;
+use super::channels::channel;
 use super::law::HeldLaw;
-use super::plant::HeldArmValues;
-use super::scene::channel;
 use super::space::{dot, times};
+use super::values::HeldArmValues;
 use crate::draw::SeededDraw;
 use crate::joint::{draw_pulses, spells};
 

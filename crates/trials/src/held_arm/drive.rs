@@ -1,9 +1,9 @@
 //! An arm drawn around a published one.
 
 use super::chain::{ChainBody, JOINTS, SerialChain};
-use super::plant::{HeldArmState, HeldArmValues, RATE};
 use super::robots::{PUBLISHED, PublishedArm};
 use super::space::{Arrow, LEVEL, about, cross, dot, of_quaternion, seen, times};
+use super::values::{HeldArmState, HeldArmValues, RATE};
 use crate::draw::SeededDraw;
 use crate::joint::short;
 

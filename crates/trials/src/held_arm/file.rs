@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::chain::JOINTS;
-use super::plant::HeldArmValues;
 use super::space::LEVEL;
+use super::values::HeldArmValues;
 
 /// Text of `robot.toml`.
 pub(super) fn robot(v: &HeldArmValues, name: &str) -> String {

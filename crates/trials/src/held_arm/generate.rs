@@ -3,7 +3,8 @@
 use super::chain::JOINTS;
 use super::choice::{IDS, OUTSIDE, choose, needs_spring};
 use super::law::HeldLawEffect;
-use super::nominal::{free_values, nominal};
+use super::named::free_values;
+use super::nominal::nominal;
 use super::scene::{HeldSceneOrder, TRAIN, finite, scales, scene};
 use super::size::{gauge, ratio, size};
 use super::write::{HeldHappening, HeldOrigin, write};

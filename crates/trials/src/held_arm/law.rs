@@ -2,8 +2,8 @@
 //! effect. Angles and torques on the joint's side of the gear.
 
 use super::chain::JOINTS;
-use super::plant::{HeldArmState, HeldArmValues, OWN, RATE};
 use super::space::{Arrow, times};
+use super::values::{HeldArmState, HeldArmValues, OWN, RATE};
 use crate::joint::{Pulse, pulses};
 use crate::slip::Slip;
 

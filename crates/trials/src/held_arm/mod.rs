@@ -1,13 +1,13 @@
 //! Cases of a robot arm with six joints on a base that does not move.
 
 mod chain;
+mod channels;
 mod choice;
 mod drive;
 mod file;
 mod generate;
-#[cfg(test)]
-mod lagrange;
 mod law;
+mod named;
 mod nominal;
 mod plant;
 mod reference;
@@ -19,6 +19,9 @@ mod scene;
 mod size;
 mod solve;
 mod space;
+#[cfg(test)]
+mod tests;
+mod values;
 mod write;
 
 pub(crate) use generate::generate;

@@ -1,36 +1,12 @@
 //! An arm of six revolute joints on a base that does not move: rigid bodies and rotors, springs between motors and links
 //! where there are any, dry friction at the motors.
 
-use super::chain::{JOINTS, SerialChain};
+use super::chain::JOINTS;
 use super::law::{HeldFriction, HeldLaw, HeldLawEffect, placed};
 use super::solve::solve;
-use super::space::{Arrow, plus};
+use super::space::plus;
+use super::values::{COORDINATES, HeldArmState, HeldArmValues, RATE};
 use crate::slip::Slip;
-
-/// Angles of joints, angles of motors (of rigid joints: unused).
-pub(crate) const COORDINATES: usize = 2 * JOINTS;
-/// Where rates begin, and states of effects.
-pub(crate) const RATE: usize = COORDINATES;
-pub(crate) const OWN: usize = 2 * COORDINATES;
-/// Coordinates, their rates, states of effects.
-pub(crate) type HeldArmState = [f64; 2 * COORDINATES + 4];
-
-/// What a case gives of an arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct HeldArmValues {
-    pub(crate) chain: SerialChain,
-    /// From the last joint, axes of the last body, m.
-    pub(crate) tip: Arrow,
-    /// The joint has a spring.
-    pub(crate) flexible: [bool; JOINTS],
-    /// N.m/rad, N.m.s/rad.
-    pub(crate) stiffness: [f64; JOINTS],
-    pub(crate) damping: [f64; JOINTS],
-    /// Dry friction while it slides and at which it breaks away, N.m; N.m.s/rad.
-    pub(crate) coulomb: [f64; JOINTS],
-    pub(crate) breakaway: [f64; JOINTS],
-    pub(crate) viscous: [f64; JOINTS],
-}
 
 /// How a motor moves: dry friction holds it, or works against this direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,14 +30,6 @@ pub(crate) struct HeldArm {
     pub(crate) slips: Vec<Slip>,
     /// Length of the recording in s, for what changes along it.
     pub(crate) span: f64,
-}
-
-impl HeldArmValues {
-    /// Coordinate of joint `j`'s motor.
-    #[inline]
-    pub(crate) fn motor(&self, j: usize) -> usize {
-        if self.flexible[j] { JOINTS + j } else { j }
-    }
 }
 
 impl HeldArm {

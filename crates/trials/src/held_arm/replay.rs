@@ -4,12 +4,14 @@
 //! run is replayed window by window, each from a state of its own that is refitted with the parameters.
 
 use super::chain::JOINTS;
+use super::channels::index_of;
 use super::law::HeldLawEffect;
-use super::nominal::HeldValue;
-use super::plant::{HeldArm, HeldArmState, HeldArmValues, RATE};
+use super::named::HeldValue;
+use super::plant::HeldArm;
 use super::refit::LinearRefit;
 use super::run::{HeldArmRun, at};
-use super::scene::{HeldRecord, HeldScene, TRAIN, index_of, reading};
+use super::scene::{HeldRecord, HeldScene, TRAIN, reading};
+use super::values::{HeldArmState, HeldArmValues, RATE};
 use crate::tune::{TuningBench, TuningPoint, tune};
 
 /// Steps of replays of a rigid arm and of one with springs, s.

@@ -1,7 +1,8 @@
 //! Runs of an arm: RK4 at a fixed step, torques held; where a motor stops or breaks away, the step is cut by bisection.
 
 use super::chain::JOINTS;
-use super::plant::{HeldArm, HeldArmState, HeldInstant, HeldMode, RATE};
+use super::plant::{HeldArm, HeldInstant, HeldMode};
+use super::values::{HeldArmState, RATE};
 
 /// Cuts of a step in halves where something happens in it.
 const HALVES: usize = 26;

@@ -1,12 +1,14 @@
 //! The runs of a case: the arm, how it moves, when it is read and with what.
 
 use super::chain::JOINTS;
+use super::channels::{CHANNELS, index_of};
 use super::choice::HeldScales;
 use super::drive::{DrawnArm, draw};
 use super::law::{HeldLaw, HeldLawEffect};
-use super::plant::{HeldArm, HeldArmState, HeldArmValues, RATE};
+use super::plant::HeldArm;
 use super::reference::ArmCourse;
 use super::run::{HeldArmRun, at};
+use super::values::{HeldArmState, HeldArmValues, RATE};
 use crate::draw::SeededDraw;
 use crate::sense::{self, Meter};
 
@@ -17,14 +19,6 @@ const FINEST: f64 = 5e-4;
 const WINDOWS: usize = 8;
 /// Recordings for fitting.
 pub(super) const TRAIN: usize = 2;
-
-/// motorAngle, jointAngle, motorVelocity, six each.
-pub(super) const CHANNELS: usize = 3 * JOINTS;
-
-/// Name of the variable of channel `c`, and the joint that it reads, from 0.
-pub(super) fn channel(c: usize) -> (&'static str, usize) {
-    (["motorAngle", "jointAngle", "motorVelocity"][c / JOINTS], c % JOINTS)
-}
 
 /// One recorded run, free of noise.
 #[derive(Clone, Debug)]
@@ -57,16 +51,6 @@ pub(super) struct HeldScene {
     pub(super) span: f64,
     /// How many windows of its runs a refit replays, at the most.
     pub(super) windows: usize,
-}
-
-/// Coordinate or rate in the state that channel `c` reads.
-pub(super) fn index_of(values: &HeldArmValues, c: usize) -> usize {
-    let j = c % JOINTS;
-    match c / JOINTS {
-        0 => values.motor(j),
-        1 => j,
-        _ => RATE + values.motor(j),
-    }
 }
 
 pub(super) fn reading(

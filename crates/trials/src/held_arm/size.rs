@@ -1,13 +1,14 @@
 //! What a refit leaves of an effect, and the size at which it leaves so much.
 
 use super::chain::JOINTS;
+use super::channels::index_of;
 use super::choice::HeldEffectDraw;
 use super::law::HeldLawEffect;
-use super::nominal::{HeldValue, free_values};
-use super::plant::HeldArmValues;
+use super::named::{HeldValue, free_values};
 use super::refit::LinearRefit;
 use super::replay::HeldReplays;
-use super::scene::{HeldRecord, HeldScene, TRAIN, finite, index_of};
+use super::scene::{HeldRecord, HeldScene, TRAIN, finite};
+use super::values::HeldArmValues;
 use crate::draw::SeededDraw;
 use crate::joint::short;
 

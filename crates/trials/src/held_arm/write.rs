@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 
 use super::chain::JOINTS;
+use super::channels::channel;
 use super::choice::HeldEffectDraw;
 use super::file::robot;
 use super::law::{HeldLaw, HeldLawEffect};
-use super::nominal::{HeldValue, NominalArm, free_values};
-use super::plant::{HeldArmValues, RATE};
+use super::named::{HeldValue, free_values};
+use super::nominal::HeldArmNominal;
 use super::run::at;
-use super::scene::{HeldRecord, HeldScene, TRAIN, channel, reading};
+use super::scene::{HeldRecord, HeldScene, TRAIN, reading};
+use super::values::{HeldArmValues, RATE};
 use crate::case::{DeclaredSensor, TrialCase, TrialColumn, TrialPlant, TrialRecording, TrialSplit, TruthKey};
 use crate::draw::SeededDraw;
 use crate::joint::short;
@@ -50,7 +52,7 @@ pub(super) fn write(
     of: HeldOrigin,
     s: &HeldScene,
     happens: &HeldHappening<'_>,
-    nominal: &NominalArm,
+    nominal: &HeldArmNominal,
     d: &mut SeededDraw,
 ) -> TrialCase {
     let (runs, effects, noise) = (happens.runs, happens.effects, happens.noise);
@@ -126,7 +128,7 @@ pub(super) fn write(
 }
 
 /// The friction that the nominal model has.
-fn friction(nominal: &NominalArm) -> toml::Table {
+fn friction(nominal: &HeldArmNominal) -> toml::Table {
     let v = &nominal.values;
     let list = |x: [f64; JOINTS]| toml::Value::Array(x.map(toml::Value::from).to_vec());
     let table = toml::Table::from_iter([

@@ -1,11 +1,13 @@
 //! The arm against other forms of the same physics: Lagrange's equations from energies of points, closed forms, balances.
 
 use super::chain::{JOINTS, SerialChain};
+use super::channels::index_of;
 use super::drive::draw;
 use super::law::{HeldLaw, HeldLawEffect};
-use super::plant::{HeldArm, HeldArmState, HeldArmValues, HeldMode, RATE};
+use super::plant::{HeldArm, HeldMode};
 use super::run::HeldArmRun;
 use super::space::{Arrow, LEVEL, Turning, about, after, apply, cross, dot, of_quaternion, plus, times};
+use super::values::{HeldArmState, HeldArmValues, RATE};
 use crate::draw::SeededDraw;
 
 /// An arm without friction, of a seed; every second one with springs.
@@ -302,7 +304,7 @@ fn a_force_at_the_tip_does_its_work() {
 #[test]
 fn a_law_of_no_size_is_no_effect() {
     use super::choice::{HeldScales, IDS, OUTSIDE, choose};
-    use super::scene::{index_of, reading};
+    use super::scene::reading;
     let v = {
         let mut d = SeededDraw::new("held-arm/check", 5, 0, 0);
         HeldArmValues {
