@@ -12,6 +12,9 @@ pub enum TrialPlant {
     Joint,
     /// `PlanarManipulator`.
     Manipulator,
+    /// `SpatialFreeFlyer` on a base that is held: an arm of six joints.
+    #[serde(rename = "held-arm")]
+    HeldArm,
 }
 
 /// What a case is about.
@@ -37,7 +40,7 @@ pub enum TrialSplit {
 
 impl TrialPlant {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Joint, Self::Manipulator];
+    pub const ALL: [Self; 3] = [Self::Joint, Self::Manipulator, Self::HeldArm];
     /// By its name on the command line.
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name() == name)
@@ -47,6 +50,7 @@ impl TrialPlant {
         match self {
             Self::Joint => "joint",
             Self::Manipulator => "manipulator",
+            Self::HeldArm => "held-arm",
         }
     }
 }
@@ -191,6 +195,8 @@ pub(crate) struct DeclaredSensor {
 #[derive(Clone, Debug)]
 pub(crate) struct TrialCase {
     pub(crate) model: &'static str,
+    /// Text of its robot's file, where the model has one.
+    pub(crate) robot: Option<String>,
     pub(crate) train: Vec<TrialRecording>,
     pub(crate) holdout: Vec<TrialRecording>,
     pub(crate) rest: Vec<TrialRecording>,
@@ -202,5 +208,7 @@ pub(crate) struct TrialCase {
     pub(crate) effects: toml::Table,
     pub(crate) payload: toml::Table,
     pub(crate) sensors: Vec<DeclaredSensor>,
+    /// Its runs free of noise, of plants that give them.
+    pub(crate) truth: Vec<TrialRecording>,
     pub(crate) key: TruthKey,
 }

@@ -19,6 +19,20 @@ pub enum TrialError {
         /// The key.
         path: PathBuf,
     },
+    /// A plant that has no cases of a split.
+    #[error("plant {plant} has no cases of split {split}; choose another split")]
+    Absent {
+        /// The plant.
+        plant: &'static str,
+        /// The split.
+        split: &'static str,
+    },
+    /// A plant whose noise-free runs are not kept.
+    #[error("plant {plant} gives no noise-free recordings; leave --truth out, or choose the plant held-arm")]
+    Silent {
+        /// The plant.
+        plant: &'static str,
+    },
     /// No draw gave a case in which the effect shows.
     #[error("case {index} of split {split}, seed {seed}: no draw shows its effect; try another seed")]
     Useless {

@@ -14,6 +14,9 @@ use crate::case::{
 };
 use crate::error::TrialError;
 
+/// The robot of a case, in its folder.
+const ROBOT: &str = "robot.toml";
+
 /// Hash as hexadecimal digits.
 pub(crate) fn hash(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().fold(String::new(), |mut s, b| {
@@ -88,12 +91,11 @@ fn manifest(case: &TrialCase) -> String {
         let quoted: Vec<String> = list.iter().map(|r| format!("\"{}\"", r.name)).collect();
         quoted.join(", ")
     };
-    let mut text = format!(
-        "model = \"{}\"\ntrain = [{}]\nholdout = [{}]\n",
-        case.model,
-        names(&case.train),
-        names(&case.holdout)
-    );
+    let mut text = format!("model = \"{}\"\n", case.model);
+    if case.robot.is_some() {
+        let _ = writeln!(text, "robot = \"{ROBOT}\"");
+    }
+    let _ = write!(text, "train = [{}]\nholdout = [{}]\n", names(&case.train), names(&case.holdout));
     if !case.rest.is_empty() {
         let _ = writeln!(text, "rest = [{}]", names(&case.rest));
     }
@@ -139,6 +141,15 @@ pub(crate) fn settle(part: &Path, last: &Path) -> Result<(), TrialError> {
     fs::rename(part, last).map_err(|e| TrialError::at(last, e))
 }
 
+/// Writes recordings into a folder, which is made if it is not there.
+pub(crate) fn write_recordings<'a>(
+    into: &Path,
+    all: impl IntoIterator<Item = &'a TrialRecording>,
+) -> Result<(), TrialError> {
+    folder(into)?;
+    all.into_iter().try_for_each(|r| whole(&into.join(&r.name), &csv(r)))
+}
+
 /// Writes a case and its key.
 pub(crate) fn write(directory: &Path, mut case: TrialCase) -> Result<String, TrialError> {
     let key = &case.key;
@@ -148,8 +159,9 @@ pub(crate) fn write(directory: &Path, mut case: TrialCase) -> Result<String, Tri
     folder(&cases)?;
     folder(&keys)?;
     let part = fresh(&cases, &name)?;
-    for r in case.train.iter().chain(&case.holdout).chain(&case.rest) {
-        whole(&part.join(&r.name), &csv(r))?;
+    write_recordings(&part, case.train.iter().chain(&case.holdout).chain(&case.rest))?;
+    if let Some(robot) = &case.robot {
+        whole(&part.join(ROBOT), robot)?;
     }
     whole(&part.join("case.toml"), &manifest(&case))?;
     let path = keys.join(format!("{name}.toml"));

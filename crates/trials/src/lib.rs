@@ -10,6 +10,7 @@ mod case;
 mod draw;
 mod error;
 mod files;
+mod held_arm;
 mod joint;
 mod judge;
 mod lab;
@@ -38,6 +39,7 @@ pub use judge::table::{Answers, CaseRow};
 pub use lab::{LabLimits, LabNotice, LabRound, new_lab, run_lab};
 
 use cache::CaseCache;
+use case::TrialCase;
 
 /// What to generate.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +80,32 @@ pub fn generate(
         said(index, &name);
     }
     files::seal(to.directory)
+}
+
+/// Writes the noise-free runs of cases: true inputs, angles and rates as `DIRECTORY/<case>/<recording>.csv`.
+///
+/// # Errors
+/// A plant that gives none (only [`TrialPlant::HeldArm`] does); a file that cannot be written; a case that no draw makes
+/// visible.
+pub fn generate_truth(directory: &Path, order: &TrialOrder) -> Result<(), TrialError> {
+    let (i, n) = order.shard;
+    for index in (0..order.count).filter(|k| k % n == i - 1) {
+        let case = make(order.plant, order.split, order.seed, index)?;
+        if case.truth.is_empty() {
+            return Err(TrialError::Silent { plant: order.plant.name() });
+        }
+        let name = files::name_of(order.plant, order.split, order.seed, index);
+        files::write_recordings(&directory.join(name), &case.truth)?;
+    }
+    Ok(())
+}
+
+fn make(plant: TrialPlant, split: TrialSplit, seed: u64, index: usize) -> Result<TrialCase, TrialError> {
+    match plant {
+        TrialPlant::Joint => joint::generate(split, seed, index),
+        TrialPlant::Manipulator => arm::generate(split, seed, index),
+        TrialPlant::HeldArm => held_arm::generate(split, seed, index),
+    }
 }
 
 /// Generates the cases of a corpus, as [`generate`] does; `shard`: (i, n), every n-th case from the i-th (1-based) on.
@@ -130,11 +158,7 @@ impl Folders<'_> {
         {
             return Ok(name);
         }
-        let case = match plant {
-            TrialPlant::Joint => joint::generate(split, seed, index)?,
-            TrialPlant::Manipulator => arm::generate(split, seed, index)?,
-        };
-        files::write(self.directory, case)?;
+        files::write(self.directory, make(plant, split, seed, index)?)?;
         cache.map_or(Ok(()), |cache| cache.keep(self.directory, &name))?;
         Ok(name)
     }

@@ -21,10 +21,11 @@ fn sum_of_squares(r: &[Vec<f64>]) -> f64 {
     r.iter().flatten().map(|e| e * e).sum()
 }
 
-/// How far off a parameter may be, as a share, and a first state, in its steps, for as much as the information of one reading: what nothing
-/// shows stays where it is, so that it does not keep the rest from being fitted.
-const DOUBT: f64 = 0.3;
-const FIRST: f64 = 500.0;
+/// How far off a parameter may be, as a share, for as much as the information of one reading: what nothing shows stays where
+/// it is, so that it does not keep the rest from being fitted.
+pub(crate) const DOUBT: f64 = 0.3;
+/// The same of a first state, in its steps.
+pub(crate) const FIRST: f64 = 500.0;
 /// Steps at the most: joints that nothing measures bend the way to the best far.
 const ROUNDS: usize = 30;
 /// What the first step is damped by, and the most that is tried, in standard deviations.

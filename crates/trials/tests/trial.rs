@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use trueup_trials::{
     Answers, CaseEnd, CaseFailure, Folders, JudgedRun, PairedCounts, TimeTaken, TrialOrder, TrialPlant,
-    TrialSplit, TruthKey, compare, fill_corpus, generate, generate_corpus, markdown, read_corpus, run, score,
-    write_corpus,
+    TrialSplit, TruthKey, compare, fill_corpus, generate, generate_corpus, generate_truth, markdown,
+    read_corpus, run, score, write_corpus,
 };
 
 /// Its first cases are made quickly.
@@ -46,6 +46,23 @@ fn a_case_of_an_arm_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
 #[ignore = "long: ./test --full runs it"]
 fn a_case_of_a_joint_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
     twice(TrialPlant::Joint);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn a_case_of_a_held_arm_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
+    twice(TrialPlant::HeldArm);
+}
+
+#[test]
+fn what_a_plant_does_not_have_is_refused_with_the_remedy() {
+    let dir = tempfile::tempdir().unwrap();
+    let rig = order(TrialPlant::HeldArm, TrialSplit::Rig, 1);
+    let said = generate(to(dir.path()), &rig, |_, _| {}).unwrap_err().to_string();
+    assert_eq!(said, "plant held-arm has no cases of split rig; choose another split");
+    let joint = order(TrialPlant::Joint, TrialSplit::None, 1);
+    let said = generate_truth(dir.path(), &joint).unwrap_err().to_string();
+    assert!(said.contains("plant joint gives no noise-free recordings; leave --truth out"), "{said}");
 }
 
 /// Two cases, made in one go and in two shards.

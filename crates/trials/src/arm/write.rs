@@ -93,6 +93,7 @@ pub(super) fn write(
     }
     TrialCase {
         model: "PlanarManipulator",
+        robot: None,
         train,
         holdout,
         rest: Vec::new(),
@@ -102,6 +103,7 @@ pub(super) fn write(
         effects: toml::Table::new(),
         payload: toml::Table::new(),
         sensors,
+        truth: Vec::new(),
         key: TruthKey {
             case: String::new(),
             plant: TrialPlant::Manipulator,

@@ -70,6 +70,7 @@ pub(super) fn write(
     }
     TrialCase {
         model: "TwoMassJoint",
+        robot: None,
         train,
         holdout,
         rest,
@@ -79,6 +80,7 @@ pub(super) fn write(
         effects: toml::Table::new(),
         payload: toml::Table::new(),
         sensors,
+        truth: Vec::new(),
         key: TruthKey {
             case: String::new(),
             plant: TrialPlant::Joint,

@@ -21,8 +21,8 @@ pub(crate) struct TrialGenerate {
     /// Folder for cases, keys and seals; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
-    /// joint or manipulator
-    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"], required_unless_present = "corpus")]
+    /// joint, manipulator or held-arm
+    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator", "held-arm"], required_unless_present = "corpus")]
     pub(crate) plant: Option<String>,
     /// What the cases are about
     #[arg(long, value_name = "SPLIT", value_parser = ["none", "parameters", "single", "pairs", "outside", "unidentifiable", "rig"], required_unless_present = "corpus")]
@@ -39,6 +39,9 @@ pub(crate) struct TrialGenerate {
     /// Folder that keeps cases for the next time, by generator, plant, split, seed and number
     #[arg(long, value_name = "DIR", env = "TRUEUP_TRIAL_CACHE")]
     pub(crate) cache: Option<PathBuf>,
+    /// Also write noise-free inputs, angles and rates of a held arm, a folder per case
+    #[arg(long, value_name = "DIR", conflicts_with = "corpus")]
+    pub(crate) truth: Option<PathBuf>,
     /// Only every n-th case, from the i-th on
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = super::shard)]
     pub(crate) shard: (usize, usize),
@@ -100,7 +103,7 @@ pub(crate) struct TrialCorpus {
     #[arg(long, value_name = "N", default_value_t = 40)]
     pub(crate) right: usize,
     /// Of one plant alone
-    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"])]
+    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator", "held-arm"])]
     pub(crate) plant: Option<String>,
     /// What the diagnosis was built from
     #[arg(long, value_name = "HASH", default_value = "")]

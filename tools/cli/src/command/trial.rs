@@ -43,7 +43,11 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), CliError> {
     };
     let order = TrialOrder { plant, split, count: a.count, seed: a.seed, shard: a.shard };
     trueup_trials::generate(to, &order, |i, name| voice::line(&format!("{}/{} {name}", i + 1, a.count)))
-        .map_err(failed)
+        .map_err(failed)?;
+    a.truth.iter().try_for_each(|into| {
+        folder_of("--truth", into)?;
+        trueup_trials::generate_truth(into, &order).map_err(failed)
+    })
 }
 
 pub(crate) fn run(a: &TrialRun) -> Result<(), CliError> {
