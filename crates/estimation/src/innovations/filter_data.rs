@@ -89,7 +89,7 @@ pub struct DataColumn {
 /// Columns that pass next to each other.
 pub const LANES: usize = 16;
 
-/// What is smaller is 0 in single precision: its products would be subnormal, with which processors take a hundred times as long.
+/// What is smaller is 0 in single precision: its products would be subnormal, with which processors take many times as long.
 const LEAST: f64 = 1e-30;
 
 /// A number in single precision.
