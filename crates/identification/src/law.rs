@@ -7,8 +7,8 @@
 
 use std::collections::HashMap;
 
+use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
-use trueup_numerics::{Dual, Scalar};
 use trueup_plant::{LANES, Lanes, Plant, PlantScalar};
 
 use crate::plan::PredictionPlan;
@@ -72,6 +72,7 @@ pub(crate) struct LinearStepLaw<T> {
     z: Vec<T>,
     k: [Vec<T>; 8],
     followers: Vec<usize>,
+    moved: MovedState,
     /// Per state: the weights of a step that follows at a rate of its own.
     weights: Vec<Weights>,
 }
@@ -169,6 +170,7 @@ impl<T: PlantScalar> LinearStepLaw<T> {
             z: vec![T::zero(); n.states + 2 * n.inputs + 1],
             k: core::array::from_fn(|_| vec![T::zero(); n.states]),
             followers: f.model.followers().to_vec(),
+            moved: MovedState::default(),
             weights: vec![Weights::PLAIN; n.states],
         };
         if law.affine {
@@ -226,6 +228,7 @@ impl<T: PlantScalar> LinearStepLaw<T> {
             z: vec![0.0; self.z.len()],
             k: core::array::from_fn(|_| vec![0.0; self.states]),
             followers: self.followers.clone(),
+            moved: MovedState::default(),
             weights: self.weights.clone(),
         }
     }
@@ -317,26 +320,29 @@ impl<T: PlantScalar> LinearStepLaw<T> {
     }
 
     fn runge_kutta(&mut self, f: &FrozenPlant<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
-        for i in 0..self.followers.len() {
-            let row = self.followers[i];
-            self.weights[row] = Weights::new(own_rate(f, t, x, u, row), h);
-        }
         let [k1, k2, k3, k4, a, b, c, input] = &mut self.k;
         input.clear();
         input.extend_from_slice(u);
+        f.rates(t, x, input, k1);
+        for row in &self.followers {
+            self.weights[*row] = Weights::new(self.moved.own_rate(f, t, x, u, *row, k1[*row].value()), h);
+        }
         let w = &self.weights;
         // g = f - lambda x at a stage.
-        let mut rates = |at: f64, y: &[T], g: &mut [T]| {
-            input.iter_mut().zip(u.iter().zip(du)).for_each(|(v, (u, du))| *v = *u + *du * at);
-            f.rates(t + at, y, input, g);
+        let less_own = |y: &[T], g: &mut [T]| {
             for i in 0..y.len() {
                 if w[i].lambda != 0.0 {
                     g[i] -= y[i] * w[i].lambda;
                 }
             }
         };
+        let mut rates = |at: f64, y: &[T], g: &mut [T]| {
+            input.iter_mut().zip(u.iter().zip(du)).for_each(|(v, (u, du))| *v = *u + *du * at);
+            f.rates(t + at, y, input, g);
+            less_own(y, g);
+        };
         let n = x.len();
-        rates(0.0, x, k1);
+        less_own(x, k1);
         (0..n).for_each(|i| a[i] = x[i] * w[i].half + k1[i] * (w[i].stage * h));
         rates(0.5 * h, a, k2);
         (0..n).for_each(|i| b[i] = x[i] * w[i].half + k2[i] * (w[i].stage * h));
@@ -350,14 +356,37 @@ impl<T: PlantScalar> LinearStepLaw<T> {
     }
 }
 
-/// df_i/dx_i of a state.
-fn own_rate<T: PlantScalar>(f: &FrozenPlant<T>, t: f64, x: &[T], u: &[T], i: usize) -> f64 {
-    let dual = |v: &[T]| v.iter().map(|v| Lanes::constant(v.value())).collect::<Vec<_>>();
-    let (p, u, mut x) = (dual(f.p), dual(u), dual(x));
-    x[i] = Dual::variable(x[i].value(), 0);
-    let mut dx = vec![Lanes::default(); x.len()];
-    FrozenPlant { model: f.model, p: &p, modes: f.modes }.rates(t, &x, &u, &mut dx);
-    dx[i].eps[0]
+/// Values at an instant, one state of them moved; kept from step to step.
+#[derive(Clone, Debug, Default)]
+struct MovedState {
+    p: Vec<f64>,
+    x: Vec<f64>,
+    u: Vec<f64>,
+    dx: Vec<f64>,
+}
+
+impl MovedState {
+    /// df_i/dx_i of a state that follows, whose rate is `rate` here: it is affine in the state, so that a difference is exact.
+    fn own_rate<T: PlantScalar>(
+        &mut self,
+        f: &FrozenPlant<T>,
+        t: f64,
+        x: &[T],
+        u: &[T],
+        i: usize,
+        rate: f64,
+    ) -> f64 {
+        for (to, from) in [(&mut self.p, f.p), (&mut self.x, x), (&mut self.u, u)] {
+            to.clear();
+            to.extend(from.iter().map(|v| v.value()));
+        }
+        self.dx.resize(x.len(), 0.0);
+        // In a strain's own unit, towards 0, so that it stays where bristles are.
+        let by = if self.x[i] > 0.0 { -1.0 } else { 1.0 };
+        self.x[i] += by;
+        FrozenPlant { model: f.model, p: &self.p, modes: f.modes }.rates(t, &self.x, &self.u, &mut self.dx);
+        (self.dx[i] - rate) / by
+    }
 }
 
 /// Rates and outputs requested at unit states and inputs, less those at 0; last those at 0.

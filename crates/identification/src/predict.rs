@@ -143,6 +143,8 @@ struct Simulation<'a, T> {
     slope: Vec<f64>,
     z: [Vec<f64>; 2],
     buffers: [Vec<f64>; 4],
+    /// States before an event iteration, after it, and inputs.
+    iterated: [Vec<f64>; 3],
 }
 
 /// Predicts the readings of a run with parameters `p`; initial states are parameters (`Hybrid::start`).
@@ -227,6 +229,7 @@ fn run<T: PlantScalar>(
         slope: vec![0.0; n.inputs],
         z: [vec![0.0; n.indicators], vec![0.0; n.indicators]],
         buffers: [vec![0.0; n.states], vec![0.0; n.states], vec![0.0; n.inputs], vec![0.0; n.inputs]],
+        iterated: [vec![0.0; n.states], vec![0.0; n.states], vec![0.0; n.inputs]],
     };
     let begin = plan.nodes.first().map_or(0.0, |node| node.t);
     let (x0, u0): (Vec<f64>, Vec<f64>) = (plain(&s.x), plain(&u));
@@ -326,10 +329,12 @@ impl<T: PlantScalar> Simulation<'_, T> {
 
     /// Event iteration; did anything change?
     fn update(&mut self, t: f64, u: &[T]) -> Result<bool, PredictError> {
-        let (mut x, u) = (plain(&self.x), plain(u));
+        let [before, x, own] = &mut self.iterated;
+        x.iter_mut().zip(&self.x).for_each(|(a, b)| *a = b.value());
+        own.iter_mut().zip(u).for_each(|(a, b)| *a = b.value());
         for pass in 0..100 {
-            let before = x.clone();
-            let update = self.model.update(t, &mut x, &u, &self.values, &mut self.modes);
+            before.copy_from_slice(x);
+            let update = self.model.update(t, x, own, &self.values, &mut self.modes);
             for i in 0..x.len() {
                 if x[i].to_bits() != before[i].to_bits() {
                     self.x[i] = T::constant(x[i]);
@@ -373,6 +378,8 @@ impl<T: PlantScalar> Simulation<'_, T> {
         }
         let [mut x0, mut x1, mut u0, mut u1] = core::mem::take(&mut self.buffers);
         let (mut t, mut left, mut met) = (node.t, node.h, 0);
+        // Indicators where a step ended are those where the next one begins.
+        let mut known = false;
         let mut h = even(node.h, self.longest());
         while left > 0.0 {
             if h < node.h / self.plan.most_steps && h < left {
@@ -389,7 +396,11 @@ impl<T: PlantScalar> Simulation<'_, T> {
             for (i, (a, b)) in u0.iter_mut().zip(&mut u1).enumerate() {
                 (*a, *b) = (u[i].value(), (u[i] + du[i] * h).value());
             }
-            self.indicators(0, t, &x0, &u0);
+            if known {
+                self.z.swap(0, 1);
+            } else {
+                self.indicators(0, t, &x0, &u0);
+            }
             self.before.clone_from(&self.x);
             if let Some(own) = &mut self.laws.constant {
                 let law = &mut own.known[self.laws.current].1;
@@ -404,6 +415,7 @@ impl<T: PlantScalar> Simulation<'_, T> {
             }
             self.indicators(1, t + h, &x1, &u1);
             let crossed: Vec<usize> = self.crossed().collect();
+            known = crossed.is_empty() && due.is_none();
             if crossed.is_empty() {
                 (t, left) = (t + h, left - h);
                 u.iter_mut().zip(du).for_each(|(u, du)| *u += *du * h);

@@ -4,7 +4,8 @@ use trueup_identification::predict::{InputMap, KeptLaws, Prediction, PredictionP
 use trueup_identification::run::{IdentificationRun, InputDrive, InputInterpolation, OutputChannel};
 use trueup_models::joint::{input, output, parameter as p};
 use trueup_numerics::Scalar;
-use trueup_plant::Lanes;
+use trueup_numerics::hybrid::At;
+use trueup_plant::{Lanes, Plant};
 
 use crate::plants::joint;
 
@@ -95,4 +96,32 @@ fn kept_laws_are_those_of_the_values() {
     let alone = predict_again(model.plant(), &plan, &q, &InputMap::default(), false, &KeptLaws::default());
     assert_eq!(all[1], alone.unwrap().y);
     assert!(largest(&all[0], &all[1]) > 1e-6);
+}
+
+/// Steps take the own rate of bristles from a difference, which is the derivative where rates of what follows are affine in it.
+#[test]
+fn a_difference_over_a_strain_is_the_own_rate_of_bristles() {
+    for effect in ["presliding-friction", "load-friction", "transmission-hysteresis"] {
+        let joint = joint(&[effect]);
+        let (model, p): (&dyn Plant, Vec<f64>) = (joint.plant(), joint.defaults());
+        let sizes = model.sizes();
+        let (row, modes, u) = (model.followers()[0], vec![1; sizes.modes], vec![0.1; sizes.inputs]);
+        for strain in [-1.0, -0.3, 0.0, 0.7, 1.2] {
+            let rate = |strain: f64| {
+                let mut x = vec![0.0; sizes.states];
+                (x[1], x[2], x[3], x[row]) = (12.0, 0.02, 0.4, strain);
+                let mut dx = vec![0.0; sizes.states];
+                model.rates(At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes }, &[], &mut dx);
+                (dx[row], x)
+            };
+            let ((here, x), (there, _)) = (rate(strain), rate(strain + 1.0));
+            let lanes = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
+            let (p, u, mut x, mut dx) = (lanes(&p), lanes(&u), lanes(&x), lanes(&x));
+            x[row].eps[0] = 1.0;
+            let at = At { t: Lanes::constant(0.0), x: &x, u: &u, p: &p, modes: &modes };
+            model.rates_lanes(at, &[], &mut dx);
+            let exact = dx[row].eps[0];
+            assert!(exact < 0.0 && ((there - here) / exact - 1.0).abs() < 1e-12, "{effect}: {exact}");
+        }
+    }
 }

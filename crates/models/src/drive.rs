@@ -27,10 +27,11 @@ pub struct DriveTrain<T> {
     pub epsilon_dot: T,
     /// Change of the gear's error with `theta`: 1 - slope times the spring's torque acts on the motor.
     pub slope: T,
-    /// Torque that the transmission carries, N.m; of a rigid joint the motor's. Only where an effect of motor friction
-    /// is packed.
+    /// Torque that the transmission carries, N.m; of a rigid joint the motor's. There at least where an effect is
+    /// packed whose friction grows with it.
     pub carried: T,
-    /// Motor friction in the direction of motion. Only where an effect of motor friction is packed.
+    /// Motor friction in the direction of motion. There at least where rates of an effect of motor friction are
+    /// computed.
     pub levels: Levels<T>,
     /// Velocity of the link against the body that carries it, load side, rad/s.
     pub joint_rate: T,

@@ -75,11 +75,21 @@ pub fn direction<T: Scalar>(mode: i32, omega: T) -> f64 {
 /// Two indicators: positive while the mode may go on. `applied` is the torque that friction has to balance
 /// for the joint to stick; `levels[0]` for the positive direction, `levels[1]` for the negative one.
 pub fn indicators<T: Scalar>(mode: i32, omega: T, applied: T, levels: &[Levels<T>; 2]) -> [T; 2] {
+    moving_indicators(mode, omega).unwrap_or_else(|| holding_indicators(applied, levels))
+}
+
+/// The same where the velocity alone determines them; `None`: it sticks.
+pub fn moving_indicators<T: Scalar>(mode: i32, omega: T) -> Option<[T; 2]> {
     match mode {
-        STUCK => [levels[0].breakaway - applied, levels[1].breakaway + applied],
-        SMOOTH => [T::one(), T::one()],
-        d => [omega * f64::from(d) + TURNED, T::one()],
+        STUCK => None,
+        SMOOTH => Some([T::one(), T::one()]),
+        d => Some([omega * f64::from(d) + TURNED, T::one()]),
     }
+}
+
+/// The same of what sticks.
+pub fn holding_indicators<T: Scalar>(applied: T, levels: &[Levels<T>; 2]) -> [T; 2] {
+    [levels[0].breakaway - applied, levels[1].breakaway + applied]
 }
 
 /// An importer that steps over the event may find the motor running backwards by what friction and load do to
@@ -104,14 +114,24 @@ pub fn next_mode(
     dry: bool,
     oversteps: f64,
 ) -> (i32, bool) {
+    if let Some(next) = mode_by_velocity(mode, omega, dry) {
+        return (next, false);
+    }
     match mode {
-        _ if !dry => (SMOOTH, false),
-        STUCK | SMOOTH => (moving_mode(omega, dry).unwrap_or_else(|| from_rest(applied, levels)), false),
-        d if omega * f64::from(d) > TURNED => (d, false),
+        STUCK | SMOOTH => (from_rest(applied, levels), false),
         // It has just broken away or is about to stop: another input may hold it already, and what holds does not slide.
         d if omega * f64::from(d) + TURNED > 0.0 && !holds(d, applied, levels) => (d, false),
         _ if omega.abs() > oversteps => (along(omega), false),
         _ => (from_rest(applied, levels), true),
+    }
+}
+
+/// The mode that follows at an event where velocity and mode determine it; `None`: the torque decides. Nothing is brought to rest.
+pub fn mode_by_velocity(mode: i32, omega: f64, dry: bool) -> Option<i32> {
+    match mode {
+        _ if !dry => Some(SMOOTH),
+        STUCK | SMOOTH => moving_mode(omega, dry),
+        d => (omega * f64::from(d) > TURNED).then_some(d),
     }
 }
 

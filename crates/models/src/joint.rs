@@ -103,10 +103,9 @@ impl TwoMassJoint {
             ..DriveTrain::default()
         };
         self.effects.gear(at, 0, &mut d);
-        if self.effects.needs_friction() {
+        if self.effects.needs_carried() {
             d.carried =
                 if self.flexible { self.spring(at, &d).torque() } else { self.effects.actuator(at, 0, &d) };
-            d.levels = self.levels(at, &d, friction::direction(friction::SMOOTH, w_m));
         }
         d
     }
@@ -201,7 +200,10 @@ impl TwoMassJoint {
     /// Rates of the states with forces on the coordinates, N.m: motor, and the load of a joint with a spring; empty: none. A
     /// motor that sticks balances what acts on it.
     pub(crate) fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
-        let d = self.drive(&at);
+        let mut d = self.drive(&at);
+        if self.effects.strains_by_friction() {
+            d.levels = self.levels(&at, &d, friction::direction(friction::SMOOTH, d.omega));
+        }
         let b = self.balance_under(&at, &d, force);
         dx[0] = d.omega;
         dx[1] = b.motor_acceleration;
@@ -284,8 +286,9 @@ impl Hybrid for TwoMassJoint {
 
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         let d = self.drive(&at);
-        let applied = self.balance(&at, &d).applied;
-        [z[0], z[1]] = friction::indicators(at.modes[0], d.omega, applied, &self.both_levels(&at, &d));
+        [z[0], z[1]] = friction::moving_indicators(at.modes[0], d.omega).unwrap_or_else(|| {
+            friction::holding_indicators(self.balance(&at, &d).applied, &self.both_levels(&at, &d))
+        });
         self.effects.indicators(&at, 0, &d, z);
     }
 
@@ -296,6 +299,10 @@ impl Hybrid for TwoMassJoint {
         let frozen = &mut frozen[..modes.len()];
         frozen.copy_from_slice(modes);
         let effects_changed = self.effects.update(&At { t, x, u, p, modes: frozen }, 0, &d, modes);
+        if let Some(mode) = friction::mode_by_velocity(before, d.omega, self.dry(&At { t, x, u, p, modes })) {
+            modes[0] = mode;
+            return EventUpdate { modes: effects_changed || mode != before, states: false };
+        }
         // Friction decides on the torque that the new effect modes make.
         frozen.copy_from_slice(modes);
         let at = At { t, x, u, p, modes: frozen };

@@ -105,6 +105,7 @@ fn recursion<S: Simd, const N: usize, const F: usize>(
     }
     let mut p: WideSquare<S, N> = squares(simd, inputs, |input, at| input.first[at]);
     let (on, position) = shared.unknown_on;
+    let alike = inputs.iter().all(|input| input.variance == shared.variance);
     for t in 0..shared.order.nodes() {
         if t > 0 {
             let mode = shared.order.after(t - 1);
@@ -116,7 +117,9 @@ fn recursion<S: Simd, const N: usize, const F: usize>(
                 continue;
             }
             let h: [f64; N] = row(&shared.rows.h, at);
-            let r = beside(simd, inputs, |input| input.variance[at]);
+            let own = shared.variance[at];
+            let r =
+                if alike { simd.splat_f64s(own) } else { beside(simd, inputs, |input| input.variance[at]) };
             let (s, k) = correct::<S, N>(simd, &mut p, &h, r);
             let s: &[f64] = pulp::bytemuck::cast_slice(core::slice::from_ref(&s));
             let k: &[f64] = pulp::bytemuck::cast_slice(&k);
@@ -139,19 +142,32 @@ fn predicted<S: Simd, const N: usize, const F: usize>(
     noise: &WideSquare<S, N>,
     (x, on, position): (f64, usize, usize),
 ) -> WideSquare<S, N> {
+    // Latent forces follow nothing but themselves. Loops whose ends are known are unrolled.
+    let mut moved = *p;
+    for i in 0..N - F {
+        for j in 0..N {
+            let mut sum = simd.splat_f64s(0.0);
+            for k in 0..N {
+                sum = plus(simd, sum, a[i][k], p[k][j]);
+            }
+            moved[i][j] = sum;
+        }
+    }
+    for i in N - F..N {
+        for j in 0..N {
+            moved[i][j] = simd.mul_f64s(simd.splat_f64s(a[i][i]), p[i][j]);
+        }
+    }
     let mut next = *noise;
     for i in 0..N {
-        // Latent forces follow nothing but themselves.
-        let mut moved = [simd.splat_f64s(0.0); N];
-        for k in if i < N - F { 0..N } else { i..i + 1 } {
-            for j in 0..N {
-                moved[j] = plus(simd, moved[j], a[i][k], p[k][j]);
-            }
-        }
         for j in 0..=i {
             let mut sum = simd.add_f64s(noise[i][j], simd.splat_f64s(x * b[i][on] * b[j][on]));
-            for k in if j < N - F { 0..N } else { j..j + 1 } {
-                sum = plus(simd, sum, a[j][k], moved[k]);
+            if j < N - F {
+                for k in 0..N {
+                    sum = plus(simd, sum, a[j][k], moved[i][k]);
+                }
+            } else {
+                sum = plus(simd, sum, a[j][j], moved[i][j]);
             }
             (next[i][j], next[j][i]) = (sum, sum);
         }

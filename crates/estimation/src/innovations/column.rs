@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::filter_data::{LANES, LaneBlock};
+use super::filter_data::{LANES, LaneBlock, in_single};
 
 /// A series by node, times a weight.
 #[derive(Clone, Debug)]
@@ -79,7 +79,7 @@ pub fn beside(columns: &[&FilterColumn], recording: usize, coordinates: usize, c
         for (force, s) in places {
             let all = if force { &mut block.forces[s.on] } else { &mut block.readings[s.on] };
             all.resize(s.values.len(), [0.0; LANES]);
-            all.iter_mut().zip(s.values.iter()).for_each(|(x, v)| x[lane] += (s.weight * v) as f32);
+            all.iter_mut().zip(s.values.iter()).for_each(|(x, v)| x[lane] += in_single(s.weight * v));
         }
     }
     block

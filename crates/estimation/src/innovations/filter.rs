@@ -119,13 +119,17 @@ fn riccati<const N: usize, const F: usize>(out: Riccati<'_>) {
             let ((a, b), q, x) = (&steps[mode], &noise[mode], input.unknown[t - 1]);
             let transposed = &transposes[mode];
             let mut moved: Square<N> = [[0.0; N]; N];
-            for i in 0..N {
-                // Latent forces follow nothing but themselves.
-                let from = if i < N - F { 0..N } else { i..i + 1 };
-                for k in from {
+            for i in 0..N - F {
+                for k in 0..N {
                     for j in 0..N {
                         moved[i][j] += a[i][k] * p[k][j];
                     }
+                }
+            }
+            // Latent forces follow nothing but themselves.
+            for i in N - F..N {
+                for j in 0..N {
+                    moved[i][j] = a[i][i] * p[i][j];
                 }
             }
             for i in 0..N {

@@ -89,6 +89,15 @@ pub struct DataColumn {
 /// Columns that pass next to each other.
 pub const LANES: usize = 16;
 
+/// What is smaller is 0 in single precision: its products would be subnormal, with which processors take many times as long.
+const LEAST: f64 = 1e-30;
+
+/// A number in single precision.
+#[inline(always)]
+pub(super) fn in_single(x: f64) -> f32 {
+    if x.abs() < LEAST { 0.0 } else { x as f32 }
+}
+
 /// Numbers of the lanes, one each.
 pub type FilterLane = [f32; LANES];
 
@@ -105,6 +114,8 @@ pub struct LaneBlock {
 pub struct LaneStream<'a> {
     /// Gains.
     pub gains: &'a FilterGains<'a>,
+    /// [`single_rows`](super::lanes::single_rows) of these gains.
+    pub rows: &'a [f32],
     /// Columns.
     pub block: &'a LaneBlock,
     /// Their whitened innovations, by node and channel; what was there before, where nothing counts.
@@ -120,4 +131,15 @@ pub struct SmoothedRecording {
     pub scores: Vec<f64>,
     /// Power of the scores of each latent, and what the model expects of it; empty unless requested.
     pub powers: Vec<[f64; 2]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_single;
+
+    #[test]
+    fn no_number_in_single_precision_is_subnormal_nor_near_it() {
+        let all = [0.0, 1e-31, -9e-31, 2e-30, -1.5, 1e-40].map(in_single);
+        assert_eq!(all, [0.0, 0.0, 0.0, 2e-30, -1.5, 0.0]);
+    }
 }

@@ -12,7 +12,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::column::{self, FilterColumn};
 use super::filter::data_innovations;
 use super::filter_data::{DataColumn, FilterGains, FilterInput, FilterLane, LANES, LaneBlock, LaneStream};
-use super::lanes::pass_streams;
+use super::lanes::{pass_streams, single_rows};
 
 /// Numbers that are summed side by side.
 const STRIDE: usize = 8;
@@ -152,6 +152,7 @@ pub struct PackedColumns {
 #[derive(Clone, Debug, Default)]
 struct PassBuffers {
     lanes: [Vec<FilterLane>; 2],
+    rows: [Vec<f32>; 2],
     innovations: [Vec<f64>; 2],
 }
 
@@ -185,7 +186,7 @@ impl PackedColumns {
         let rows = one.input.counted_rows();
         let size = self.width + 1;
         let stride = stride(size);
-        let PassBuffers { lanes, innovations: e } = &mut *self.buffers.borrow_mut();
+        let PassBuffers { lanes, rows: single, innovations: e } = &mut *self.buffers.borrow_mut();
         for (pair, (gains, sums)) in gains.chunks(2).zip(sums.chunks_mut(2)).enumerate() {
             for (gains, e) in gains.iter().zip(&mut *e) {
                 let data = data_innovations(gains, &self.data[recording]);
@@ -193,10 +194,11 @@ impl PackedColumns {
                 e.resize(stride * data.len(), 0.0);
                 rows.iter().for_each(|k| e[stride * k] = data[*k]);
             }
+            gains.iter().zip(&mut *single).for_each(|(gains, to)| single_rows(gains, to));
             for (b, block) in self.base[recording].iter().enumerate() {
-                let streams = gains.iter().zip(&mut *lanes);
+                let streams = gains.iter().zip(&*single).zip(&mut *lanes);
                 let mut streams: Vec<_> =
-                    streams.map(|(gains, out)| LaneStream { gains, block, out }).collect();
+                    streams.map(|((gains, rows), out)| LaneStream { gains, rows, block, out }).collect();
                 pass_streams(&mut streams);
                 let width = (self.width - LANES * b).min(LANES);
                 for (e, stream) in e.iter_mut().zip(&streams) {
@@ -282,6 +284,9 @@ impl<'a> GroupSums<'a> {
         let beside = |columns: &[&FilterColumn]| {
             column::beside(columns, recording, packed.coordinates, packed.channels)
         };
+        let mut single = Vec::new();
+        single_rows(gains, &mut single);
+        let single = &single[..];
         let mut lanes = [Vec::new(), Vec::new()];
         for (b, pair) in self.blocks.chunks(2).enumerate() {
             let columns = |groups: &Vec<&'a [FilterColumn]>| {
@@ -289,7 +294,8 @@ impl<'a> GroupSums<'a> {
             };
             let blocks: Vec<LaneBlock> = pair.iter().map(columns).collect();
             let streams = blocks.iter().zip(&mut lanes);
-            let mut streams: Vec<_> = streams.map(|(block, out)| LaneStream { gains, block, out }).collect();
+            let mut streams: Vec<_> =
+                streams.map(|(block, out)| LaneStream { gains, rows: single, block, out }).collect();
             pass_streams(&mut streams);
             for (stream, b) in streams.iter().zip(2 * b..) {
                 let (with_base, with_own) = (&mut self.with_base[b][..], &mut self.with_own[b][..]);
@@ -300,7 +306,7 @@ impl<'a> GroupSums<'a> {
             let mut pieces = Vec::new();
             for columns in group.columns.chunks(LANES) {
                 let (block, mut out) = (beside(&columns.iter().collect::<Vec<_>>()), Vec::new());
-                pass_streams(&mut [LaneStream { gains, block: &block, out: &mut out }]);
+                pass_streams(&mut [LaneStream { gains, rows: single, block: &block, out: &mut out }]);
                 pieces.push(out);
             }
             group.add(&rows, e, &pieces);

@@ -15,6 +15,8 @@ use super::signs::DrySigns;
 const FIRST: (f64, usize) = (0.04, 6);
 /// Standard deviations of an unknown gain and offset that the first state has: the readings decide then.
 const UNSURE: f64 = 10.0;
+/// Share of a step by which a reading's time is off by rounding at the most.
+const ROUNDED: f64 = 1e-9;
 /// Standard deviation of the smoothing of a speed from readings, s.
 const SPEED: f64 = 0.016;
 
@@ -89,8 +91,10 @@ impl NodeRecording {
                     continue;
                 }
                 let at = channels * node as usize + c;
-                let x = r.time[i] - delay - raw.dt * node as f64;
-                let v = r.spread[i];
+                let late = r.time[i] - delay - raw.dt * node as f64;
+                // Rounded times would make rows of products that are next to 0: processors take many times as long with these.
+                let x = if late.abs() > ROUNDED * raw.dt { late } else { 0.0 };
+                let v = if r.spread[i] > (ROUNDED * raw.dt).powi(2) { r.spread[i] } else { 0.0 };
                 (readings[at], count[at], counted[at]) = (r.mean[i], r.count[i], r.counted[i]);
                 moments[at] = [x, 0.5 * (x * x + v), (x.powi(3) + 3.0 * x * v) / 6.0];
             }

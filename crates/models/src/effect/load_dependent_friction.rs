@@ -19,6 +19,7 @@ impl Effect for LoadDependentFriction {
         scope: Scope::Joint,
         plants: &[PlantKind::Joint, PlantKind::Arm, PlantKind::Space],
         friction: true,
+        under_load: true,
         passive: true,
         parameters: &[ParameterSpec {
             name: "loadFrictionCoefficient",

@@ -53,6 +53,9 @@ impl PlacedEffect {
 pub struct EffectSet {
     placed: Vec<PlacedEffect>,
     friction: bool,
+    under_load: bool,
+    strained: bool,
+    moving: bool,
     sensed: bool,
 }
 
@@ -66,7 +69,14 @@ const MOST: usize = 8;
 impl EffectSet {
     /// No effects.
     pub const fn none() -> Self {
-        Self { placed: Vec::new(), friction: false, sensed: false }
+        Self {
+            placed: Vec::new(),
+            friction: false,
+            under_load: false,
+            strained: false,
+            moving: false,
+            sensed: false,
+        }
     }
     /// The effects of those ids in `plant` with `joints` joints; their values are laid behind `sizes`, which
     /// grows by them.
@@ -114,9 +124,12 @@ impl EffectSet {
             sizes.modes += spec.modes * sites;
             sizes.indicators += spec.indicators * sites;
         }
-        let friction = placed.iter().any(|e| e.spec().friction);
+        let any = |has: fn(&Spec) -> bool| placed.iter().any(|e| has(e.spec()));
+        let (friction, under_load) = (any(|s| s.friction), any(|s| s.under_load));
+        let strained = any(|s| s.friction && !s.states.is_empty());
+        let moving = placed.iter().any(|e| !e.is_sensor() && !e.spec().states.is_empty());
         let sensed = placed.iter().any(|e| e.is_sensor() && !e.spec().states.is_empty());
-        Ok(Self { placed, friction, sensed })
+        Ok(Self { placed, friction, under_load, strained, moving, sensed })
     }
     /// One after another.
     pub fn iter(&self) -> impl Iterator<Item = &PlacedEffect> {
@@ -138,6 +151,14 @@ impl EffectSet {
     /// One of them needs motor friction.
     pub fn needs_friction(&self) -> bool {
         self.friction
+    }
+    /// One of them needs the torque that the transmission carries.
+    pub fn needs_carried(&self) -> bool {
+        self.under_load
+    }
+    /// Rates of one of them need the levels of motor friction.
+    pub fn strains_by_friction(&self) -> bool {
+        self.strained
     }
     /// A sensor has states: their rates need the plant's outputs.
     pub fn sensors_have_states(&self) -> bool {
@@ -277,7 +298,7 @@ impl EffectSet {
     }
     /// Rates of the states at a joint into the plant's `dx`.
     pub fn rates<T: Scalar>(&self, at: &At<T>, joint: usize, d: &DriveTrain<T>, s: &Spring<T>, dx: &mut [T]) {
-        if self.placed.is_empty() {
+        if !self.moving {
             return;
         }
         let mut d = DriveTrain { torque: d.command, ..*d };

@@ -310,6 +310,8 @@ pub struct Spec {
     pub indicators: usize,
     /// It needs the motor friction of S3 eq. 3, 4, which the joint has and the arm gets with the effect.
     pub friction: bool,
+    /// Its friction grows with the torque that the transmission carries.
+    pub under_load: bool,
     /// It acts in the compliant element: on a rigid joint it does nothing.
     pub compliant: bool,
     /// It takes energy out or stores it, and never makes any.
@@ -361,6 +363,7 @@ impl Spec {
         modes: 0,
         indicators: 0,
         friction: false,
+        under_load: false,
         compliant: false,
         passive: false,
         field: false,
