@@ -3,7 +3,7 @@
 use super::*;
 use trueup_models::space::tree::JointType;
 
-const ARM: &str = include_str!("../../../tests/data/arm.urdf");
+const ARM: &str = include_str!("../../tests/data/arm.urdf");
 
 /// Against numbers by hand: what is fixed to a link is part of it, the base's axes have their origin in its centre of mass.
 #[test]
