@@ -83,8 +83,8 @@ fn the_examples_are_read_and_use_every_key() {
     let document = document("cases.md");
     let blocks: Vec<&str> =
         document.split("```toml\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
-    let [case, grounded, servo, arm, sidecar] = blocks[..] else {
-        panic!("four cases and a sidecar, not {}", blocks.len())
+    let [case, robot, grounded, servo, arm, sidecar] = blocks[..] else {
+        panic!("five cases and a sidecar, not {}", blocks.len())
     };
     let (held, findings) = Case::parse(Path::new("case.toml"), servo, &[]).unwrap();
     assert!(
@@ -105,6 +105,10 @@ fn the_examples_are_read_and_use_every_key() {
     let doubt = |name: &str| carried.doubt(&format!("payload.{name}"));
     assert_eq!((carried.payload, carried.number("payload.centerOfMass[1]")), (Some(3), Some(0.4)));
     assert_eq!([doubt("mass"), doubt("centerOfMass[2]"), doubt("inertia")], [Some(2.0), Some(0.05), None]);
+    let (described, findings) = Case::parse(Path::new("case.toml"), robot, &[]).unwrap();
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!((described.robot.as_deref(), described.doubt("bodyMass[2]")), (Some("arm.urdf"), Some(0.05)));
+    assert_eq!(described.number("coulombFriction[2]"), Some(0.3));
     let (read, findings) = Case::parse(Path::new("case.toml"), case, &[]).unwrap();
     assert!(findings.is_empty(), "{findings:?}");
     assert_eq!((read.train.len(), read.channels.len(), read.repeats.len()), (2, 2, 1));
@@ -119,7 +123,7 @@ fn the_examples_are_read_and_use_every_key() {
     assert_eq!(recording.channels.len(), 3);
     assert!((last("motorAngle") - 1.7339808).abs() < 1e-9 && (last("motorCurrent") - 2.0).abs() < 1e-12);
     assert!((last("motorVelocity") - std::f64::consts::TAU).abs() < 1e-9, "60 rpm is a turn a second");
-    let all = format!("{case}{arm}{grounded}{sidecar}");
+    let all = format!("{case}{robot}{arm}{grounded}{sidecar}");
     for key in keys::ALL.iter().flat_map(Keys::names) {
         assert!(all.contains(key), "`{key}` is in no example");
     }

@@ -13,13 +13,14 @@ const HOMES: &[&str] = &[
     "tools/cli/",
     // Another one's joint and arm, for blind trials.
     "crates/trials/",
+    // Says which model takes what of a robot's file.
+    "crates/robot/",
     // Reads the name of a model out of a library.
     "crates/fmi-description/src/template.rs",
 ];
 
 /// What names a plant in a string all the same. This list only shrinks.
 const NAMED: &[(&str, &str)] = &[
-    ("crates/diagnosis/src/engine/recordings.rs", "goes with the first engine"),
     (
         "crates/estimation/src/innovations/joint_frame.rs",
         "the innovations engine has the joint's equations of its own so far",

@@ -16,7 +16,7 @@ use crate::outcome::*;
 const NO_INTERVAL: &str = "by the innovations, without an interval";
 
 /// A parameter of the plant as it was found.
-pub(super) struct FoundParameter {
+pub(super) struct ComparedParameter {
     pub name: String,
     pub unit: String,
     pub value: f64,
@@ -43,7 +43,7 @@ pub(super) trait EvidenceNames {
     /// Whether a value of a cause belongs to a parameter of the plant.
     fn is_of_plant(&self, cause: &FoundCause, value: &str) -> bool;
     /// Parameters of the plant with an effect, and what was estimated of its sensors.
-    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<FoundParameter>;
+    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<ComparedParameter>;
 }
 
 /// What is reported of a verdict.
@@ -179,7 +179,7 @@ fn parameters(
     found: &CaseFindings,
     effect: &FoundEffect,
 ) -> BTreeMap<String, ClaimedAmount> {
-    let one = |p: FoundParameter| {
+    let one = |p: ComparedParameter| {
         let amount = without_interval(p.value, &p.unit);
         (p.name, ClaimedAmount { nominal: p.nominal, nominal_deviation: p.deviation, ..amount })
     };
@@ -194,7 +194,7 @@ pub(super) fn record(names: &dyn EvidenceNames, found: &CaseFindings, gap: &GapR
             component: names.place(&c.place),
             joint: names.joint(c),
         };
-        let estimate = |p: FoundParameter| RecordedEstimate {
+        let estimate = |p: ComparedParameter| RecordedEstimate {
             name: p.name,
             value: p.value,
             unit: p.unit,

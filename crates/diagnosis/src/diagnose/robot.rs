@@ -14,7 +14,7 @@ use trueup_models::plants::PlantStructure;
 use trueup_signals::{Case, Loaded, base_name, element_name};
 
 use super::estimate::as_well;
-use super::evidence_claims::{self, EvidenceNames, FoundParameter};
+use super::evidence_claims::{self, ComparedParameter, EvidenceNames};
 use super::free_runs::{FreeReadings, FreeRuns, traces, windows};
 use super::traces::gap_report;
 use super::{AugmentedModel, DiagnoseError, DiagnoseOptions, Diagnosed, SEARCHED};
@@ -157,7 +157,7 @@ impl EvidenceNames for RobotNames<'_> {
     fn is_of_plant(&self, cause: &FoundCause, value: &str) -> bool {
         !self.choice(cause.id, &cause.place).is_some_and(|c| has(&c, value))
     }
-    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<FoundParameter> {
+    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<ComparedParameter> {
         let one = |(name, value): (String, f64)| {
             let known = self.plant.parameter(&name);
             let nominal = known.map(|k| self.nominal[k]);
@@ -165,7 +165,7 @@ impl EvidenceNames for RobotNames<'_> {
             let moved = nominal.is_none_or(|x| x != value);
             let own = known.is_some() || name.contains('.');
             let doubt = self.case.doubt(&name);
-            (moved && own).then(|| FoundParameter {
+            (moved && own).then(|| ComparedParameter {
                 unit: known.map_or("", |k| self.plant.parameters()[k].unit).to_owned(),
                 nominal,
                 deviation: nominal.and_then(|x| Some(doubt? * x.abs())),

@@ -7,7 +7,7 @@ use trueup_identification::model::{CoordinateIndices, NamedVariables};
 use trueup_models::effect::{EffectChoice, PlantKind};
 use trueup_signals::Case;
 
-use crate::diagnose::evidence_claims::{EvidenceNames, FoundParameter};
+use crate::diagnose::evidence_claims::{ComparedParameter, EvidenceNames};
 
 /// A channel of the engine, and the FMU's variable that it is.
 pub type ChannelVariable = (&'static str, String);
@@ -60,12 +60,12 @@ impl EvidenceNames for ForeignNames<'_> {
     fn is_of_plant(&self, cause: &FoundCause, value: &str) -> bool {
         self.of_plant(cause, value).is_some()
     }
-    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<FoundParameter> {
+    fn parameters(&self, found: &CaseFindings, effect: &FoundEffect) -> Vec<ComparedParameter> {
         let own = self.joint.parameters();
         let one = |(name, value): (String, f64)| {
             let known = own.iter().find(|p| p.name == name);
             let doubt = known.and_then(|p| Some(self.case.doubt(p.name)? * p.value.abs()));
-            FoundParameter {
+            ComparedParameter {
                 unit: known.map_or("", |p| p.unit).to_owned(),
                 nominal: known.map(|p| p.value),
                 deviation: doubt,
