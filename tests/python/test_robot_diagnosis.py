@@ -147,7 +147,7 @@ def test_mistakes_about_the_robot(tmp_path):
     (case / "arm.toml").write_text(ARM)
     (case / "train-1.csv").write_text("time,jointTorque[1],motorAngle[1]\n0,0,0\n")
     for text, expected in [
-        (CASE.replace('robot = "arm.toml"\n', ""), 'write robot = "arm.urdf" with the file of your robot'),
+        (CASE.replace('robot = "arm.toml"\n', "").replace("[uncertain]\nbodyMass = 0.05\n", ""), 'write robot = "arm.urdf" with the file of your robot'),
         (CASE.replace("arm.toml", "gone.toml"), "gone.toml: there is no such file"),
         (CASE.replace("SpatialFreeFlyer", "PlanarManipulator"), 'take the line out, or write model = "SpatialFreeFlyer"'),
         (CASE.replace("bodyMass = 0.05", "bodyMas = 0.05"), "did you mean `bodyMass"),

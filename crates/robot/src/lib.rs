@@ -179,7 +179,7 @@ pub fn schema() -> serde_json::Value {
 
 /// A robot with what was read of it beyond its design.
 pub struct RobotFile {
-    /// What it is made of.
+    /// Its parts, with their numbers.
     pub design: RobotDesign,
     /// What joints lose, of each moving body; empty where the file has no words for it.
     pub friction: Vec<JointFriction>,

@@ -13,7 +13,7 @@ const HOMES: &[&str] = &[
     "tools/cli/",
     // Another one's joint and arm, for blind trials.
     "crates/trials/",
-    // Says which model takes what of a robot's file.
+    // Which model takes which part of a robot file.
     "crates/robot/",
     // Reads the name of a model out of a library.
     "crates/fmi-description/src/template.rs",
