@@ -24,7 +24,7 @@ impl DefaultClasses {
     pub(super) fn read(model: Node<'_, '_>) -> Result<Self, FileFault> {
         let mut all = Self { classes: HashMap::from([(MAIN.to_owned(), HashMap::new())]) };
         for section in model.children().filter(|c| c.has_tag_name("default")) {
-            all.class(section, MAIN, MAIN)?;
+            all.section(section)?;
             // Before MuJoCo 3.1 the class of all had a name of its own.
             if let (Some(name), Some(main)) = (section.attribute("class"), all.classes.get(MAIN)) {
                 all.classes.insert(name.to_owned(), main.clone());
@@ -33,26 +33,34 @@ impl DefaultClasses {
         Ok(all)
     }
 
-    fn class(&mut self, node: Node<'_, '_>, parent: &str, name: &str) -> Result<(), FileFault> {
-        let mut own =
-            self.classes.get(name).or_else(|| self.classes.get(parent)).cloned().unwrap_or_default();
-        for element in node.children().filter(|c| c.is_element() && !c.has_tag_name("default")) {
-            for attribute in element.attributes() {
-                let key = (element.tag_name().name().to_owned(), attribute.name().to_owned());
-                own.insert(key, attribute.value().to_owned());
+    /// A <default> of the model with all that are within it. With a stack: as a recursion, rustc 1.95 compiles it
+    /// wrongly at opt-level 1 and above (a class of a class inherits from main).
+    fn section(&mut self, section: Node<'_, '_>) -> Result<(), FileFault> {
+        let mut open = vec![(section, MAIN, MAIN)];
+        while let Some((node, parent, name)) = open.pop() {
+            if node != section && self.classes.contains_key(name) {
+                let why = format!("the class `{name}` of <default> is there already; give it another name");
+                return Err((line(node), why));
             }
-        }
-        self.classes.insert(name.to_owned(), own);
-        for inner in node.children().filter(|c| c.has_tag_name("default")) {
-            let Some(inner_name) = inner.attribute("class") else {
-                return Err((line(inner), "a <default> within another one has no class; give it one".into()));
-            };
-            if self.classes.contains_key(inner_name) {
-                let why =
-                    format!("the class `{inner_name}` of <default> is there already; give it another name");
-                return Err((line(inner), why));
+            let mut own =
+                self.classes.get(name).or_else(|| self.classes.get(parent)).cloned().unwrap_or_default();
+            for element in node.children().filter(|c| c.is_element() && !c.has_tag_name("default")) {
+                for attribute in element.attributes() {
+                    let key = (element.tag_name().name().to_owned(), attribute.name().to_owned());
+                    own.insert(key, attribute.value().to_owned());
+                }
             }
-            self.class(inner, name, inner_name)?;
+            self.classes.insert(name.to_owned(), own);
+            // The last one is taken first: reversed, they are read in the order of the file.
+            for inner in node.children().filter(|c| c.has_tag_name("default")).rev() {
+                let Some(inner_name) = inner.attribute("class") else {
+                    return Err((
+                        line(inner),
+                        "a <default> within another one has no class; give it one".into(),
+                    ));
+                };
+                open.push((inner, name, inner_name));
+            }
         }
         Ok(())
     }
