@@ -33,7 +33,7 @@ impl DefaultClasses {
         Ok(all)
     }
 
-    /// A <default> of the model with all that are within it. With a stack: as a recursion, rustc 1.95 compiles it
+    /// A `<default>` of the model with all that are within it. With a stack: as a recursion, rustc 1.95 compiles it
     /// wrongly at opt-level 1 and above (a class of a class inherits from main).
     fn section(&mut self, section: Node<'_, '_>) -> Result<(), FileFault> {
         let mut open = vec![(section, MAIN, MAIN)];
