@@ -100,3 +100,18 @@ impl DefaultClasses {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_class_within_a_class_inherits_from_it() {
+        let text = r#"<mujoco><default><joint axis="1 0 0"/><default class="a"><joint axis="0 1 0"/>
+            <default class="b"><geom size="1"/></default></default><default class="c"/></default></mujoco>"#;
+        let file = roxmltree::Document::parse(text).expect("XML");
+        let classes = DefaultClasses::read(file.root_element()).expect("classes");
+        let axis = |class| classes.classes[class][&("joint".to_owned(), "axis".to_owned())].as_str();
+        assert_eq!(["main", "a", "b", "c"].map(axis), ["1 0 0", "0 1 0", "0 1 0", "1 0 0"]);
+    }
+}
