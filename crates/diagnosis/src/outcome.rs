@@ -228,6 +228,15 @@ impl ClaimedAmount {
         let ci95 = [end(low), end(high)];
         Self { value, unit, ci95, reason: reason.map(Into::into), ..Self::default() }
     }
+
+    /// Whether it was refitted without an interval and moved by less than half a standard deviation, or by 1 % where there is
+    /// none: nothing that a list has to name.
+    pub fn hardly_moved(&self) -> bool {
+        self.nominal.filter(|_| self.reason.is_some()).is_some_and(|nominal| {
+            let by = self.nominal_deviation.map_or(0.01 * nominal.abs(), |d| 0.5 * d);
+            (self.value - nominal).abs() < by
+        })
+    }
 }
 
 /// A claimed effect.

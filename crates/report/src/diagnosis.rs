@@ -15,9 +15,11 @@ mod now;
 mod paste;
 mod place;
 mod replay;
+mod sentence;
 mod series;
 mod shell;
 mod summary;
+mod summary_gap;
 mod watch;
 mod which;
 mod words;
@@ -30,8 +32,9 @@ use crate::page::Page;
 pub use evidence::{Evidence, EvidenceMap, EvidenceTrace, IntakeEvidence, RecordingEvidence};
 pub use files::{DiagnosisFileError, diagnosis_files};
 pub use made_from::DiagnosisRun;
+pub use sentence::sentence;
 pub use shell::command_line;
-pub use words::{effect_name, sentence};
+pub use words::effect_name;
 
 /// `report.html` of a diagnosis: one file that needs no network, and no script to be read.
 pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String {

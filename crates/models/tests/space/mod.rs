@@ -1,5 +1,6 @@
 //! Trees of bodies on a free base in space.
 
+mod affected;
 mod claims;
 mod control;
 mod effects;

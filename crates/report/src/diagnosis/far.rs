@@ -4,6 +4,7 @@ use trueup_diagnosis::outcome::{Diagnosis, HeldOutGap, Verdict, WindowGap};
 
 use super::bars::{Bar, decades};
 use super::budget::budget;
+use super::summary_gap::SummaryGap;
 use super::words::{closed, judged_on, percent, size};
 use crate::number;
 use crate::page::Page;
@@ -16,8 +17,9 @@ pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
         &format!(
             "The gap of a channel is the RMS of simulated minus measured over the RMS of the measured signal about its mean, \
              in free-running simulations of {}; overall it is the root mean square over the channels. The scale is \
-             logarithmic: each line is ten times the one before.",
-            judged_on(d)
+             logarithmic: each line is ten times the one before.{}",
+            judged_on(d),
+            SummaryGap::of(d).map_or("", |g| g.why_windows())
         ),
     );
     let many = d.gap.channels.len() > 1;

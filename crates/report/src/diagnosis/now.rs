@@ -52,7 +52,8 @@ fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
             ]
         }
         (Verdict::Parameters, _) => {
-            let moved: Vec<String> = d.parameters.keys().map(|k| code(k)).collect();
+            let moved = d.parameters.iter().filter(|(_, a)| !a.hardly_moved());
+            let moved: Vec<String> = moved.map(|(k, _)| code(k)).collect();
             let which = if moved.is_empty() { String::new() } else { format!(" ({})", moved.join(", ")) };
             vec![format!(
                 "The refitted values of the model's own parameters{which}, next to yours under the verdict: put them into <code>[parameters]</code> \

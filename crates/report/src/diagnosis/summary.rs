@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use trueup_diagnosis::outcome::{Claimed, Diagnosis, Verdict};
 
-use super::words::{at, at_bound, badge, effect_name, percent, sentence, sets, size, times, together};
+use super::sentence::sentence;
+use super::summary_gap::SummaryGap;
+use super::words::{at, at_bound, badge, effect_name, percent, sets, size, times, together};
 use crate::page::{Page, escape};
 
 /// The verdict, its figures, and what is claimed.
@@ -54,7 +56,7 @@ fn row(d: &Diagnosis, e: &Claimed) -> Vec<String> {
 /// What speaks for something that has no name.
 fn evidence(page: &mut Page, d: &Diagnosis) {
     let mut items = Vec::new();
-    if let Some(g) = &d.gap.overall {
+    if let Some(g) = SummaryGap::of(d) {
         let floors =
             if g.floor > 0.0 { format!(", {} times it", times(g.tuned / g.floor)) } else { String::new() };
         items.push(format!(

@@ -31,7 +31,8 @@ pub(super) fn percent(x: f64) -> String {
 /// A gap: a percentage of the signal, or how many times the signal.
 pub(super) fn size(gap: f64) -> String {
     match gap {
-        g if g.is_finite() && g >= 1.0 => format!("{}\u{a0}times the signal", times(g)),
+        g if !g.is_finite() => "no figure (the run diverges)".to_owned(),
+        g if g >= 1.0 => format!("{}\u{a0}times the signal", times(g)),
         g => percent(g),
     }
 }
@@ -150,106 +151,6 @@ pub(super) fn together(set: &[&Claimed]) -> f64 {
     set.iter().map(|e| e.probability).sum::<f64>().min(1.0)
 }
 
-fn named(d: &Diagnosis, set: &[&Claimed]) -> String {
-    let of = |c: &&Claimed| format!("{} ({})", effect_name(&c.id), at(d, &c.component, c.joint));
-    match set {
-        [one] => {
-            let place = at(d, &one.component, one.joint);
-            format!("{} ({place}, probability {})", effect_name(&one.id), percent(one.probability))
-        }
-        set => {
-            let members = list(&set.iter().map(of).collect::<Vec<_>>(), "or");
-            let all = if set.len() > 2 { "one of" } else { "either" };
-            let sure = percent(together(set));
-            format!(
-                "{all} {members}, which these recordings cannot distinguish (together probability {sure})"
-            )
-        }
-    }
-}
-
-/// The verdict in one sentence.
-pub fn sentence(d: &Diagnosis) -> String {
-    let overall = d.gap.overall.as_ref();
-    let figures = |after: f64, with: &str| {
-        overall.map_or_else(String::new, |g| {
-            format!(
-                " {with} the gap on {} falls from {} to {}; the sensors' noise alone leaves {}.",
-                judged_on(d),
-                size(g.before),
-                size(after),
-                size(g.floor)
-            )
-        })
-    };
-    let after = overall.map_or(f64::NAN, |g| g.after);
-    if d.capped {
-        return "The recordings are not what they seem (see below): nothing is concluded from them until that is corrected."
-            .to_owned();
-    }
-    if let Some(why) = &d.not_compared {
-        let gap = overall.map_or_else(String::new, |g| {
-            format!(
-                " The model as it is misses {} on {}; the sensors' noise alone leaves {}.",
-                size(g.before),
-                judged_on(d),
-                size(g.floor)
-            )
-        });
-        return format!("Causes were not compared: {why}.{gap}");
-    }
-    match d.verdict {
-        Verdict::NoGap => {
-            let figures = overall.map_or_else(String::new, |g| {
-                format!(" (gap {}, noise alone leaves about {})", size(g.before), size(g.floor))
-            });
-            format!(
-                "The simulation agrees with the recordings: nothing is left beyond the sensors' noise{figures}."
-            )
-        }
-        Verdict::Parameters => {
-            let text = "The model has all that is needed, but parameters are off.";
-            format!("{text}{}", figures(overall.map_or(f64::NAN, |g| g.tuned), "With them refitted"))
-        }
-        Verdict::Effects => {
-            let what: Vec<String> = sets(d).iter().map(|set| named(d, set)).collect();
-            let with = if what.len() > 1 { "With them" } else { "With it" };
-            let with = &format!("{with}, and the model's own parameters refitted,");
-            format!("What the simulation lacks is {}.{}", list(&what, "and"), figures(after, with))
-        }
-        Verdict::Ambiguous => {
-            let what: Vec<String> = sets(d).iter().map(|set| named(d, set)).collect();
-            format!(
-                "What the simulation lacks is {}.{}",
-                list(&what, "and, in addition,"),
-                figures(after, "With the likeliest, and the model's own parameters refitted,")
-            )
-        }
-        Verdict::Unknown => {
-            let most = d.location.components.first().filter(|c| c.share >= LEAST_SHARE);
-            let most = most.map_or_else(String::new, |c| {
-                format!(
-                    " Most of it shows at: {} ({} of the excess).",
-                    place(&c.id, c.joint),
-                    percent(c.share)
-                )
-            });
-            let left = overall.filter(|g| g.floor > 0.0 && g.tuned > g.floor).map_or_else(String::new, |g| {
-                format!(
-                    " With its own parameters refitted the model still misses {} on {}, {} times what noise alone leaves.",
-                    size(g.tuned),
-                    judged_on(d),
-                    times(g.tuned / g.floor)
-                )
-            });
-            format!(
-                "Something is missing that no known effect explains (probability {}).{left}{most}",
-                percent(d.unknown.probability)
-            )
-        }
-    }
-}
-
 /// What an experiment distinguishes and how likely, as sentences after others; empty where nothing is known of it.
 pub(super) fn told_by(n: &NextExperiment) -> String {
     let names: Vec<String> = n.separates.iter().map(|id| effect_name(id).to_owned()).collect();
@@ -284,6 +185,7 @@ mod tests {
         assert_eq!(plain(1.04), "1.0 times the signal");
         assert_eq!(plain(77.3), "77 times the signal");
         assert_eq!(plain(7730.0), "7700 times the signal");
+        assert_eq!(plain(f64::NAN), plain(f64::INFINITY));
     }
 
     #[test]

@@ -25,6 +25,15 @@ fn values(d: &Diagnosis) -> Vec<ReportedValue<'_>> {
     of_effects.chain(own).collect()
 }
 
+const HEAD: [&str; 6] = [
+    "parameter",
+    "yours",
+    "found",
+    "change in %",
+    "in standard deviations of yours",
+    "95 % interval of found",
+];
+
 /// Yours, found, change in percent and in standard deviations of yours; both sides of the gear; correlations.
 pub(super) fn table(page: &mut Page, d: &Diagnosis) {
     let all = values(d);
@@ -32,18 +41,20 @@ pub(super) fn table(page: &mut Page, d: &Diagnosis) {
         return;
     }
     page.html("<h3>Yours and found</h3>");
-    let rows: Vec<Vec<String>> = all.iter().map(row).collect();
-    page.table(
-        &[
-            "parameter",
-            "yours",
-            "found",
-            "change in %",
-            "in standard deviations of yours",
-            "95 % interval of found",
-        ],
-        &rows,
-    );
+    let (near, moved): (Vec<_>, Vec<_>) = all.iter().partition(|v| v.amount.hardly_moved());
+    let rows = |of: Vec<&ReportedValue<'_>>| of.into_iter().map(row).collect::<Vec<_>>();
+    let near = rows(near);
+    if !moved.is_empty() {
+        page.table(&HEAD, &rows(moved));
+    }
+    if !near.is_empty() {
+        page.html(&format!(
+            "<details><summary>{} more that are within half a standard deviation of yours</summary>",
+            near.len()
+        ));
+        page.table(&HEAD, &near);
+        page.html("</details>");
+    }
     if all.iter().any(|v| v.amount.nominal.is_some() && v.amount.nominal_deviation.is_none()) {
         page.text(
             "Without standard deviations: the case gives none under [uncertain], so the value was assumed known and refitted with a \
@@ -98,7 +109,7 @@ fn sides(page: &mut Page, all: &[ReportedValue<'_>]) {
         };
         Some(vec![v.name.clone(), both(sides.motor), both(sides.load)])
     };
-    let rows: Vec<Vec<String>> = all.iter().filter_map(row).collect();
+    let rows: Vec<Vec<String>> = all.iter().filter(|v| !v.amount.hardly_moved()).filter_map(row).collect();
     if !rows.is_empty() {
         page.html("<details open><summary>On both sides of the gear</summary>");
         page.table(&["parameter", "seen from the motor", "seen from the load"], &rows);

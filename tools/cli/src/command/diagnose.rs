@@ -207,7 +207,7 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             out += &format!("    {name} = {} {} {interval}\n", number(a.value), a.unit);
         }
     }
-    let (near, moved): (Vec<_>, Vec<_>) = d.parameters.iter().partition(|(_, a)| stays(a));
+    let (near, moved): (Vec<_>, Vec<_>) = d.parameters.iter().partition(|(_, a)| a.hardly_moved());
     moved.iter().for_each(|(name, a)| out += &format!("  {}\n", yours(name, a)));
     if !near.is_empty() {
         out += &format!("  {} more parameters are within half a standard deviation of yours\n", near.len());
@@ -279,15 +279,4 @@ pub(crate) fn text(d: &Diagnosis) -> String {
         out += &format!("note: {note}\n");
     }
     out
-}
-
-/// Share of a prior standard deviation, up to which a parameter without an interval is not listed, and the same of its value where it
-/// has none.
-const STAYS: [f64; 2] = [0.5, 0.01];
-
-/// Whether a parameter that was refitted without an interval hardly moved.
-fn stays(a: &ClaimedAmount) -> bool {
-    let Some(nominal) = a.nominal.filter(|_| a.reason.is_some()) else { return false };
-    let by = a.nominal_deviation.map_or(STAYS[1] * nominal.abs(), |d| STAYS[0] * d);
-    (a.value - nominal).abs() < by
 }
