@@ -422,7 +422,7 @@ fn what_is_unknown_says_why_and_what_drifts_away_has_no_share() {
     assert!(html.contains("no figure: the nominal run drifts away") && !html.contains("7730"));
 }
 
-/// Whatever the figures are, the first sentence says "falls" of two figures only where the second one is less, and reports windows
+/// Whatever the figures are, the first sentence has "falls" of two figures only where the second one is less, and reports windows
 /// where whole runs with what was found diverge.
 #[test]
 fn a_gap_falls_only_where_it_is_less_and_windows_stand_for_runs_that_diverge() {

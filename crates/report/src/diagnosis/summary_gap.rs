@@ -24,7 +24,7 @@ pub(super) struct SummaryGap {
 
 impl SummaryGap {
     /// Of whole free runs; where a whole run with what was found misses more than the signal or more than before, over windows, if
-    /// there are such. Such a run diverges: its gap says how fast, not how well the model predicts.
+    /// there are such. Such a run diverges: its gap measures how fast errors grow, not how well the model predicts.
     pub(super) fn of(d: &Diagnosis) -> Option<Self> {
         let g: &HeldOutGap = d.gap.overall.as_ref()?;
         let effects = matches!(d.verdict, Verdict::Effects | Verdict::Ambiguous);
@@ -68,7 +68,7 @@ impl SummaryGap {
     pub(super) fn why_windows(&self) -> &'static str {
         match self.seconds {
             Some(_) => {
-                " Whole free runs diverge here, with and without what was found, so that their gap says how fast errors grow, not how \
+                " Whole free runs diverge here, with and without what was found, so that their gap measures how fast errors grow, not how \
                  well the model predicts: compare the figures over windows, below."
             }
             None => "",
