@@ -229,10 +229,11 @@ impl ClaimedAmount {
         Self { value, unit, ci95, reason: reason.map(Into::into), ..Self::default() }
     }
 
-    /// Whether it was refitted without an interval and moved by less than half a standard deviation, or by 1 % where there is
-    /// none: nothing that a list has to name.
+    /// Whether it was refitted without an interval, within the bounds of the search, and moved by less than half a standard deviation, or by
+    /// 1 % where there is none: a list need not name it.
     pub fn hardly_moved(&self) -> bool {
-        self.nominal.filter(|_| self.reason.is_some()).is_some_and(|nominal| {
+        let free = self.reason.as_deref().is_some_and(|reason| reason != AT_BOUND);
+        self.nominal.filter(|_| free).is_some_and(|nominal| {
             let by = self.nominal_deviation.map_or(0.01 * nominal.abs(), |d| 0.5 * d);
             (self.value - nominal).abs() < by
         })

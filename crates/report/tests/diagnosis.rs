@@ -20,7 +20,7 @@ fn part(part: &str, gap_without: Option<f64>, share: f64) -> ErrorPart {
     ErrorPart { part: part.into(), component: None, joint: None, gap_without, share }
 }
 
-fn gap() -> HeldOutGap {
+pub(crate) fn gap() -> HeldOutGap {
     HeldOutGap {
         before: 0.21,
         tuned: 0.12,
@@ -46,7 +46,7 @@ fn packed() -> PackedModel {
     }
 }
 
-fn diagnosis(verdict: Verdict) -> Diagnosis {
+pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
     let claimed = |id: &str, probability| Claimed {
         id: id.into(),
         component: "motor-friction".into(),
@@ -258,7 +258,7 @@ pub(crate) fn page(verdict: Verdict) -> String {
 }
 
 pub(crate) const CHARTS: usize = 14;
-const VERDICTS: [(Verdict, &str); 5] = [
+pub(crate) const VERDICTS: [(Verdict, &str); 5] = [
     (Verdict::NoGap, "agrees with the recordings"),
     (Verdict::Parameters, "parameters are off"),
     (Verdict::Effects, "lacks is break-away (Stribeck) friction"),
@@ -406,7 +406,7 @@ fn what_is_unknown_says_why_and_what_drifts_away_has_no_share() {
     d.unknown.place = Some("transmission".into());
     let html = diagnosis_page(&d, &Evidence::default()).replace('\u{a0}', " ");
     for part in [
-        "Beyond noise: the nominal model misses 21.0 %, refitted 12.0 %; noise alone leaves 1.10 %, 11 times it.",
+        "Beyond noise: on recordings never used for fitting the nominal model misses 21.0 %, refitted 12.0 %; noise alone leaves 1.10 %, 11 times it.",
         "of 3 effects compared the best, break-away (Stribeck) friction (motor-friction), gains",
         "In one place: most of it shows at transmission.",
         "none of these: a cause that no known effect explains",
@@ -420,59 +420,4 @@ fn what_is_unknown_says_why_and_what_drifts_away_has_no_share() {
     let html = diagnosis_page(&d, &Evidence::default()).replace('\u{a0}', " ");
     assert!(html.contains("falls from 77 times the signal to 1.30 %"));
     assert!(html.contains("no figure: the nominal run drifts away") && !html.contains("7730"));
-}
-
-/// Whatever the figures are, the first sentence has "falls" of two figures only where the second one is less, and reports windows
-/// where whole runs with what was found diverge.
-#[test]
-fn a_gap_falls_only_where_it_is_less_and_windows_stand_for_runs_that_diverge() {
-    let sizes = [0.0, 0.004, 0.0131, 0.2, 0.9, 1.0, 9.4, 20.0, f64::INFINITY, f64::NAN];
-    for verdict in [Verdict::Effects, Verdict::Ambiguous, Verdict::Parameters] {
-        for (before, after) in sizes.iter().flat_map(|a| sizes.iter().map(move |b| (*a, *b))) {
-            let mut d = diagnosis(verdict);
-            let window =
-                WindowGap { seconds: 2.5, before: 0.3, tuned: 0.1, after: 0.1, floor: 0.05, closed: None };
-            let whole = match verdict {
-                Verdict::Parameters => HeldOutGap { before, tuned: after, ..gap() },
-                _ => HeldOutGap { before, after, ..gap() },
-            };
-            d.gap.overall = Some(whole.clone());
-            let text = sentence(&d);
-            let less = after.is_finite() && !(before <= after);
-            assert_eq!(text.contains("falls from"), less, "{before} {after}: {text}");
-            assert_eq!(
-                text.contains("grows from") || text.contains("stays at"),
-                !less,
-                "{before} {after}: {text}"
-            );
-
-            d.gap.overall = Some(HeldOutGap { window: Some(window), ..whole });
-            let text = sentence(&d).replace('\u{a0}', " ");
-            let windows = text.contains("over windows of 2.5 s, falls from 30.0 % to 10.0 %");
-            let diverges = !after.is_finite() || after >= 1.0 || after > before;
-            assert_eq!(windows, diverges, "{before} {after}: {text}");
-        }
-    }
-}
-
-#[test]
-fn parameters_that_hardly_moved_are_folded_away() {
-    let mut d = diagnosis(Verdict::Parameters);
-    let reason = Some("the comparison gives no interval".to_owned());
-    let of = |value| ClaimedAmount {
-        value,
-        unit: "kg".into(),
-        nominal: Some(2.0),
-        nominal_deviation: Some(0.2),
-        reason: reason.clone(),
-        ..Default::default()
-    };
-    d.parameters = [("mass[1]".to_owned(), of(2.05)), ("mass[2]".to_owned(), of(2.15))].into();
-    let html = diagnosis_page(&d, &Evidence::default());
-    let folded = html.find("1 more that are within half a standard deviation of yours").unwrap();
-    let first = |name: &str| html.find(&format!(">{name}</td>")).unwrap();
-    assert!(first("mass[2]") < folded && folded < first("mass[1]"));
-    let now = &html[html.find("<h2>What to do now").unwrap()..];
-    let use_it = &now[..now.find("</dd>").unwrap()];
-    assert!(use_it.contains("mass[2]") && !use_it.contains("mass[1]"), "{use_it}");
 }

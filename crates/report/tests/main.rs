@@ -5,3 +5,4 @@
 mod browser;
 mod diagnosis;
 mod page;
+mod summary;

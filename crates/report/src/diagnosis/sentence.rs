@@ -18,7 +18,7 @@ pub fn sentence(d: &Diagnosis) -> String {
             format!(
                 " The model as it is misses {} on {}; the sensors' noise alone leaves {}.",
                 size(g.before),
-                g.judged_on(d).trim_end_matches(','),
+                g.judged_on(d),
                 size(g.floor)
             )
         });
@@ -27,7 +27,12 @@ pub fn sentence(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::NoGap => {
             let figures = gap.map_or_else(String::new, |g| {
-                format!(" (gap {}, noise alone leaves about {})", size(g.before), size(g.floor))
+                format!(
+                    " (gap {} on {}, noise alone leaves about {})",
+                    size(g.before),
+                    g.judged_on(d),
+                    size(g.floor)
+                )
             });
             format!(
                 "The simulation agrees with the recordings: nothing is left beyond the sensors' noise{figures}."
@@ -64,7 +69,7 @@ pub fn sentence(d: &Diagnosis) -> String {
                 format!(
                     " With its own parameters refitted the model still misses {} on {}, {} times what noise alone leaves.",
                     size(g.tuned),
-                    g.judged_on(d).trim_end_matches(','),
+                    g.judged_on(d),
                     times(g.tuned / g.floor)
                 )
             });

@@ -60,7 +60,8 @@ fn evidence(page: &mut Page, d: &Diagnosis) {
         let floors =
             if g.floor > 0.0 { format!(", {} times it", times(g.tuned / g.floor)) } else { String::new() };
         items.push(format!(
-            "Beyond noise: the nominal model misses {}, refitted {}; noise alone leaves {}{floors}.",
+            "Beyond noise: on {} the nominal model misses {}, refitted {}; noise alone leaves {}{floors}.",
+            g.judged_on(d),
             size(g.before),
             size(g.tuned),
             size(g.floor)

@@ -2,12 +2,12 @@
 
 use std::cmp::Ordering;
 
-use trueup_diagnosis::outcome::{Diagnosis, HeldOutGap, Verdict};
+use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
 use super::words::{judged_on, size};
 use crate::number;
 
-/// The gaps that a sentence reports.
+/// The gaps that a sentence reports, each RMS(simulated - measured) / RMS(measured - its mean).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SummaryGap {
     /// Nominal parameters.
@@ -26,7 +26,7 @@ impl SummaryGap {
     /// Of whole free runs; where a whole run with what was found misses more than the signal or more than before, over windows, if
     /// there are such. Such a run diverges: its gap measures how fast errors grow, not how well the model predicts.
     pub(super) fn of(d: &Diagnosis) -> Option<Self> {
-        let g: &HeldOutGap = d.gap.overall.as_ref()?;
+        let g = d.gap.overall.as_ref()?;
         let effects = matches!(d.verdict, Verdict::Effects | Verdict::Ambiguous);
         let of = |before, tuned, after, floor, seconds| {
             let found = if effects { after } else { tuned };
@@ -40,11 +40,10 @@ impl SummaryGap {
         })
     }
 
-    /// `recordings never used for fitting, over windows of 1 s`
+    /// `recordings never used for fitting`, `windows of 1 s of recordings never used for fitting`
     pub(super) fn judged_on(&self, d: &Diagnosis) -> String {
-        let windows =
-            self.seconds.map_or_else(String::new, |s| format!(", over windows of {} s,", number(s)));
-        format!("{}{windows}", judged_on(d))
+        let windows = self.seconds.map_or_else(String::new, |s| format!("windows of {} s of ", number(s)));
+        format!("{windows}{}", judged_on(d))
     }
 
     /// ` With it the gap on .. falls from .. to ..; the sensors' noise alone leaves ..`
@@ -68,8 +67,8 @@ impl SummaryGap {
     pub(super) fn why_windows(&self) -> &'static str {
         match self.seconds {
             Some(_) => {
-                " Whole free runs diverge here, with and without what was found, so that their gap measures how fast errors grow, not how \
-                 well the model predicts: compare the figures over windows, below."
+                " Whole free runs with what was found miss more than the signal, or more than before: their gap measures how fast \
+                 errors grow along a run, not how well the model predicts. The verdict has the figures over windows, below."
             }
             None => "",
         }

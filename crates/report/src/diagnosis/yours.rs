@@ -49,7 +49,7 @@ pub(super) fn table(page: &mut Page, d: &Diagnosis) {
     }
     if !near.is_empty() {
         page.html(&format!(
-            "<details><summary>{} more that are within half a standard deviation of yours</summary>",
+            "<details><summary>{} more that hardly moved: by less than half a standard deviation of yours, or by 1 % where it has none</summary>",
             near.len()
         ));
         page.table(&HEAD, &near);
@@ -109,7 +109,7 @@ fn sides(page: &mut Page, all: &[ReportedValue<'_>]) {
         };
         Some(vec![v.name.clone(), both(sides.motor), both(sides.load)])
     };
-    let rows: Vec<Vec<String>> = all.iter().filter(|v| !v.amount.hardly_moved()).filter_map(row).collect();
+    let rows: Vec<Vec<String>> = all.iter().filter_map(row).collect();
     if !rows.is_empty() {
         page.html("<details open><summary>On both sides of the gear</summary>");
         page.table(&["parameter", "seen from the motor", "seen from the load"], &rows);

@@ -210,7 +210,10 @@ pub(crate) fn text(d: &Diagnosis) -> String {
     let (near, moved): (Vec<_>, Vec<_>) = d.parameters.iter().partition(|(_, a)| a.hardly_moved());
     moved.iter().for_each(|(name, a)| out += &format!("  {}\n", yours(name, a)));
     if !near.is_empty() {
-        out += &format!("  {} more parameters are within half a standard deviation of yours\n", near.len());
+        out += &format!(
+            "  {} more parameters moved by less than half a standard deviation of yours, or by 1 % where it has none\n",
+            near.len()
+        );
     }
     if let Some(g) = &d.gap.overall {
         let closed = match g.closed {
